@@ -1,0 +1,40 @@
+"""Forced response of bladed disks with dry friction by multi-harmonic balance."""
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any
+
+from symhbm.archive import ArchiveError, load, rebuild, save
+from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
+from symhbm.frf import frf, solve
+from symhbm.model import Model, bladed_disk, single_blade
+from symhbm.residual import HarmonicBalance
+from symhbm.status import SolveError, Status
+
+__version__ = version("symhbm")
+
+__all__ = [
+    "ArchiveError",
+    "EngineOrder",
+    "HarmonicBalance",
+    "HarmonicForce",
+    "Model",
+    "PointForce",
+    "SolveError",
+    "Status",
+    "bladed_disk",
+    "frf",
+    "load",
+    "plot",
+    "rebuild",
+    "save",
+    "single_blade",
+    "solve",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # Drawing needs matplotlib, which is slow to import and not needed to compute.
+    if name == "plot":
+        return import_module("symhbm.plot")
+    raise AttributeError(f"module 'symhbm' has no attribute {name!r}")

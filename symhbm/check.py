@@ -1,0 +1,97 @@
+"""Input checks at the boundary: each error names the argument, its value and what is allowed."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from numbers import Integral
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_BOUNDS = {
+    "positive": (lambda a: a > 0, "finite and > 0"),
+    "non-negative": (lambda a: a >= 0, "finite and >= 0"),
+    "any": (lambda a: np.isfinite(a), "finite"),
+}
+
+
+def shown(value: object) -> str:
+    """Short text of an offending value."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def array(name: str, value: ArrayLike, bound: str = "any") -> NDArray[np.float64]:
+    """Return ``value`` as a float array whose entries satisfy ``bound``.
+
+    Raises
+    ------
+    TypeError
+        If it does not hold real numbers.
+    ValueError
+        If an entry is NaN, infinite or out of bound.
+    """
+    allowed, words = _BOUNDS[bound]
+    try:
+        result = np.asarray(value)
+        if result.dtype.kind not in "iuf":
+            raise TypeError
+        result = result.astype(float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}={shown(value)}: expected real numbers, {words}") from None
+    bad = ~(np.isfinite(result) & allowed(result))
+    if bad.any():
+        where = "" if result.ndim == 0 else f" (entry {np.argwhere(bad)[0].tolist()} is not)"
+        raise ValueError(f"{name}={shown(value)}: expected values {words}{where}")
+    return result
+
+
+def scalar(name: str, value: ArrayLike, bound: str = "any") -> float:
+    """Return ``value`` as one float that satisfies ``bound``; raises as `array`."""
+    result = array(name, value, bound)
+    if result.ndim != 0:
+        raise ValueError(f"{name}={shown(value)}: expected one number, got shape {result.shape}")
+    return float(result)
+
+
+def one_or_each(
+    name: str, value: ArrayLike, size: int, of_what: str, bound: str = "any"
+) -> NDArray[np.float64]:
+    """Return a read-only array of ``size`` values from one value or one per ``of_what``."""
+    result = array(name, value, bound)
+    if result.ndim > 1 or (result.ndim == 1 and result.size != size):
+        raise ValueError(
+            f"{name}={shown(value)}: expected one value or {size} (one per {of_what}), "
+            f"got shape {result.shape}"
+        )
+    result = np.array(np.broadcast_to(result, (size,)))
+    result.setflags(write=False)
+    return result
+
+
+def integer(name: str, value: object, minimum: int | None = None, maximum: int | None = None):
+    """Return ``value`` as an int within the bounds (both included)."""
+    words = "an integer"
+    if minimum is not None and maximum is not None:
+        words += f" from {minimum} to {maximum}"
+    elif minimum is not None:
+        words += f" >= {minimum}"
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole:
+        number = array(name, value) if not isinstance(value, (bool, str)) else None  # type: ignore
+        if number is None:
+            raise TypeError(f"{name}={shown(value)}: expected {words}")
+        if number.ndim or number != np.round(number):
+            raise ValueError(f"{name}={shown(value)}: expected {words}")
+    number = int(value)  # type: ignore[call-overload]
+    if (minimum is not None and number < minimum) or (maximum is not None and number > maximum):
+        raise ValueError(f"{name}={shown(value)}: expected {words}")
+    return number
+
+
+def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
+    """Raise a KeyError that lists the allowed names and the nearest one unless ``name`` is one."""
+    allowed = list(allowed)
+    if name not in allowed:
+        near = get_close_matches(str(name), allowed, n=1, cutoff=0.4)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise KeyError(f"{name!r} is no {what}; allowed: {', '.join(allowed)}{hint}")

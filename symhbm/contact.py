@@ -1,0 +1,237 @@
+"""Dry friction with located switching angles: the force of a spring and a Coulomb slider.
+
+Along one period the slider is marched over the reversals of the relative displacement ``y`` and
+each change from stick to slip is located. The force then is ``k_d y + offset`` or ``+-g``,
+``g = mu F_n``, on a handful of intervals, and its Fourier coefficients (Eqs. 6-8) are the closed
+form
+
+    f = k_d A y + mu F_n b,
+
+where the matrix ``A`` and the vector ``b`` depend on the angles alone. The force is continuous and
+``dy/dtau = 0`` at reversals, so the derivative at fixed angles is the exact derivative.
+
+Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429).
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.extremes import TurningPoints, monotone_root, turning_points
+from symhbm.fourier import FloatArray, FourierBasis
+
+
+@dataclass(frozen=True)
+class LocatedFriction:
+    """Events of a batch of friction contacts over one period.
+
+    Attributes
+    ----------
+    matrix : (n_contacts, n_components, n_components)
+        ``A`` of the module's closed form, dimensionless.
+    vector : (n_contacts, n_components)
+        ``b`` of the module's closed form, dimensionless.
+    slip : (n_contacts,)
+        Whether the contact slips at all during the period.
+    excess : (n_contacts,)
+        ``ln(k_d (y_max - y_min) / (2 g))``: positive when the motion asks for slip, infinite
+        without limit or without motion.
+    excess_gradient : (n_contacts, n_components)
+        Its derivative with respect to the coefficients of ``y`` [1/m].
+    theta_0, theta_star : (n_contacts,)
+        Angle of the maximum of ``y`` and the angle where slip starts after it [rad]; NaN where the
+        two-reversal motion of Eqs. (4)-(11) does not apply.
+    stick_fraction : (n_contacts,)
+        Share of the period spent sticking.
+    reversals : (n_contacts,)
+        Number of sign changes of the relative velocity per period.
+    """
+
+    matrix: FloatArray
+    vector: FloatArray
+    slip: NDArray[np.bool_]
+    excess: FloatArray
+    excess_gradient: FloatArray
+    theta_0: FloatArray
+    theta_star: FloatArray
+    stick_fraction: FloatArray
+    reversals: NDArray[np.int_]
+
+
+def locate(
+    basis: FourierBasis,
+    coefficients: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+    slip: NDArray[np.bool_] | None = None,
+) -> LocatedFriction:
+    """Locate the events of friction contacts from the coefficients of their motion, Eqs. (4)-(8).
+
+    Parameters
+    ----------
+    basis
+        The harmonic set.
+    coefficients : (n_contacts, n_components)
+        Relative displacement [m].
+    contact_stiffness : (n_contacts,)
+        ``k_d`` [N/m].
+    slip_limit : (n_contacts,)
+        ``g = mu F_n`` [N].
+    slip : (n_contacts,)
+        State to impose, for continuation past the onset or the end of slip: a contact held in
+        stick follows its spring beyond ``g``, one held in slip is put on ``+-g`` at the extremes
+        of ``y`` even where it would not reach them. Both agree with the law, and have its
+        derivative, up to the limit. By default each contact is in the state its motion asks for.
+    """
+    points = turning_points(basis, coefficients)
+    rows = np.arange(len(coefficients))
+    spread = points.value[:, 0] - points.value[rows, points.lowest]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        excess = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
+    excess = np.where(slip_limit == 0, np.inf, np.where(np.isnan(excess), -np.inf, excess))
+    free = excess > 0
+    state = free if slip is None else np.where(np.isinf(excess), free, slip)
+
+    angle, stick, sign, origin = _march(basis, coefficients, points, contact_stiffness, slip_limit)
+    moments = basis.moments(angle)
+    on_interval = basis.integrals(moments)
+    run_start = basis.values(origin)
+    matrix = basis.products(np.einsum("ck,ckq->cq", stick, moments))
+    matrix -= np.einsum("ck,cki,ckj->cij", stick, on_interval, run_start)
+    vector = np.einsum("ck,cki->ci", sign, on_interval)
+
+    high, low = basis.values(points.angle[:, 0]), basis.values(points.angle[rows, points.lowest])
+    moves = points.count > 0
+    held = ~state
+    matrix[held] = _full_stick(basis, high[held], low[held], moves[held])
+    vector[held] = 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gradient = np.where(moves[:, None], (high - low) / spread[:, None], 0.0)
+
+    simple = points.count == 2
+    return LocatedFriction(
+        matrix=matrix,
+        vector=vector,
+        slip=state,
+        excess=excess,
+        excess_gradient=gradient,
+        theta_0=np.where(simple, points.angle[:, 0] % (2 * np.pi), np.nan),
+        theta_star=np.where(simple & state, angle[:, 1] % (2 * np.pi), np.nan),
+        stick_fraction=np.where(state, (stick * np.diff(angle)).sum(axis=1) / (2 * np.pi), 1.0),
+        reversals=points.count,
+    )
+
+
+def _full_stick(basis: FourierBasis, high, low, moves) -> FloatArray:
+    """Matrix of the spring alone; its undetermined static force centres it between the limits."""
+    matrix = np.tile(np.eye(basis.n_components), (len(moves), 1, 1))
+    if basis.order[0] == 0:
+        static = np.zeros(basis.n_components)
+        static[0] = 1.0
+        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, static)
+    return matrix
+
+
+def _march(
+    basis: FourierBasis,
+    coefficients: FloatArray,
+    points: TurningPoints,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """March the slider once around the period, from the global maximum, where ``f = g``.
+
+    Returns the ends of the intervals (n_contacts, n + 1), and per interval (n_contacts, n) whether
+    it sticks (1.0 or 0.0), the sign of the limit its force is tied to, and the angle at which its
+    stick run began. Sticking and slipping intervals alternate; either may be empty.
+    """
+    n_contacts = len(coefficients)
+    start = np.column_stack([points.angle, points.angle[:, 0] + 2 * np.pi])
+    still = points.count == 0
+    start[still, -1] = start[still, 0]
+    value = np.column_stack([points.value, points.value[:, 0]])
+    n_branches = start.shape[1] - 1
+    force, sign, origin = slip_limit.copy(), np.ones(n_contacts), start[:, 0].copy()
+    target = np.empty((n_contacts, n_branches))
+    slips = np.zeros((n_contacts, n_branches), dtype=bool)
+    signs = np.empty((n_contacts, 2 * n_branches))
+    origins = np.empty((n_contacts, 2 * n_branches))
+    stiffness = np.where(contact_stiffness > 0, contact_stiffness, 1.0)
+    for k in range(n_branches):
+        trial = force + contact_stiffness * (value[:, k + 1] - value[:, k])
+        at_low = (k + 1 == points.lowest) if k + 1 < n_branches else np.zeros(n_contacts, bool)
+        at_high = k + 1 == n_branches
+        limited = np.clip(trial, -slip_limit, slip_limit)
+        limited = np.where(at_low, -slip_limit, slip_limit if at_high else limited)
+        slips[:, k] = (np.abs(trial) > slip_limit) | at_low | at_high
+        target[:, k] = value[:, k] + (limited - force) / stiffness
+        signs[:, 2 * k], origins[:, 2 * k] = sign, origin
+        reached = np.where(at_low, -1.0, 1.0 if at_high else np.where(trial < 0, -1.0, 1.0))
+        sign = np.where(slips[:, k], reached, sign)
+        origin = np.where(slips[:, k], start[:, k + 1], origin)
+        signs[:, 2 * k + 1], origins[:, 2 * k + 1] = sign, origin
+        force = limited
+
+    onset = start[:, 1:].copy()
+    contact, branch = np.nonzero(slips)
+    onset[contact, branch] = _onset(
+        basis,
+        coefficients[contact],
+        start[contact, branch],
+        start[contact, branch + 1],
+        value[contact, branch],
+        value[contact, branch + 1],
+        target[contact, branch],
+    )
+    angle = np.empty((n_contacts, 2 * n_branches + 1))
+    angle[:, 0::2] = start
+    angle[:, 1::2] = onset
+    stick = np.zeros((n_contacts, 2 * n_branches))
+    stick[:, 0::2] = 1.0
+    return angle, stick, signs, origins
+
+
+def _onset(basis, coefficients, left, right, y_left, y_right, target) -> FloatArray:
+    """Angles where ``y`` reaches ``target`` on monotone branches (closed form for one harmonic)."""
+    span = np.where(y_right == y_left, 1.0, y_right - y_left)
+    share = np.clip((target - y_left) / span, 0.0, 1.0)
+    guess = left + (right - left) * np.arccos(1 - 2 * share) / np.pi
+    inside = (share > 0) & (share < 1)
+    if basis.has_one_harmonic or not inside.any():
+        return guess
+    own = coefficients[inside]
+    guess[inside] = monotone_root(
+        lambda tau: np.einsum("km,km->k", basis.values(tau), own) - target[inside],
+        lambda tau: np.einsum("km,km->k", basis.values(tau, 1), own),
+        left[inside],
+        right[inside],
+        guess[inside],
+    )
+    return guess
+
+
+def friction_kernel(n_components: int) -> ca.Function:
+    """CasADi function of one contact: coefficients of the friction force, Eqs. (6)-(8).
+
+    Inputs: ``coefficients`` (n_components) [m], ``contact_stiffness`` [N/m],
+    ``friction_coefficient`` [-], ``normal_load`` [N], and the data ``matrix``
+    (n_components, n_components) and ``vector`` (n_components) of `LocatedFriction`. Output:
+    ``force`` (n_components) [N].
+    """
+    y = ca.SX.sym("coefficients", n_components)
+    stiffness = ca.SX.sym("contact_stiffness")
+    friction = ca.SX.sym("friction_coefficient")
+    load = ca.SX.sym("normal_load")
+    matrix = ca.SX.sym("matrix", n_components, n_components)
+    vector = ca.SX.sym("vector", n_components)
+    force = stiffness * ca.mtimes(matrix, y) + friction * load * vector
+    return ca.Function(
+        "friction",
+        [y, stiffness, friction, load, matrix, vector],
+        [force],
+        ["coefficients", "contact_stiffness", "friction_coefficient", "normal_load"]
+        + ["matrix", "vector"],
+        ["force"],
+    )

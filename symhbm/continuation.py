@@ -1,0 +1,247 @@
+"""Pseudo-arclength continuation with contact states held over each step.
+
+The friction force has a corner where a contact begins or ends to slip, and the path may turn by
+more than 90 degrees there. Each step therefore keeps the contact states of its start, on equations
+that continue smoothly past the limits; a contact found beyond its limit ends the step on the exact
+onset, its state flips, and the path goes on along the tangent of the far side.
+
+Lengths are measured relative to the response and to the parameter at the start of the step, so
+that they mean the same in any units.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.corrector import (
+    Corrected,
+    Corrector,
+    at_limit,
+    hyperplane,
+    natural_scale,
+    unit_parameter,
+)
+from symhbm.curve import Curve
+from symhbm.fourier import FloatArray
+from symhbm.newton import TOLERANCE
+from symhbm.residual import Evaluation
+from symhbm.status import Status
+
+FIRST_STEP = 0.02
+LARGEST_STEP = 0.5
+SMALLEST_STEP = 1e-9
+PREDICTION_ERROR = 0.02
+"""Distance between predicted and corrected point aimed at, relative to the response."""
+LARGEST_PREDICTION_ERROR = 0.1
+UNBOUNDED_AMPLIFICATION = 1e9
+"""Inertia over exciting force beyond which the balance of the two drowns in round-off."""
+ON_LIMIT = 1e-9
+"""Contacts whose motion is this close to its limit, relatively, change state together."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Change of state of one contact: ``kind`` is ``"onset of slip"`` or ``"end of slip"``."""
+
+    kind: str
+    contact: int
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """A converged point of a path.
+
+    ``unknowns`` (n_unknowns,) [m] and the parameter ``value``; ``before`` and ``after``
+    (n_unknowns + 1,), the derivatives of (unknowns, value) by the local arc length on either side,
+    equal except at an event; ``slip`` (n_contacts,), the contact states after the point;
+    ``solves``, the linear solves spent since the point before.
+    """
+
+    unknowns: FloatArray
+    value: float
+    before: FloatArray
+    after: FloatArray
+    slip: NDArray[np.bool_]
+    residual_norm: float
+    solves: int
+    events: tuple[Event, ...] = ()
+
+    @property
+    def state(self) -> FloatArray:
+        """Unknowns and parameter, ``(n_unknowns + 1,)``."""
+        return np.append(self.unknowns, self.value)
+
+
+class Path:
+    """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
+
+    ``status`` tells why it ended, ``rejected`` counts the steps tried in vain.
+    """
+
+    def __init__(
+        self,
+        curve: Curve,
+        unknowns: FloatArray,
+        start: float,
+        end: float,
+        corrector: Corrector | None = None,
+        max_points: int = 5000,
+    ):
+        self.corrector = corrector or Corrector(curve)
+        self.status = Status.NOT_RUN
+        self.rejected = 0
+        self._curve = curve
+        self._begin = np.append(unknowns, start)
+        self._end = float(end)
+        self._heading = 1 if end > start else -1
+        self._max_points = max_points
+        self._orientation = 0
+        self._counted = self.corrector.solves
+
+    def __iter__(self) -> Iterator[PathPoint]:
+        point = self._first()
+        if point is None:
+            self.status = Status.NO_START
+            return
+        yield point
+        step = FIRST_STEP
+        amplification = self._curve.amplification(point.unknowns, point.value)
+        accepted = 1
+        while accepted < self._max_points:
+            attempt = self._advance(point, step)
+            if attempt is None:
+                self.rejected += 1
+                step /= 4
+                if step < SMALLEST_STEP:
+                    self.status = Status.MINIMUM_STEP
+                    return
+                continue
+            point, error = attempt
+            accepted += 1
+            yield point
+            if point.value == self._end:
+                self.status = Status.REACHED_END
+                return
+            before = amplification
+            amplification = self._curve.amplification(point.unknowns, point.value)
+            if amplification > max(before, UNBOUNDED_AMPLIFICATION):
+                self.status = Status.UNBOUNDED
+                return
+            growth = np.sqrt(PREDICTION_ERROR / max(error, 1e-12))
+            step = min(step * np.clip(growth, 0.3, 2.0), LARGEST_STEP)
+        self.status = Status.MAXIMUM_POINTS
+
+    def _first(self) -> PathPoint | None:
+        evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
+        if evaluation.norm > TOLERANCE:
+            return None
+        scale = natural_scale(self._begin)
+        row = self._heading * unit_parameter(len(scale))
+        found = self.corrector.tangent(self._begin, scale, row, evaluation.friction.slip)
+        if found is None:
+            return None
+        self._orientation = found.sign
+        direction = found.direction * scale
+        return self._accept(found, direction, direction, evaluation.friction.slip)
+
+    def _advance(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
+        """Next point and the error of its prediction, None if the step must be shorter."""
+        start, scale = base.state, natural_scale(base.state)
+        to_end = (self._end - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
+        at_end = 0 < to_end <= step
+        guess = start + (to_end if at_end else step) * base.after
+        normal = unit_parameter(len(scale)) if at_end else base.after / scale
+        found = self._correct(guess, scale, normal, base.slip, at_end)
+        if found is None:
+            return None
+        error = float(np.linalg.norm((found.point - guess) / scale))
+        if error > LARGEST_PREDICTION_ERROR:
+            return None
+        travel = found.point[-1] - base.value
+        if not at_end and (found.point[-1] - self._end) * self._heading >= 0:
+            guess = start + (self._end - base.value) / travel * (found.point - start)
+            found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, True)
+            if found is None:
+                return None
+        if self._crossed(found.evaluation, base.slip).any():
+            point = self._land(base, found, scale)
+            return None if point is None else (point, error)
+        if self._curve.single_valued and travel * self._heading <= 0:
+            return None
+        direction = self._orient(found) * scale
+        return self._accept(found, direction, direction, base.slip), error
+
+    def _correct(self, guess, scale, normal, slip, at_end: bool) -> Corrected | None:
+        if at_end:
+            guess = np.append(guess[:-1], self._end)
+        found = self.corrector.correct(guess, scale, hyperplane(guess, scale, normal), slip)
+        if found is not None and at_end:
+            found.point[-1] = self._end
+        return found
+
+    def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
+        """Solve for the first limit crossed between ``base`` and ``over``, and flip the state."""
+        start = base.state
+        at_start = self._curve.evaluate(base.unknowns, base.value, base.slip)
+        low = at_start.friction.excess
+        along = np.dot((over.point - start) / scale, base.after / scale)
+        for _ in range(1 + len(low)):
+            crossed = self._crossed(over.evaluation, base.slip)
+            high = over.evaluation.friction.excess
+            share = np.full(len(low), np.inf)
+            share[crossed] = (low / (low - high))[crossed]
+            contact = int(np.argmin(share))
+            if not 0 < share[contact] <= 1:
+                return None
+            landed = self.corrector.correct(
+                start + share[contact] * (over.point - start),
+                scale,
+                at_limit(self._curve, contact, scale),
+                base.slip,
+            )
+            if landed is None:
+                return None
+            progress = np.dot((landed.point - start) / scale, base.after / scale) / along
+            if not 0 < progress < 1.0001:
+                return None
+            over = landed
+            if not self._crossed(landed.evaluation, base.slip).any():
+                break
+        else:
+            return None
+        near = np.abs(over.evaluation.friction.excess) <= ON_LIMIT
+        flipped = near & (base.slip == base.slip[contact])
+        kind = "end of slip" if base.slip[contact] else "onset of slip"
+        events = tuple(Event(kind, int(j)) for j in np.flatnonzero(flipped))
+        slip = base.slip ^ flipped
+        before = self._orient(over)
+        found = self.corrector.tangent(over.point, scale, before, slip)
+        if found is None:
+            return None
+        return self._accept(over, before * scale, self._orient(found) * scale, slip, events)
+
+    def _orient(self, found: Corrected) -> FloatArray:
+        """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""
+        return found.direction if found.sign == self._orientation else -found.direction
+
+    @staticmethod
+    def _crossed(evaluation: Evaluation, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        excess = evaluation.friction.excess
+        beyond = np.where(slip, excess < -ON_LIMIT, excess > ON_LIMIT)
+        return beyond & np.isfinite(excess)
+
+    def _accept(self, found: Corrected, before, after, slip, events=()) -> PathPoint:
+        scale = natural_scale(found.point)
+        solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
+        return PathPoint(
+            unknowns=found.point[:-1],
+            value=float(found.point[-1]),
+            before=before / np.linalg.norm(before / scale),
+            after=after / np.linalg.norm(after / scale),
+            slip=slip,
+            residual_norm=found.evaluation.norm,
+            solves=solves,
+            events=events,
+        )

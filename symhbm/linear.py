@@ -1,0 +1,70 @@
+"""One factorisation for dense and sparse Jacobians, with the sign of the determinant."""
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from symhbm.fourier import FloatArray
+
+DENSE_LIMIT = 500
+"""Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
+
+
+def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
+    """The matrix ``[jacobian, column; row]``, dense or sparse as ``jacobian`` is."""
+    if sp.issparse(jacobian):
+        top = sp.hstack([jacobian, sp.csc_array(column[:, None])])
+        return sp.vstack([top, sp.csc_array(row[None, :])]).tocsc()
+    size = len(column)
+    matrix = np.empty((size + 1, size + 1), order="F")
+    matrix[:size, :size] = jacobian
+    matrix[:size, size] = column
+    matrix[size] = row
+    return matrix
+
+
+class Factorisation:
+    """LU factors of a square matrix; ``sign`` is that of its determinant, 0 if it is singular."""
+
+    def __init__(self, matrix: Any):
+        self._solve = None
+        self.sign = 0
+        if sp.issparse(matrix):
+            try:
+                factors = splu(sp.csc_matrix(matrix))
+            except RuntimeError:  # SuperLU: exactly singular
+                return
+            self._solve = factors.solve
+            pivots = factors.U.diagonal()
+            parity = _parity(factors.perm_r) * _parity(factors.perm_c)
+        else:
+            lu, pivot, info = scipy.linalg.lapack.dgetrf(matrix)
+            pivots = lu.diagonal()
+            if info != 0:
+                return
+            parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
+            self._solve = lambda right: scipy.linalg.lapack.dgetrs(lu, pivot, right)[0]
+        if np.all(np.isfinite(pivots)):
+            self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
+
+    def solve(self, right: FloatArray) -> FloatArray | None:
+        """Solution for one or several right-hand sides, None if there is no finite one."""
+        if self._solve is None or not np.all(np.isfinite(right)):
+            return None
+        solution = self._solve(right)
+        return solution if np.all(np.isfinite(solution)) else None
+
+
+def _parity(permutation: np.ndarray) -> int:
+    seen = np.zeros(len(permutation), dtype=bool)
+    sign = 1
+    for start in range(len(permutation)):
+        length, at = 0, start
+        while not seen[at]:
+            seen[at], at, length = True, permutation[at], length + 1
+        if length and length % 2 == 0:
+            sign = -sign
+    return sign

@@ -1,0 +1,231 @@
+"""Structures with dry-friction contacts: matrices, contact directions and their parameters.
+
+``M x'' + C x' + K x + sum_j w_j f_j(w_j^T x) = F(t)``: contact ``j`` acts on the relative
+displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the ground.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from symhbm import check
+from symhbm.fourier import FloatArray
+
+CONTACT_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")
+BLADE_PARAMETERS = ("mass", "damping", "stiffness")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Model:
+    """Structure of Eqs. (1)-(3) with general matrices and friction contacts.
+
+    Parameters
+    ----------
+    mass_matrix, damping_matrix, stiffness_matrix : (n_dof, n_dof)
+        Dense or `scipy.sparse` [kg, N s/m, N/m].
+    contacts : sequence of (dof, dof) or (dof,)
+        The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
+        connected to the ground.
+    contact_stiffness, friction_coefficient, normal_load : one value or one per contact
+        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a matrix is not square, real and finite, if mass has a diagonal entry that is not
+        positive, if damping or stiffness have a negative one, if a contact joins a degree of
+        freedom to itself or to one that does not exist, or if a parameter is negative.
+    """
+
+    mass_matrix: Any
+    damping_matrix: Any
+    stiffness_matrix: Any
+    contacts: Sequence[Sequence[int] | int] = ()
+    contact_stiffness: ArrayLike = 0.0
+    friction_coefficient: ArrayLike = 0.0
+    normal_load: ArrayLike = 0.0
+    lumped: bool = False
+
+    def __post_init__(self):
+        put = object.__setattr__
+        size = None
+        for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
+            matrix = _matrix(name, getattr(self, name), size, strict=name == "mass_matrix")
+            size = matrix.shape[0]
+            put(self, name, matrix)
+        asymmetry = abs(self.mass_matrix - self.mass_matrix.T)
+        if asymmetry.nnz and asymmetry.max() > 1e-9 * abs(self.mass_matrix).max():
+            raise ValueError("mass_matrix: expected a symmetric matrix")
+        put(self, "contacts", _contact_dofs(self.contacts, self.n_dof))
+        for name in CONTACT_PARAMETERS:
+            value = check.one_or_each(
+                name, getattr(self, name), self.n_contacts, "contact", "non-negative"
+            )
+            put(self, name, value)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return self.mass_matrix.shape[0]
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contacts."""
+        return len(self.contacts)
+
+    @property
+    def directions(self) -> sp.csr_array:
+        """The directions ``w_j`` as rows, shape ``(n_contacts, n_dof)``."""
+        rows = [j for j, dofs in enumerate(self.contacts) for _ in dofs]
+        columns = [dof for dofs in self.contacts for dof in dofs]
+        values = [sign for dofs in self.contacts for sign in (1.0, -1.0)[: len(dofs)]]
+        return sp.csr_array((values, (rows, columns)), shape=(self.n_contacts, self.n_dof))
+
+    @property
+    def parameters(self) -> dict[str, FloatArray]:
+        """Value of each parameter per blade (a lumped model only) and per contact."""
+        named: dict[str, FloatArray] = {}
+        if self.lumped:
+            named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
+        return named | {name: np.asarray(getattr(self, name)) for name in CONTACT_PARAMETERS}
+
+    def with_parameters(self, **values: ArrayLike) -> "Model":
+        """Return a copy with other values, one or one per blade or contact, of named parameters.
+
+        Raises KeyError for a name that is no parameter, and as the constructor for bad values.
+        """
+        changes: dict[str, Any] = {}
+        for name, value in values.items():
+            check.known(name, self.parameters, "parameter of this model")
+            if name in BLADE_PARAMETERS:
+                changes[f"{name}_matrix"] = _diagonal(name, value, self.n_dof)
+            else:
+                changes[name] = value
+        return replace(self, **changes)
+
+    def __repr__(self) -> str:
+        kind = "lumped blades" if self.lumped else "degrees of freedom"
+        lines = [f"Model: {self.n_dof} {kind}, {self.n_contacts} friction contacts"]
+        units = dict(
+            mass="kg",
+            damping="N s/m",
+            stiffness="N/m",
+            contact_stiffness="N/m",
+            friction_coefficient="",
+            normal_load="N",
+        )
+        for name, value in self.parameters.items():
+            if value.size:
+                low, high = value.min(), value.max()
+                text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
+                lines.append(f"  {name:<21} {text} {units[name]}".rstrip())
+        return "\n".join(lines)
+
+
+def single_blade(
+    *,
+    mass: float,
+    stiffness: float,
+    damping: float,
+    contact_stiffness: float,
+    friction_coefficient: float,
+    normal_load: float,
+) -> Model:
+    """One blade on a ground spring with one friction damper to the ground (the source's Fig. 2).
+
+    Values in kg, N/m, N s/m, N/m, -, N. Raises as `Model`.
+    """
+    values = dict(mass=mass, damping=damping, stiffness=stiffness)
+    matrices = [_diagonal(name, value, 1) for name, value in values.items()]
+    return Model(
+        *matrices,
+        contacts=[(0,)],
+        contact_stiffness=contact_stiffness,
+        friction_coefficient=friction_coefficient,
+        normal_load=normal_load,
+        lumped=True,
+    )
+
+
+def bladed_disk(
+    n_blades: int,
+    *,
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    damping: ArrayLike,
+    contact_stiffness: ArrayLike,
+    friction_coefficient: ArrayLike,
+    normal_load: ArrayLike,
+) -> Model:
+    """Ring of blades on ground springs, each coupled to the next by a friction damper (Fig. 5).
+
+    Contact ``j`` joins blades ``j`` and ``(j + 1) mod n_blades``. Each parameter is one value or
+    one per blade or contact, in kg, N/m, N s/m, N/m, -, N. Raises as `Model`, and ValueError for
+    fewer than 3 blades.
+    """
+    n_blades = check.integer("n_blades", n_blades, minimum=3)
+    values = dict(mass=mass, damping=damping, stiffness=stiffness)
+    matrices = [_diagonal(name, value, n_blades) for name, value in values.items()]
+    return Model(
+        *matrices,
+        contacts=[(j, (j + 1) % n_blades) for j in range(n_blades)],
+        contact_stiffness=contact_stiffness,
+        friction_coefficient=friction_coefficient,
+        normal_load=normal_load,
+        lumped=True,
+    )
+
+
+def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
+    bound = "positive" if name == "mass" else "non-negative"
+    entries = check.one_or_each(name, value, size, "blade", bound)
+    # Zeros stay stored: each blade keeps its place among the parameters.
+    return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
+
+
+def _matrix(name: str, value: Any, size: int | None, strict: bool) -> sp.csc_array:
+    if sp.issparse(value):
+        matrix = sp.csc_array(value, dtype=float)
+    else:
+        dense = check.array(name, value)
+        if dense.ndim != 2:
+            raise ValueError(f"{name}: expected a square matrix, got shape {dense.shape}")
+        matrix = sp.csc_array(dense)
+    check.array(f"{name} entries", matrix.data)
+    if matrix.shape[0] != matrix.shape[1] or matrix.shape[0] == 0:
+        raise ValueError(f"{name}: expected a square matrix, got shape {matrix.shape}")
+    if size is not None and matrix.shape[0] != size:
+        raise ValueError(
+            f"{name}: expected shape {(size, size)} as the mass matrix, got {matrix.shape}"
+        )
+    matrix.sum_duplicates()
+    diagonal = matrix.diagonal()
+    bad = diagonal <= 0 if strict else diagonal < 0
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise ValueError(
+            f"{name}: expected a diagonal {'> 0' if strict else '>= 0'}, "
+            f"entry {i} is {diagonal[i]:g}"
+        )
+    return matrix
+
+
+def _contact_dofs(contacts: Any, n_dof: int) -> tuple[tuple[int, ...], ...]:
+    if isinstance(contacts, (str, bytes)) or not isinstance(contacts, Iterable):
+        raise TypeError(f"contacts={check.shown(contacts)}: expected a sequence of DOF pairs")
+    result = []
+    for j, dofs in enumerate(contacts):
+        pair = tuple(dofs) if isinstance(dofs, Iterable) else (dofs,)
+        if len(pair) not in (1, 2):
+            raise ValueError(f"contacts[{j}]={check.shown(dofs)}: expected one or two DOFs")
+        pair = tuple(check.integer(f"contacts[{j}]", dof, 0, n_dof - 1) for dof in pair)
+        if len(set(pair)) != len(pair):
+            raise ValueError(
+                f"contacts[{j}]={check.shown(dofs)}: a contact joins two different DOFs"
+            )
+        result.append(pair)
+    return tuple(result)

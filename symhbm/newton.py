@@ -1,0 +1,69 @@
+"""One point: Newton's method with a line search on the residual."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symhbm.fourier import FloatArray
+from symhbm.linear import Factorisation
+from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.status import Status
+
+TOLERANCE = 1e-12
+"""Largest residual over the largest sum of absolute force terms: some thousand round-offs."""
+PRECISION = 1e-6
+"""Largest last step relative to the response: convergence is quadratic, the error its square."""
+MAX_ITERATIONS = 60
+SMALLEST_STEP = 2.0**-12
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Last point of an iteration: ``unknowns`` (n_unknowns,) [m] and how they were reached.
+
+    ``iterations`` counts linear solves; ``evaluation`` belongs to ``unknowns``.
+    """
+
+    unknowns: FloatArray
+    frequency: float
+    evaluation: Evaluation
+    iterations: int
+    status: Status
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual is below the tolerance."""
+        return self.status == Status.SUCCESS
+
+
+def newton(problem: HarmonicBalance, start: FloatArray, frequency: float) -> NewtonResult:
+    """Solve Eq. (9) at one angular ``frequency`` [rad/s] from the unknowns ``start`` [m]."""
+    unknowns = np.array(start, dtype=float)
+    evaluation = problem.evaluate(unknowns, frequency)
+    last_step = np.inf
+    for iteration in range(MAX_ITERATIONS):
+        if evaluation.norm <= TOLERANCE and last_step <= PRECISION:
+            return NewtonResult(unknowns, frequency, evaluation, iteration, Status.SUCCESS)
+        step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
+        if step is None:
+            return NewtonResult(
+                unknowns, frequency, evaluation, iteration + 1, Status.SYSTEM_SINGULAR
+            )
+        merit = np.linalg.norm(evaluation.residual)
+        length = 1.0
+        while length >= SMALLEST_STEP:
+            trial = problem.evaluate(unknowns + length * step, frequency)
+            if (
+                trial.norm <= TOLERANCE
+                or np.linalg.norm(trial.residual) <= (1 - 1e-4 * length) * merit
+            ):
+                break
+            length /= 2
+        else:
+            return NewtonResult(
+                unknowns, frequency, evaluation, iteration + 1, Status.NO_CONVERGENCE
+            )
+        unknowns, evaluation = unknowns + length * step, trial
+        last_step = np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
+    status = Status.SUCCESS if evaluation.norm <= TOLERANCE else Status.NO_CONVERGENCE
+    return NewtonResult(unknowns, frequency, evaluation, MAX_ITERATIONS, status)

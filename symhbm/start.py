@@ -1,0 +1,59 @@
+"""The first point: a solution at one frequency without a known neighbour."""
+
+import numpy as np
+
+from symhbm.continuation import Path
+from symhbm.curve import ParameterCurve
+from symhbm.fourier import FloatArray
+from symhbm.linear import Factorisation
+from symhbm.newton import NewtonResult, newton
+from symhbm.residual import HarmonicBalance
+from symhbm.status import Status
+
+
+def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
+    """Response with every contact held by its spring, None where it is unbounded.
+
+    ``frequency`` in rad/s; the result (n_unknowns,) in m.
+    """
+    nothing = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
+    return Factorisation(nothing.jacobian).solve(-nothing.residual)
+
+
+def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
+    """Solve Eq. (9) at one angular ``frequency`` [rad/s] from nothing.
+
+    Newton's method starts from the response with all contacts stuck, then from that without
+    contacts. Where both fail, the force grows from an amplitude at which every contact sticks,
+    and the exact linear response there is followed to the full amplitude.
+    """
+    stuck = linear_response(problem, frequency)
+    free = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+    results = []
+    for start in (stuck, free):
+        if start is not None:
+            results.append(newton(problem, start, frequency))
+            if results[-1].converged:
+                return results[-1]
+    if stuck is not None:
+        grown = _grow_force(problem, stuck, frequency)
+        if grown is not None:
+            results.append(newton(problem, grown, frequency))
+    if not results:
+        nothing = np.zeros(problem.n_unknowns)
+        evaluation = problem.evaluate(nothing, frequency)
+        return NewtonResult(nothing, frequency, evaluation, 1, Status.SYSTEM_SINGULAR)
+    return results[-1]
+
+
+def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
+    excess = problem.locate(stuck).excess
+    excess = excess[np.isfinite(excess)]
+    share = 0.5 * np.exp(-max(excess.max(initial=0.0), 0.0))
+    amplitude = float(problem.parameters["force_amplitude"])
+    curve = ParameterCurve(problem, "force_amplitude", frequency)
+    path = Path(curve, share * stuck, share * amplitude, amplitude)
+    last = None
+    for last in path:
+        pass
+    return last.unknowns if last is not None and path.status == Status.REACHED_END else None

@@ -1,0 +1,62 @@
+"""Why a computation ended, and what to try when it ended too early."""
+
+from enum import StrEnum
+
+
+class Status(StrEnum):
+    """Outcome of a computation; the value of each member is the sentence shown to the user."""
+
+    SUCCESS = "success"
+    REACHED_END = "the end of the band was reached"
+    NO_CONVERGENCE = (
+        "Newton's method did not converge: no better point was found along the last step; "
+        "try a start from a converged neighbour, fewer harmonics, or check the parameters for "
+        "values many orders of magnitude apart"
+    )
+    NO_START = (
+        "no response was found at the start of the band; try another start frequency "
+        "or fewer harmonics"
+    )
+    MINIMUM_STEP = (
+        "the path could not be continued: the step fell below its smallest value; "
+        "the points before are valid; try a band that starts beyond this frequency"
+    )
+    MAXIMUM_POINTS = (
+        "the largest number of points was reached before the end of the band; "
+        "the points before are valid; try max_points with a larger value or a narrower band"
+    )
+    GRID_INCOMPLETE = (
+        "the end of the band was reached, but some frequencies of the grid have no converged point "
+        "(converged is false there, the values are NaN); try harmonics in a smaller set"
+    )
+    UNBOUNDED = (
+        "the response grows without bound: no damping limits this resonance; "
+        "add damping or friction, or end the band before it"
+    )
+    PEAK_NOT_LOCATED = (
+        "the end of the band was reached, but a maximum between two points of the path could not "
+        "be solved for and is missing among the peaks; try a narrower band around the largest "
+        "amplitude"
+    )
+    SYSTEM_SINGULAR = (
+        "the equations are singular at this frequency: an undamped resonance lies here and the "
+        "response is unbounded; add damping or move the frequency"
+    )
+    NOT_RUN = (
+        "the worker that computed this parameter set died; run this parameter set again, "
+        "alone or with fewer workers"
+    )
+
+
+class SolveError(RuntimeError):
+    """A computation that did not reach its end, raised only when the caller passes ``throw=True``.
+
+    The attribute ``result`` holds the dataset computed so far.
+    """
+
+    def __init__(self, message: str, result: object = None):
+        super().__init__(message)
+        self.result = result
+
+    def __reduce__(self):
+        return type(self), (str(self), self.result)

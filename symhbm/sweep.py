@@ -1,0 +1,113 @@
+"""Parameter sets from what the user sweeps: names, dimensions and values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm import check
+from symhbm.residual import HarmonicBalance
+
+PATTERN_DIMENSIONS = ("dof", "contact")
+OWN_DIMENSIONS = {"point", "frequency", "harmonic", "component", "peak", "event"}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Swept parameters: ``values`` by name, all broadcast over ``dims`` of the given ``shape``."""
+
+    values: dict[str, xr.DataArray]
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+
+    def sets(self) -> list[dict[str, np.ndarray]]:
+        """The values of each parameter set, in the order of the flattened dimensions."""
+        result = []
+        for index in np.ndindex(*self.shape):
+            place = dict(zip(self.dims, index, strict=True))
+            result.append(
+                {
+                    name: value.isel({d: i for d, i in place.items() if d in value.dims}).values
+                    for name, value in self.values.items()
+                }
+            )
+        return result
+
+
+def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None) -> Sweep:
+    """Read ``over``: a list becomes a dimension of its own name, names that share one go in pairs.
+
+    Every set is applied once to the problem, so bad values raise here and not in a worker.
+
+    Raises
+    ------
+    TypeError
+        If ``over`` is no mapping.
+    KeyError
+        If a name is no parameter of the problem.
+    ValueError
+        If a value is out of range, a list is empty, or dimensions do not fit.
+    """
+    if over is None:
+        return Sweep({}, (), ())
+    if not isinstance(over, Mapping):
+        raise TypeError(f"over={check.shown(over)}: expected a mapping of parameters or a Dataset")
+    values: dict[str, xr.DataArray] = {}
+    for name in over.data_vars if isinstance(over, xr.Dataset) else over:
+        check.known(str(name), problem.parameters)
+        values[str(name)] = _array(problem, str(name), over[name])
+    sizes: dict[str, int] = {}
+    for name, value in values.items():
+        for dim in (str(d) for d in value.dims if d not in PATTERN_DIMENSIONS):
+            size = value.sizes[dim]
+            if sizes.setdefault(dim, size) != size:
+                raise ValueError(
+                    f"over[{name!r}]: dimension {dim!r} has {size} values, "
+                    f"elsewhere it has {sizes[dim]}"
+                )
+    sweep = Sweep(values, tuple(sizes), tuple(sizes.values()))
+    for chosen in sweep.sets():
+        problem.with_parameters(**chosen)
+    return sweep
+
+
+def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:
+    where = f"over[{name!r}]"
+    if not isinstance(value, xr.DataArray):
+        values = check.array(where, value)
+        if values.ndim > 1:
+            raise ValueError(
+                f"{where}: expected a number, a list or a DataArray, got shape {values.shape}; "
+                "name the dimensions, for example DataArray(values, dims=('sample', 'contact'))"
+            )
+        dims = (name,) if values.ndim else ()
+        coords = {name: _natural(problem, name, values)} if values.ndim else {}
+        value = xr.DataArray(values, dims=dims, coords=coords)
+    check.array(where, value.values)
+    value = value.copy(data=_natural(problem, name, value.values))
+    sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
+    nominal = np.shape(problem.parameters[name])
+    for dim in value.dims:
+        if dim in OWN_DIMENSIONS:
+            raise ValueError(f"{where}: dimension {dim!r} is one of the result's own")
+        if value.sizes[dim] == 0:
+            raise ValueError(f"{where}: expected at least one value along {dim!r}, got none")
+        if dim in sizes and (not nominal or nominal[0] != sizes[dim]):
+            raise ValueError(f"{where}: {name} has no value per {dim}")
+        if dim in sizes and value.sizes[dim] != sizes[dim]:
+            raise ValueError(
+                f"{where}: expected {sizes[dim]} values along {dim!r}, got {value.sizes[dim]}"
+            )
+    pattern = [d for d in value.dims if d in PATTERN_DIMENSIONS]
+    return value.transpose(..., *pattern)
+
+
+def _natural(problem: HarmonicBalance, name: str, values: np.ndarray) -> np.ndarray:
+    """Integers for an integer parameter, floats for all others."""
+    if isinstance(problem.parameters[name], int):
+        if np.any(values != np.round(values)):
+            raise ValueError(f"over[{name!r}]={check.shown(values.tolist())}: expected integers")
+        return values.astype(np.int64)
+    return np.asarray(values, dtype=float)
