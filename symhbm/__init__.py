@@ -2,7 +2,7 @@
 
 from importlib import import_module
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symhbm.archive import ArchiveError, load, rebuild, save
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
@@ -10,6 +10,9 @@ from symhbm.frf import frf, solve
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
 from symhbm.status import SolveError, Status
+
+if TYPE_CHECKING:
+    from symhbm import plot
 
 __version__ = version("symhbm")
 

@@ -1,6 +1,7 @@
 """One response curve as plain arrays: what a worker computes for one parameter set."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ RADIANS = 2 * np.pi
 ACCEPTED = 10 * TOLERANCE
 """Largest residual norm of a converged point when every contact is free to choose its state."""
 
-Table = dict[str, np.ndarray]
+Table = dict[str, Any]
 
 
 @dataclass

@@ -6,7 +6,7 @@ degree of freedom at unit amplitude.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,7 +48,7 @@ def _check_contained(harmonic: int, basis: FourierBasis) -> None:
 class _Named:
     """Named parameters shared by all excitations."""
 
-    _fields = {"force_amplitude": "amplitude"}
+    _fields: ClassVar = {"force_amplitude": "amplitude"}
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -101,7 +101,7 @@ class EngineOrder(_Named):
     blades: Sequence[int] | None = None
     harmonic: int = 1
 
-    _fields = {"force_amplitude": "amplitude", "engine_order": "order"}
+    _fields: ClassVar = {"force_amplitude": "amplitude", "engine_order": "order"}
 
     def __post_init__(self):
         put = object.__setattr__

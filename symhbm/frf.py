@@ -43,7 +43,7 @@ def solve(problem: HarmonicBalance, frequency: float, *, throw: bool = False) ->
     status = found.status
     if found.converged and not point["converged"]:
         status = Status.NO_CONVERGENCE
-    point["iterations"] = np.int32(found.iterations)
+    point |= {"iterations": np.int32(found.iterations)}
     result = schema.label_point(problem, point, str(status))
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

@@ -3,12 +3,13 @@
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
+from scipy.linalg import get_lapack_funcs
 from scipy.sparse.linalg import splu
 
 from symhbm.fourier import FloatArray
 
+_DGETRF, _DGETRS = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
 DENSE_LIMIT = 500
 """Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
 
@@ -41,12 +42,12 @@ class Factorisation:
             pivots = factors.U.diagonal()
             parity = _parity(factors.perm_r) * _parity(factors.perm_c)
         else:
-            lu, pivot, info = scipy.linalg.lapack.dgetrf(matrix)
+            lu, pivot, info = _DGETRF(matrix)
             pivots = lu.diagonal()
             if info != 0:
                 return
             parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
-            self._solve = lambda right: scipy.linalg.lapack.dgetrs(lu, pivot, right)[0]
+            self._solve = lambda right: _DGETRS(lu, pivot, right)[0]
         if np.all(np.isfinite(pivots)):
             self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
 

@@ -4,7 +4,7 @@
 displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the ground.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -44,10 +44,10 @@ class Model:
     mass_matrix: Any
     damping_matrix: Any
     stiffness_matrix: Any
-    contacts: Sequence[Sequence[int] | int] = ()
-    contact_stiffness: ArrayLike = 0.0
-    friction_coefficient: ArrayLike = 0.0
-    normal_load: ArrayLike = 0.0
+    contacts: Any = ()
+    contact_stiffness: Any = 0.0
+    friction_coefficient: Any = 0.0
+    normal_load: Any = 0.0
     lumped: bool = False
 
     def __post_init__(self):
@@ -70,7 +70,7 @@ class Model:
     @property
     def n_dof(self) -> int:
         """Number of degrees of freedom."""
-        return self.mass_matrix.shape[0]
+        return int(self.mass_matrix.shape[0])
 
     @property
     def n_contacts(self) -> int:
@@ -79,7 +79,7 @@ class Model:
 
     @property
     def directions(self) -> sp.csr_array:
-        """The directions ``w_j`` as rows, shape ``(n_contacts, n_dof)``."""
+        """Directions ``w_j`` as rows, shape ``(n_contacts, n_dof)``."""
         rows = [j for j, dofs in enumerate(self.contacts) for _ in dofs]
         columns = [dof for dofs in self.contacts for dof in dofs]
         values = [sign for dofs in self.contacts for sign in (1.0, -1.0)[: len(dofs)]]
@@ -87,7 +87,7 @@ class Model:
 
     @property
     def parameters(self) -> dict[str, FloatArray]:
-        """Value of each parameter per blade (a lumped model only) and per contact."""
+        """Named parameters: per blade (of a lumped model only) and per contact."""
         named: dict[str, FloatArray] = {}
         if self.lumped:
             named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
@@ -187,7 +187,8 @@ def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 
 
-def _matrix(name: str, value: Any, size: int | None, strict: bool) -> sp.csc_array:
+def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
+    matrix: Any
     if sp.issparse(value):
         matrix = sp.csc_array(value, dtype=float)
     else:

@@ -7,9 +7,10 @@ of slip. A maximum at an end of the path is an edge, never a peak.
 
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy import optimize
 
 from symhbm.continuation import PathPoint
 from symhbm.corrector import Corrected, Corrector, hyperplane, natural_scale
@@ -66,10 +67,8 @@ def find_peaks(curve: Curve, points: list[PathPoint], corrector: Corrector) -> l
     sides = [_sides(problem, point) for point in points]
     for here, (left, right) in zip(points[1:-1], sides[1:-1], strict=True):
         peaks += _corner(here, left, right)
-    for (here, (_, right)), (there, (left, _)) in zip(
-        zip(points, sides, strict=True), zip(points[1:], sides[1:], strict=True)
-    ):
-        peaks += _within(curve, corrector, here, there, right, left)
+    for i, (here, there) in enumerate(pairwise(points)):
+        peaks += _within(curve, corrector, here, there, sides[i][1], sides[i + 1][0])
     return sorted(peaks, key=lambda peak: peak.value)
 
 
@@ -204,8 +203,8 @@ def _turn(
         share = 0.0 if low <= 0 else 1.0
     else:
         known = {0.0: low, 1.0: high}
-        share = brentq(
-            lambda h: known.get(h) or slope(h), 0.0, 1.0, xtol=1e-13, rtol=1e-13, maxiter=100
+        share = float(
+            optimize.brentq(lambda h: known.get(h) or slope(h), 0.0, 1.0, xtol=1e-13)  # type: ignore
         )
     if share not in visited:
         slope(share)

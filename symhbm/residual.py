@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Iterable
-from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm import check
-from symhbm.contact import LocatedFriction, friction_kernel, locate
+from symhbm.contact import locate
 from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.linear import DENSE_LIMIT
 from symhbm.model import CONTACT_PARAMETERS, Model
 
@@ -131,7 +131,8 @@ class HarmonicBalance:
             check.known(name, self.parameters)
         of_model = {k: v for k, v in values.items() if k in self.model.parameters}
         of_force = {k: v for k, v in values.items() if k not in of_model}
-        other = copy(self)
+        other = object.__new__(HarmonicBalance)
+        other.__dict__.update(self.__dict__)
         if of_model:
             other.model = self.model.with_parameters(**of_model)
         if of_force:
@@ -150,7 +151,7 @@ class HarmonicBalance:
     def expand(self, contact: int, coefficients: FloatArray) -> FloatArray:
         """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""
         direction = self._directions[[contact]].toarray()[0]
-        return np.outer(direction, coefficients).ravel()
+        return (direction[:, None] * coefficients).ravel()
 
     def locate(self, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None):
         """Events of all contacts at the unknowns, see `symhbm.contact.locate`."""
@@ -218,7 +219,10 @@ class _CompiledBalance:
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= dict.fromkeys(CONTACT_PARAMETERS, n_contacts)
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
-        symbol = {"unknowns": ca.SX.sym("unknowns", n_dof * size), "frequency": ca.SX.sym("omega")}
+        symbol: dict[str, ca.SX] = {
+            "unknowns": ca.SX.sym("unknowns", n_dof * size),
+            "frequency": ca.SX.sym("omega"),
+        }
         symbol |= {name: ca.SX.sym(name, counts[name]) for name in self.parameter_names}
         symbol["matrix"] = ca.SX.sym("matrix", size, n_contacts * size)
         symbol["vector"] = ca.SX.sym("vector", size, n_contacts)
@@ -317,9 +321,9 @@ class _CompiledBalance:
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, memoryview(array))  # type: ignore
         for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, memoryview(array))  # type: ignore
 
     def __call__(self, unknowns, frequency, arguments, friction: LocatedFriction):
         with self._lock:
@@ -344,8 +348,8 @@ class _CompiledBalance:
 
 
 def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
-    rows, columns = matrix.shape
-    return ca.Sparsity(rows, columns, matrix.indptr.tolist(), matrix.indices.tolist())
+    rows, columns = matrix.shape  # type: ignore
+    return ca.Sparsity(rows, columns, list(matrix.indptr), list(matrix.indices))
 
 
 def _constant(matrix: sp.csr_array) -> ca.DM:

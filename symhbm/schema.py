@@ -1,13 +1,14 @@
 """Names, dimensions, units and provenance of the datasets: the archive's contract."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-import casadi
 import numpy as np
+import scipy.sparse as sp
 import xarray as xr
 
 import symhbm.excitation as excitations
@@ -30,7 +31,7 @@ class Variable(NamedTuple):
     inner: tuple[str, ...]
     units: str
     long_name: str
-    attributes: dict[str, Any] = {}
+    attributes: Mapping[str, Any] = MappingProxyType({})
 
 
 _STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
@@ -173,7 +174,7 @@ def _with_provenance(dataset: xr.Dataset, problem: HarmonicBalance, sweep: Sweep
         "references": REFERENCE,
         "symhbm_schema": SCHEMA_VERSION,
         "symhbm_version": version("symhbm"),
-        "casadi_version": casadi.__version__,
+        "casadi_version": version("casadi"),
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
@@ -248,13 +249,9 @@ def _nominal(dataset: xr.Dataset, name: str, swept: list[str]) -> np.ndarray:
 
 
 def _identity(size: int) -> Any:
-    import scipy.sparse as sp
-
     return sp.eye_array(size, format="csc")
 
 
 def _matrix(dataset: xr.Dataset, name: str, size: int) -> Any:
-    import scipy.sparse as sp
-
     row, column, value = (dataset[f"{name}_{part}"].values for part in ("row", "column", "value"))
     return sp.csc_array((value, (row, column)), shape=(size, size))

@@ -53,7 +53,5 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     amplitude = float(problem.parameters["force_amplitude"])
     curve = ParameterCurve(problem, "force_amplitude", frequency)
     path = Path(curve, share * stuck, share * amplitude, amplitude)
-    last = None
-    for last in path:
-        pass
-    return last.unknowns if last is not None and path.status == Status.REACHED_END else None
+    points = list(path)
+    return points[-1].unknowns if path.status == Status.REACHED_END else None

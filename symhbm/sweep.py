@@ -55,9 +55,9 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
     if not isinstance(over, Mapping):
         raise TypeError(f"over={check.shown(over)}: expected a mapping of parameters or a Dataset")
     values: dict[str, xr.DataArray] = {}
-    for name in over.data_vars if isinstance(over, xr.Dataset) else over:
+    for name, value in (over.data_vars if isinstance(over, xr.Dataset) else over).items():
         check.known(str(name), problem.parameters)
-        values[str(name)] = _array(problem, str(name), over[name])
+        values[str(name)] = _array(problem, str(name), value)
     sizes: dict[str, int] = {}
     for name, value in values.items():
         for dim in (str(d) for d in value.dims if d not in PATTERN_DIMENSIONS):

@@ -1,0 +1,33 @@
+"""Run studies: compute, archive, draw, and say where the files are."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import xarray as xr
+from matplotlib.figure import Figure
+
+import symhbm as sh
+
+RESULTS = Path(__file__).resolve().parent.parent / "data" / "results"
+
+
+def run(
+    name: str,
+    compute: Callable[[], xr.Dataset],
+    draw: Callable[[xr.Dataset], Figure],
+    results: Path = RESULTS,
+) -> list[Path]:
+    """Compute a study, save its archive and its picture, and print their paths."""
+    matplotlib.use("Agg")
+    results.mkdir(parents=True, exist_ok=True)
+    dataset = compute()
+    archive = sh.save(dataset, results / f"{name}.nc")
+    figure = draw(dataset)
+    picture = results / f"{name}.png"
+    figure.savefig(picture)
+    plt.close(figure)
+    for path in (archive, picture):
+        print(path)
+    return [archive, picture]
