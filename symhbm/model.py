@@ -190,7 +190,7 @@ def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
 def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
     matrix: Any
     if sp.issparse(value):
-        matrix = sp.csc_array(value, dtype=float)
+        matrix = sp.csc_array(value, dtype=float, copy=True)
     else:
         dense = check.array(name, value)
         if dense.ndim != 2:
@@ -204,6 +204,7 @@ def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
             f"{name}: expected shape {(size, size)} as the mass matrix, got {matrix.shape}"
         )
     matrix.sum_duplicates()
+    matrix.data.setflags(write=False)
     diagonal = matrix.diagonal()
     bad = diagonal <= 0 if strict else diagonal < 0
     if bad.any():

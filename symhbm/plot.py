@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from scipy.interpolate import PchipInterpolator
 
 from symhbm import check
 
@@ -128,16 +129,23 @@ def _decibel(amplitude: np.ndarray) -> np.ndarray:
 
 def _line(ax: Axes, curve: xr.Dataset, dof: int | None, label: str, color, style) -> None:
     amplitude = curve["amplitude"]
-    values = amplitude.max("dof") if dof is None else amplitude.isel(dof=dof)
-    frequency = curve["frequency"].values
-    level = _decibel(values.values)
+    values = amplitude.max("dof", skipna=False) if dof is None else amplitude.isel(dof=dof)
+    frequency, level = curve["frequency"].values, _decibel(values.values)
+    inside = np.isfinite(frequency)
+    frequency, level = frequency[inside], level[inside]
     if dof is None and "peak_frequency" in curve:
         # The line runs through its own peaks, however far apart the points are.
-        frequency = np.append(frequency, curve["peak_frequency"].values)
-        level = np.append(level, _decibel(curve["peak_amplitude"].values))
-    keep = np.isfinite(frequency) & (np.isfinite(level) | np.isnan(level))
-    order = np.argsort(frequency[keep], kind="stable")
-    ax.plot(frequency[keep][order], level[keep][order], color=color, linestyle=style, label=label)
+        bounded = np.isfinite(curve["peak_amplitude"].values)
+        frequency = np.append(frequency, curve["peak_frequency"].values[bounded])
+        level = np.append(level, _decibel(curve["peak_amplitude"].values[bounded]))
+    _, first = np.unique(frequency, return_index=True)
+    frequency, level = frequency[first], level[first]
+    if len(level) > 2 and np.all(np.isfinite(level)):
+        # Monotone between its points: nothing is drawn above a peak or below a trough.
+        fine = np.linspace(0, len(level) - 1, 12 * len(level) + 1)
+        fine = np.interp(fine, np.arange(len(level)), frequency)
+        frequency, level = fine, PchipInterpolator(frequency, level)(fine)
+    ax.plot(frequency, level, color=color, linestyle=style, label=label)
 
 
 def _peaks(ax: Axes, curve: xr.Dataset, dof: int | None, color) -> None:

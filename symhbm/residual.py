@@ -1,24 +1,20 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
-import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm import check
 from symhbm.contact import locate
+from symhbm.equations import MATRIX_INPUTS, Equations
 from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
-from symhbm.friction import LocatedFriction, friction_kernel
-from symhbm.linear import DENSE_LIMIT
+from symhbm.friction import LocatedFriction
 from symhbm.model import CONTACT_PARAMETERS, Model
-
-MATRIX_INPUTS = ("mass", "damping", "stiffness")
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ class HarmonicBalance:
         self.model = model
         self.excitation = excitation
         self.basis = FourierBasis(check_harmonics(harmonics))
-        self._compiled = _CompiledBalance(model, self.basis)
+        self._equations = Equations(model, self.basis)
         self._set_arguments()
 
     @property
@@ -98,14 +94,14 @@ class HarmonicBalance:
     @property
     def residual(self) -> ca.Function:
         """CasADi function of Eq. (9): unknowns, frequency and parameters to forces [N]."""
-        return self._compiled.residual
+        return self._equations.residual
 
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse exact derivative of the residual by one of its inputs.
 
         ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names.
         """
-        return self._compiled.derivative(name)
+        return self._equations.derivative(name)
 
     def arguments(
         self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
@@ -116,7 +112,9 @@ class HarmonicBalance:
         contact states, see `symhbm.contact.locate`.
         """
         friction = self.locate(unknowns, slip)
-        named = dict(zip(self._compiled.parameter_names, self._arguments, strict=True))
+        named: dict[str, FloatArray] = dict(
+            zip(self._equations.parameter_names, self._arguments, strict=True)
+        )
         n_contacts, size = friction.vector.shape
         named["matrix"] = friction.matrix.transpose(1, 0, 2).reshape(size, n_contacts * size)
         named["vector"] = friction.vector.T
@@ -171,12 +169,11 @@ class HarmonicBalance:
         ``slip`` (n_contacts,) imposes contact states, see `symhbm.contact.locate`.
         """
         friction = self.locate(unknowns, slip)
-        compiled = self._compiled
-        residual, magnitude, values, by_parameter = compiled(
+        residual, magnitude, values, by_parameter = self._equations(
             unknowns, frequency, self._arguments, friction
         )
         return Evaluation(
-            residual, float(magnitude[0]), compiled.assemble(values), by_parameter, friction
+            residual, float(magnitude[0]), self._equations.assemble(values), by_parameter, friction
         )
 
     def amplification(self, unknowns: FloatArray, frequency: float) -> float:
@@ -195,7 +192,7 @@ class HarmonicBalance:
         named["force_shape"] = excitation.shape(model.n_dof, self.basis).ravel()
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float)
-            for name in self._compiled.parameter_names
+            for name in self._equations.parameter_names
         ]
 
     def __reduce__(self):
@@ -206,153 +203,3 @@ class HarmonicBalance:
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns\n"
             f"{self.model!r}\n{self.excitation!r}"
         )
-
-
-class _CompiledBalance:
-    """Symbols and CasADi functions shared by all parameter sets of one structure."""
-
-    parameter_names = (*MATRIX_INPUTS, *CONTACT_PARAMETERS, "force_amplitude", "force_shape")
-
-    def __init__(self, model: Model, basis: FourierBasis):
-        n_dof, n_contacts, size = model.n_dof, model.n_contacts, basis.n_components
-        sparsity = {name: _sparsity(getattr(model, f"{name}_matrix")) for name in MATRIX_INPUTS}
-        counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
-        counts |= dict.fromkeys(CONTACT_PARAMETERS, n_contacts)
-        counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
-        symbol: dict[str, ca.SX] = {
-            "unknowns": ca.SX.sym("unknowns", n_dof * size),
-            "frequency": ca.SX.sym("omega"),
-        }
-        symbol |= {name: ca.SX.sym(name, counts[name]) for name in self.parameter_names}
-        symbol["matrix"] = ca.SX.sym("matrix", size, n_contacts * size)
-        symbol["vector"] = ca.SX.sym("vector", size, n_contacts)
-        self._symbol = symbol
-
-        matrix = {name: ca.SX(sparsity[name], symbol[name]) for name in MATRIX_INPUTS}
-        kernel = friction_kernel(size)
-
-        def forces(x, y, matrices, contact, vector, omega, derivative):
-            """Inertia, damping, elastic and friction terms, ``(n_dof, size)`` each."""
-            omega_n = omega * ca.DM(basis.order).T
-            inertia = ca.mtimes(matrices["mass"], x) * ca.repmat(omega_n**2, n_dof, 1)
-            viscous = omega * ca.mtimes([matrices["damping"], x, ca.DM(derivative).T])
-            elastic = ca.mtimes(matrices["stiffness"], x)
-            columns = [
-                kernel(
-                    y[j, :].T,
-                    *(symbol[name][j] for name in CONTACT_PARAMETERS),
-                    contact[:, j * size : (j + 1) * size],
-                    vector[:, j],
-                )
-                for j in range(n_contacts)
-            ]
-            friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
-            return inertia, viscous, elastic, friction
-
-        directions = _constant(model.directions)
-        x = ca.reshape(symbol["unknowns"], size, n_dof).T
-        force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
-        omega = symbol["frequency"]
-        inertia, viscous, elastic, friction = forces(
-            x,
-            ca.mtimes(directions, x),
-            matrix,
-            symbol["matrix"],
-            symbol["vector"],
-            omega,
-            basis.derivative_matrix,
-        )
-        balance = elastic - inertia + viscous + ca.mtimes(friction, directions).T - force
-        terms = forces(
-            ca.fabs(x),
-            ca.mtimes(ca.fabs(directions), ca.fabs(x)),
-            {name: ca.fabs(value) for name, value in matrix.items()},
-            ca.fabs(symbol["matrix"]),
-            ca.fabs(symbol["vector"]),
-            omega,
-            np.abs(basis.derivative_matrix),
-        )
-        total = terms[0] + terms[1] + terms[2] + ca.fabs(force)
-        total += ca.mtimes(terms[3], ca.fabs(directions)).T
-        self._equations = ca.reshape(balance.T, -1, 1)
-
-        names = list(symbol)
-        inputs = list(symbol.values())
-        self.residual = ca.Function("residual", inputs, [self._equations], names, ["residual"])
-        jacobian = ca.jacobian(self._equations, symbol["unknowns"])
-        self._evaluate = ca.Function(
-            "evaluate",
-            inputs,
-            [
-                self._equations,
-                ca.mmax(total),
-                jacobian,
-                ca.densify(ca.jacobian(self._equations, omega)),
-            ],
-            names,
-            ["residual", "magnitude", "jacobian", "by_parameter"],
-        )
-        self._size = n_dof * size
-        self._rows = np.array(jacobian.sparsity().row(), dtype=np.int32)
-        self._starts = np.array(jacobian.sparsity().colind(), dtype=np.int32)
-        columns = np.repeat(np.arange(self._size), np.diff(self._starts))
-        self._flat = columns * self._size + self._rows
-        self._derivatives: dict[str, ca.Function] = {}
-        self._lock = threading.Lock()
-        self._connect()
-
-    def derivative(self, name: str) -> ca.Function:
-        allowed = [n for n in self._symbol if n not in ("matrix", "vector", "force_shape")]
-        check.known(name, allowed, "input with a derivative")
-        if name not in self._derivatives:
-            self._derivatives[name] = ca.Function(
-                f"derivative_by_{name}",
-                list(self._symbol.values()),
-                [ca.jacobian(self._equations, self._symbol[name])],
-                list(self._symbol),
-                ["jacobian"],
-            )
-        return self._derivatives[name]
-
-    def _connect(self) -> None:
-        """Give CasADi memory of NumPy to read and write: no conversion at a call."""
-        function = self._evaluate
-        self._buffer, self._trigger = function.buffer()
-        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore
-        for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))  # type: ignore
-
-    def __call__(self, unknowns, frequency, arguments, friction: LocatedFriction):
-        with self._lock:
-            inputs = self._inputs
-            inputs[0][:] = unknowns
-            inputs[1][0] = frequency
-            for array, value in zip(inputs[2:-2], arguments, strict=True):
-                array[:] = value
-            # CasADi stores columns one after the other.
-            inputs[-2][:] = friction.matrix.transpose(0, 2, 1).ravel()
-            inputs[-1][:] = friction.vector.ravel()
-            self._trigger()
-            return [array.copy() for array in self._outputs]
-
-    def assemble(self, values: FloatArray) -> Any:
-        """Jacobian from its stored entries: a full matrix up to a size, sparse above."""
-        if self._size > DENSE_LIMIT:
-            return sp.csc_array((values, self._rows, self._starts), shape=(self._size, self._size))
-        matrix = np.zeros(self._size * self._size)
-        matrix[self._flat] = values
-        return matrix.reshape(self._size, self._size).T
-
-
-def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
-    rows, columns = matrix.shape  # type: ignore
-    return ca.Sparsity(rows, columns, list(matrix.indptr), list(matrix.indices))
-
-
-def _constant(matrix: sp.csr_array) -> ca.DM:
-    columns = matrix.tocsc()
-    columns.sort_indices()
-    return ca.DM(_sparsity(columns), columns.data)

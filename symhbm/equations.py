@@ -1,0 +1,182 @@
+"""The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
+
+import threading
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm import check
+from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.friction import LocatedFriction, friction_kernel
+from symhbm.linear import DENSE_LIMIT
+from symhbm.model import CONTACT_PARAMETERS, Model
+
+MATRIX_INPUTS = ("mass", "damping", "stiffness")
+
+
+class Equations:
+    """Symbols of one structure and harmonic set, and the functions compiled from them.
+
+    ``residual`` maps the named inputs (unknowns, frequency, ``parameter_names`` and the contact
+    data ``matrix`` and ``vector``) to the forces [N]. Calling the object evaluates residual,
+    magnitude, stored entries of the Jacobian and the derivative by frequency.
+    """
+
+    parameter_names = (*MATRIX_INPUTS, *CONTACT_PARAMETERS, "force_amplitude", "force_shape")
+
+    def __init__(self, model: Model, basis: FourierBasis):
+        n_dof, n_contacts, size = model.n_dof, model.n_contacts, basis.n_components
+        sparsity = {name: _sparsity(getattr(model, f"{name}_matrix")) for name in MATRIX_INPUTS}
+        counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
+        counts |= dict.fromkeys(CONTACT_PARAMETERS, n_contacts)
+        counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
+        symbol: dict[str, Any] = {
+            "unknowns": ca.SX.sym("unknowns", n_dof * size),
+            "frequency": ca.SX.sym("omega"),
+        }
+        for name in self.parameter_names:
+            symbol[name] = ca.SX.sym(name, counts[name])
+        symbol["matrix"] = ca.SX.sym("matrix", size, n_contacts * size)
+        symbol["vector"] = ca.SX.sym("vector", size, n_contacts)
+        self._symbol = symbol
+
+        matrix = {name: ca.SX(sparsity[name], symbol[name]) for name in MATRIX_INPUTS}
+        kernel = friction_kernel(size)
+
+        def forces(x, y, matrices, contact, vector, omega, derivative):
+            """Inertia, damping, elastic and friction terms, ``(n_dof, size)`` each."""
+            omega_n = omega * ca.DM(basis.order).T
+            inertia = ca.mtimes(matrices["mass"], x) * ca.repmat(omega_n**2, n_dof, 1)
+            viscous = omega * ca.mtimes([matrices["damping"], x, ca.DM(derivative).T])
+            elastic = ca.mtimes(matrices["stiffness"], x)
+            columns = [
+                kernel(
+                    y[j, :].T,
+                    *(symbol[name][j] for name in CONTACT_PARAMETERS),
+                    contact[:, j * size : (j + 1) * size],
+                    vector[:, j],
+                )
+                for j in range(n_contacts)
+            ]
+            friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
+            return inertia, viscous, elastic, friction
+
+        directions = _constant(model.directions)
+        x = ca.reshape(symbol["unknowns"], size, n_dof).T
+        force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
+        omega = symbol["frequency"]
+        inertia, viscous, elastic, friction = forces(
+            x,
+            ca.mtimes(directions, x),
+            matrix,
+            symbol["matrix"],
+            symbol["vector"],
+            omega,
+            basis.derivative_matrix,
+        )
+        balance = elastic - inertia + viscous + ca.mtimes(friction, directions).T - force
+        terms = forces(
+            ca.fabs(x),
+            ca.mtimes(ca.fabs(directions), ca.fabs(x)),
+            {name: ca.fabs(value) for name, value in matrix.items()},
+            ca.fabs(symbol["matrix"]),
+            ca.fabs(symbol["vector"]),
+            omega,
+            np.abs(basis.derivative_matrix),
+        )
+        total = terms[0] + terms[1] + terms[2] + ca.fabs(force)
+        total += ca.mtimes(terms[3], ca.fabs(directions)).T
+        self._balance = ca.reshape(balance.T, -1, 1)
+
+        names = list(symbol)
+        inputs = list(symbol.values())
+        self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
+        jacobian = ca.jacobian(self._balance, symbol["unknowns"])
+        self._evaluate = ca.Function(
+            "evaluate",
+            inputs,
+            [
+                self._balance,
+                ca.mmax(total),
+                jacobian,
+                ca.densify(ca.jacobian(self._balance, omega)),
+            ],
+            names,
+            ["residual", "magnitude", "jacobian", "by_parameter"],
+        )
+        self._size = n_dof * size
+        self._rows = np.array(jacobian.sparsity().row(), dtype=np.int32)
+        self._starts = np.array(jacobian.sparsity().colind(), dtype=np.int32)
+        columns = np.repeat(np.arange(self._size), np.diff(self._starts))
+        self._flat = columns * self._size + self._rows
+        self._derivatives: dict[str, ca.Function] = {}
+        self._lock = threading.Lock()
+        self._connect()
+
+    def derivative(self, name: str) -> ca.Function:
+        """CasADi function of the sparse derivative of the residual by one of its inputs."""
+        allowed = [n for n in self._symbol if n not in ("matrix", "vector", "force_shape")]
+        check.known(name, allowed, "input with a derivative")
+        if name not in self._derivatives:
+            self._derivatives[name] = ca.Function(
+                f"derivative_by_{name}",
+                list(self._symbol.values()),
+                [ca.jacobian(self._balance, self._symbol[name])],
+                list(self._symbol),
+                ["jacobian"],
+            )
+        return self._derivatives[name]
+
+    def _connect(self) -> None:
+        """Give CasADi memory of NumPy to read and write: no conversion at a call."""
+        function = self._evaluate
+        self._buffer, self._trigger = function.buffer()
+        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        for i, array in enumerate(self._inputs):
+            self._buffer.set_arg(i, memoryview(array))  # type: ignore
+        for i, array in enumerate(self._outputs):
+            self._buffer.set_res(i, memoryview(array))  # type: ignore
+
+    def __call__(
+        self,
+        unknowns: FloatArray,
+        frequency: float,
+        arguments: list[FloatArray],
+        friction: LocatedFriction,
+    ) -> list[FloatArray]:
+        """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
+        with self._lock:
+            inputs = self._inputs
+            inputs[0][:] = unknowns
+            inputs[1][0] = frequency
+            for array, value in zip(inputs[2:-2], arguments, strict=True):
+                array[:] = value
+            # CasADi stores columns one after the other.
+            inputs[-2][:] = friction.matrix.transpose(0, 2, 1).ravel()
+            inputs[-1][:] = friction.vector.ravel()
+            self._trigger()
+            return [array.copy() for array in self._outputs]
+
+    def assemble(self, values: FloatArray) -> Any:
+        """Jacobian from its stored entries: a full matrix up to a size, sparse above."""
+        if self._size > DENSE_LIMIT:
+            return sp.csc_array((values, self._rows, self._starts), shape=(self._size, self._size))
+        matrix = np.zeros(self._size * self._size)
+        matrix[self._flat] = values
+        return matrix.reshape(self._size, self._size).T
+
+
+def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
+    rows, columns = matrix.shape  # type: ignore
+    return ca.Sparsity(
+        rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]
+    )
+
+
+def _constant(matrix: sp.csr_array) -> ca.DM:
+    columns = matrix.tocsc()
+    columns.sort_indices()
+    return ca.DM(_sparsity(columns), columns.data)
