@@ -7,7 +7,7 @@ from tqdm import tqdm
 
 from studies.run import run
 
-STUDIES = ("fig03_single_blade", "fig08_engine_orders")
+STUDIES = ("fig03_single_blade", "fig08_engine_orders", "harmonic_convergence")
 
 
 def main() -> None:

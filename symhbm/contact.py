@@ -152,12 +152,20 @@ def _onset(basis, coefficients, left, right, y_left, y_right, target) -> FloatAr
     inside = (share > 0) & (share < 1)
     if basis.has_one_harmonic or not inside.any():
         return guess
-    own = coefficients[inside]
+    aim = target[inside]
+    weights = [basis.weights(coefficients[inside], derivative) for derivative in (0, 1)]
+
+    def value_and_slope(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        trigonometric = basis.trigonometric(tau)
+        value, slope = (np.einsum("kj,kj->k", trigonometric, w) for w in weights)
+        return value - aim, slope
+
     guess[inside] = monotone_root(
-        lambda tau: np.einsum("km,km->k", basis.values(tau), own) - target[inside],
-        lambda tau: np.einsum("km,km->k", basis.values(tau, 1), own),
+        value_and_slope,
         left[inside],
         right[inside],
+        (y_right > y_left)[inside],
         guess[inside],
+        np.finfo(float).eps * np.abs(coefficients[inside]).sum(axis=1),
     )
     return guess

@@ -1,6 +1,8 @@
 """Turning points of trigonometric polynomials, all of them, and the largest displacement."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,6 +12,8 @@ from symhbm.fourier import FloatArray, FourierBasis
 # and a turning point on a cell boundary costs a second pass.
 _OFFSETS = (0.0137, 0.2718, 0.5772)
 _DEPTH = 26
+_CELLS = 8
+"""First cells per period of the highest harmonic."""
 _MACHINE = np.finfo(float).eps
 
 
@@ -89,88 +93,117 @@ def _several_harmonics(basis: FourierBasis, coefficients: FloatArray) -> FloatAr
         angle[todo] = np.inf
         angle[todo[owner[fits]], place[fits]] = root[fits]
         # Maxima and minima alternate unless a root on a cell boundary was lost or doubled.
-        rising = _sum(basis.values(root, 2), coefficients[todo][owner]) > 0
+        curvature = basis.weights(coefficients[todo], 2)[owner]
+        rising = np.einsum("kj,kj->k", basis.trigonometric(root), curvature) > 0
         last = (np.cumsum(count) - 1)[owner]
         before = rising[np.where(place == 0, last, np.arange(len(owner)) - 1)]
         bad = (count < 2) | (count % 2 == 1)
         bad |= np.bincount(owner, weights=before == rising, minlength=len(todo)) > 0
         todo = todo[bad]
+    if len(todo):
+        raise ArithmeticError("the turning points of a motion cannot be told apart")
     return angle
 
 
-def _sum(values: FloatArray, coefficients: FloatArray) -> FloatArray:
-    return np.einsum("...m,...m->...", values, coefficients)
+@lru_cache(maxsize=64)
+def _cells(basis: FourierBasis, offset: float) -> tuple[FloatArray, ...]:
+    """Slope and curvature at the centres, slope at the left ends of the first cells."""
+    left = offset + np.arange(_CELLS * basis.highest) * (2 * np.pi / (_CELLS * basis.highest))
+    centre = left + np.pi / (_CELLS * basis.highest)
+    return basis.values(centre, 1).T, basis.values(centre, 2).T, basis.values(left, 1).T
 
 
-def _zeros_of_slope(basis: FourierBasis, coefficients: FloatArray, offset: float):
-    size = np.abs(coefficients)
-    bound_3 = size @ basis.order**3
-    n_cells = 8 * basis.highest
+def _zeros_of_slope(
+    basis: FourierBasis, coefficients: FloatArray, offset: float
+) -> tuple[np.ndarray, FloatArray]:
+    """Motion and angle of every zero of ``dy/dtau`` with a change of sign."""
+    bound_3 = np.abs(coefficients) @ basis.order**3
+    weights = basis.weights(coefficients, 1), basis.weights(coefficients, 2)
+    n_cells = _CELLS * basis.highest
     width = 2 * np.pi / n_cells
-    owner = np.repeat(np.arange(len(coefficients)), n_cells)
-    number = np.tile(np.arange(n_cells), len(coefficients))
+    at_centre = _cells(basis, offset)
 
-    def ends(number: np.ndarray, width: float, depth: int) -> tuple[FloatArray, FloatArray]:
-        # The same product of powers of two for both neighbours of a boundary: equal to the bit.
-        per_turn = n_cells * 2**depth
-        return offset + number * width, offset + (number + 1) % per_turn * width
-
-    found_owner, found_left, found_right = [], [], []
-    for depth in range(_DEPTH):
-        centre = offset + (number + 0.5) * width
-        slope = _sum(basis.values(centre, 1), coefficients[owner])
-        curvature = _sum(basis.values(centre, 2), coefficients[owner])
-        half = width / 2
-        bound = bound_3[owner]
-        empty = np.abs(slope) > np.abs(curvature) * half + bound * half**2 / 2
-        monotone = ~empty & (np.abs(curvature) > bound * half)
-        undecided = ~empty & ~monotone
-        ripe = monotone if depth < _DEPTH - 1 else monotone | undecided
-        if ripe.any():
-            left, right = ends(number[ripe], width, depth)
-            mine = owner[ripe]
-            slope_left = _sum(basis.values(left, 1), coefficients[mine])
-            slope_right = _sum(basis.values(right, 1), coefficients[mine])
-            changes = (slope_left < 0) != (slope_right < 0)
-            found_owner.append(mine[changes])
-            found_left.append(left[changes])
-            found_right.append((left + width)[changes])
-        if not undecided.any():
+    slope, curvature = coefficients @ at_centre[0], coefficients @ at_centre[1]
+    empty, monotone = _decide(slope, curvature, bound_3[:, None], width / 2)
+    at_left = coefficients @ at_centre[2] < 0
+    changes = monotone & (at_left != np.roll(at_left, -1, axis=1))
+    owner, number = np.nonzero(changes)
+    found = [(owner, offset + number * width, np.full(len(owner), width), at_left[owner, number])]
+    owner, number = np.nonzero(~empty & ~monotone)
+    for depth in range(1, _DEPTH):
+        if not len(owner):
             break
-        owner = np.repeat(owner[undecided], 2)
-        number = (2 * number[undecided][:, None] + np.arange(2)).ravel()
+        owner = np.repeat(owner, 2)
+        number = (2 * number[:, None] + np.arange(2)).ravel()
         width /= 2
-    if not found_owner:
-        return np.empty(0, dtype=int), np.empty(0)
-    owner = np.concatenate(found_owner)
-    own = coefficients[owner]
-    root = monotone_root(
-        lambda tau: _sum(basis.values(tau, 1), own),
-        lambda tau: _sum(basis.values(tau, 2), own),
-        np.concatenate(found_left),
-        np.concatenate(found_right),
-    )
-    return owner, root
+        trigonometric = basis.trigonometric(offset + (number + 0.5) * width)
+        slope, curvature = (np.einsum("kj,kj->k", trigonometric, w[owner]) for w in weights)
+        empty, monotone = _decide(slope, curvature, bound_3[owner], width / 2)
+        ripe = np.flatnonzero(~empty if depth == _DEPTH - 1 else monotone)
+        mine, left = owner[ripe], number[ripe]
+        # The same product of powers of two for both neighbours of a boundary: equal to the bit.
+        right = (left + 1) % (n_cells * 2**depth)
+        negative = [
+            np.einsum("kj,kj->k", basis.trigonometric(offset + i * width), weights[0][mine]) < 0
+            for i in (left, right)
+        ]
+        kept = negative[0] != negative[1]
+        found.append(
+            (
+                mine[kept],
+                offset + left[kept] * width,
+                np.full(kept.sum(), width),
+                negative[0][kept],
+            )
+        )
+        undecided = ~empty & ~monotone
+        owner, number = owner[undecided], number[undecided]
+    owner, left, size, rising = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    first, second = weights[0][owner], weights[1][owner]
+
+    def slope_and_curvature(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        trigonometric = basis.trigonometric(tau)
+        return (
+            np.einsum("kj,kj->k", trigonometric, first),
+            np.einsum("kj,kj->k", trigonometric, second),
+        )
+
+    noise = _MACHINE * (np.abs(coefficients) @ basis.order)[owner]
+    start = left + size / 2
+    return owner, monotone_root(slope_and_curvature, left, left + size, rising, start, noise)
 
 
-def monotone_root(function, derivative, left: FloatArray, right: FloatArray, start=None):
-    """Zeros of monotone functions, one in each interval: Newton's method kept inside a bracket."""
-    left, right = left.copy(), right.copy()
-    rising = function(right) >= function(left)
-    root = (left + right) / 2 if start is None else np.clip(start, left, right)
+def _decide(slope: FloatArray, curvature: FloatArray, bound: FloatArray, half: float):
+    """Whether cells hold no zero of the slope, or the slope is monotone in them."""
+    empty = np.abs(slope) > np.abs(curvature) * half + bound * half**2 / 2
+    return empty, ~empty & (np.abs(curvature) > bound * half)
+
+
+def monotone_root(
+    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    left: FloatArray,
+    right: FloatArray,
+    rising: np.ndarray,
+    start: FloatArray,
+    noise: FloatArray,
+) -> FloatArray:
+    """Zeros of monotone functions, one in each interval: Newton's method kept inside a bracket.
+
+    ``function`` gives values and slopes, ``noise`` is the round-off of the values; all arrays have
+    the shape ``(n,)``.
+    """
+    root = np.clip(start, left, right)
     for _ in range(80):
-        value = function(root)
+        value, slope = function(root)
         after = (value > 0) == rising
         right = np.where(after, root, right)
         left = np.where(after, left, root)
-        slope = derivative(root)
-        safe = np.where(slope == 0, 1.0, slope)
-        new = np.where(slope == 0, left, root - value / safe)
-        outside = (new < left) | (new > right)
-        new = np.where(outside, (left + right) / 2, new)
+        new = root - value / np.where(slope == 0, np.inf, slope)
+        inside = (new >= left) & (new <= right) & (slope != 0)
+        new = np.where(inside, new, (left + right) / 2)
         step = np.abs(new - root)
         root = new
-        if np.all(step <= 4 * _MACHINE * (1 + np.abs(root))):
+        if np.all((step <= 4 * _MACHINE * (1 + np.abs(root))) | (np.abs(value) <= noise)):
             break
     return root
 

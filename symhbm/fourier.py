@@ -80,10 +80,20 @@ class FourierBasis:
 
         ``tau`` of shape ``(...)`` in rad gives an array of shape ``(..., n_components)``.
         """
-        argument = np.asarray(tau, dtype=float)[..., None] * np.array(self.harmonics, dtype=float)
-        trigonometric = np.concatenate([np.cos(argument), np.sin(argument)], axis=-1)
         pick, factor = self._derivative_rules[derivative]
-        return trigonometric[..., pick] * factor
+        return self.trigonometric(tau)[..., pick] * factor
+
+    def trigonometric(self, tau: ArrayLike) -> FloatArray:
+        """Cosines of all harmonics, then their sines: ``(..., 2 n_harmonics)``."""
+        argument = np.asarray(tau, dtype=float)[..., None] * np.array(self.harmonics, dtype=float)
+        return np.concatenate([np.cos(argument), np.sin(argument)], axis=-1)
+
+    def weights(self, coefficients: FloatArray, derivative: int = 0) -> FloatArray:
+        """Factors of `trigonometric` that give a derivative of the motions, same leading shape."""
+        pick, factor = self._derivative_rules[derivative]
+        weights = np.zeros((*coefficients.shape[:-1], 2 * len(self.harmonics)))
+        weights[..., pick] = coefficients * factor
+        return weights
 
     @cached_property
     def _derivative_rules(self) -> list[tuple[NDArray[np.intp], FloatArray]]:

@@ -143,7 +143,7 @@ def _line(ax: Axes, curve: xr.Dataset, dof: int | None, label: str, color, style
     if len(level) > 2 and np.all(np.isfinite(level)):
         # Monotone between its points: nothing is drawn above a peak or below a trough.
         fine = np.linspace(0, len(level) - 1, 12 * len(level) + 1)
-        fine = np.interp(fine, np.arange(len(level)), frequency)
+        fine = np.union1d(np.interp(fine, np.arange(len(level)), frequency), frequency)
         frequency, level = fine, PchipInterpolator(frequency, level)(fine)
     ax.plot(frequency, level, color=color, linestyle=style, label=label)
 

@@ -1,0 +1,109 @@
+"""How many harmonics are enough: harmonic balance against the exact periodic motion.
+
+The exact amplitudes (data/reference) are good to 1e-11. The friction force has kinks, so its
+coefficients fall as n^-2 and those of the response as n^-4; the sum of the harmonics left out, and
+with it the error of a truncated set, falls as n^-3.
+"""
+
+import json
+from importlib.metadata import version
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from studies.run import run
+
+NAME = "harmonic_convergence"
+REFERENCE = Path(__file__).resolve().parent.parent / "data" / "reference" / "exact_values.json"
+HIGHEST = (1, 3, 5, 7, 9, 11, 15)
+
+
+def cases() -> list[tuple[str, sh.HarmonicBalance, float, float]]:
+    """Return label, problem, frequency [Hz] and exact amplitude [m] of the points that slip."""
+    exact = json.loads(REFERENCE.read_text())
+    chosen = []
+    for point in exact["single_blade_points"]:
+        if point["slip_fraction"][0] > 0:
+            load, frequency = point["Fn"], point["freq_hz"]
+            problem = fig03.problem().with_parameters(normal_load=load)
+            label = f"blade, {load:g} N, {frequency:.2f} Hz"
+            chosen.append((label, problem, frequency, point["x_max_abs"][0]))
+    for curve in exact["ring_EO_1_3_6_Fn100"]:
+        order = curve["EO"]
+        problem = fig08.problem().with_parameters(engine_order=order)
+        for point in curve["points"]:
+            label = f"ring, EO {order}, {point['freq_hz']:.2f} Hz"
+            chosen.append((label, problem, point["freq_hz"], float(np.max(point["x_max_abs"]))))
+    return chosen
+
+
+def compute(progress: bool = True) -> xr.Dataset:
+    """Relative error of the amplitude by point and highest odd harmonic."""
+    points = cases()
+    error = np.full((len(points), len(HIGHEST)), np.nan)
+    for i, (_, problem, frequency, exact) in enumerate(points):
+        for j, highest in enumerate(HIGHEST):
+            harmonics = range(1, highest + 1, 2)
+            truncated = sh.HarmonicBalance(problem.model, problem.excitation, harmonics)
+            found = sh.solve(truncated, frequency, throw=True)
+            error[i, j] = abs(float(found.amplitude[0]) / exact - 1)
+    return xr.Dataset(
+        {
+            "error": (
+                ("case", "highest_harmonic"),
+                error,
+                {"units": "1", "long_name": "relative error of the largest displacement"},
+            )
+        },
+        {"case": [label for label, *_ in points], "highest_harmonic": list(HIGHEST)},
+        {
+            "title": "Truncation error of harmonic balance with dry friction",
+            "references": "exact amplitudes: data/reference/exact_values.json",
+            "symhbm_schema": 1,
+            "symhbm_version": version("symhbm"),
+        },
+    )
+
+
+def table(dataset: xr.Dataset) -> str:
+    """Return the errors of the points that slip as a Markdown table."""
+    heads = [f"1..{int(n)}" if n > 1 else "1" for n in dataset.highest_harmonic]
+    lines = ["| point | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
+    for case in dataset.case.values:
+        row = dataset.error.sel(case=case).values
+        if row.max() > 1e-12:
+            lines.append(f"| {case} | " + " | ".join(f"{value:.1e}" for value in row) + " |")
+    return "\n".join(lines)
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """Draw error over highest harmonic, and the slope of order three."""
+    with plt.rc_context(sh.plot.STYLE):
+        figure, ax = plt.subplots(layout="constrained")
+        highest = dataset.highest_harmonic.values
+        for kind, color, marker in (("blade", "0.6", "o"), ("ring", "black", "s")):
+            rows = [row for row in dataset.error if str(row.case.values).startswith(kind)]
+            rows = [row.values for row in rows if row.max() > 1e-12]
+            for i, row in enumerate(rows):
+                label = {"blade": "one blade", "ring": "ring of 13"}[kind] if i == 0 else None
+                ax.loglog(
+                    highest, row, marker, linestyle="-", color=color, markersize=3, label=label
+                )
+        ax.loglog(highest, 0.3 * highest**-3.0, "k--", label="order 3")
+        ax.set_xlabel("highest harmonic")
+        ax.set_ylabel("relative error of the amplitude")
+        ax.set_xticks(highest, [str(n) for n in highest], minor=False)
+        ax.minorticks_off()
+        ax.legend()
+        ax.set_title("Odd harmonics against the exact periodic motion")
+    return figure
+
+
+if __name__ == "__main__":
+    run(NAME, compute, draw)

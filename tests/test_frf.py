@@ -1,0 +1,270 @@
+"""Frequency responses against closed forms: ends reached, peaks found, work bounded."""
+
+import json
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from closed_forms import OneBlade
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+
+EXACT = json.loads(
+    (Path(__file__).parent.parent / "data" / "reference" / "exact_values.json").read_text()
+)
+TWO_PI = 2 * np.pi
+
+
+def ring_equivalent(engine_order, load, contact_stiffness=1e6):
+    ratio = 2 * abs(np.sin(np.pi * engine_order / 13))
+    return OneBlade(1.0, 0.5, 1e4, contact_stiffness, 0.5 * load, ratio=ratio)
+
+
+@pytest.fixture(scope="module")
+def figure_3():
+    return fig03.compute(progress=False)
+
+
+@pytest.fixture(scope="module")
+def figure_8():
+    return fig08.compute(progress=False)
+
+
+@pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
+def test_peaks_of_figure_3(figure_3, load):
+    """Against the amplitude-parametrised closed form, and the published digits."""
+    curve = figure_3.sel(normal_load=load)
+    peaks = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load).peaks()
+    assert int(curve.n_peaks) == len(peaks) == 1
+    omega, amplitude = peaks[0]
+    # Required: 1e-9. A flat peak of the closed form fixes its frequency to about 1e-10.
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(omega / TWO_PI, rel=1e-9)
+    assert curve.peak_kind[0] == "smooth"
+    row = next(row for row in EXACT["single_blade_peaks"] if row["Fn"] == load)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(float(row["hbm1_peak_X"]), rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(float(row["hbm1_peak_hz"]), rel=1e-9)
+
+
+@pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
+def test_every_point_of_figure_3_lies_on_the_closed_form(figure_3, load):
+    curve = figure_3.sel(normal_load=load).isel(point=slice(0, None))
+    blade = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load)
+    for i in range(int(curve.n_points)):
+        point = curve.isel(point=i)
+        amplitude = float(point.amplitude[0])
+        value = np.polyval(blade.polynomial(amplitude), TWO_PI * float(point.frequency))
+        # Forces balance to 1e-12 of their sum, which exceeds f0 by the quality factor, 200.
+        assert abs(value) < 1e-8
+
+
+@pytest.mark.parametrize("case", EXACT["ring_EO_1_3_6_Fn100"], ids=lambda case: f"EO{case['EO']}")
+def test_peaks_of_figure_8(figure_8, case):
+    curve = figure_8.sel(engine_order=case["EO"])
+    assert int(curve.n_peaks) == 1
+    amplitude, frequency = float(case["hbm1_peak_X"]), float(case["hbm1_peak_hz"])
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(frequency, rel=1e-9)
+
+
+def test_blades_of_figure_8_are_equal(figure_8):
+    amplitude = figure_8.amplitude
+    spread = (amplitude.max("dof") - amplitude.min("dof")) / amplitude.max("dof")
+    assert float(spread.max()) < 1e-9
+
+
+def test_work_of_the_figures(figure_3, figure_8):
+    """Linear solves, peaks and events included, and points per curve."""
+    solves = np.concatenate(
+        [(ds.linear_solves / ds.n_points).values.ravel() for ds in (figure_3, figure_8)]
+    )
+    assert np.median(solves) <= 4
+    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 80
+
+
+@pytest.mark.parametrize("engine_order", range(7))
+@pytest.mark.parametrize("load", [0, 0.5, 1, 2, 10, 100, 1e5])
+def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
+    blade = ring_equivalent(engine_order, load)
+    expected = blade.peaks()
+    problem = fig08.problem().with_parameters(engine_order=engine_order, normal_load=load)
+    for first in (5, 7.3, 20, 50):
+        curve = sh.frf(problem, (first, 350), throw=True)
+        inside = [(w / TWO_PI, a) for w, a in expected if first < w / TWO_PI < 350]
+        found = list(zip(curve.peak_frequency.values, curve.peak_amplitude.values, strict=True))
+        assert len(found) == len(inside)
+        np.testing.assert_allclose(found, inside, rtol=1e-6)
+        assert curve.converged.all()
+        assert np.all(np.diff(curve.frequency) > 0)
+        assert curve.frequency.values[[0, -1]].tolist() == [first, 350]
+
+
+def test_events_of_the_blade_are_at_the_limit():
+    """At the onset k_d A = g, where the response still is the linear one."""
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=3), (10, 30))
+    assert curve.event_kind.values.tolist() == ["onset of slip", "end of slip"]
+    amplitude = 1.5 / 1e4
+    for frequency in curve.event_frequency.values:
+        omega = TWO_PI * frequency
+        linear = 1 / np.hypot(2e4 - omega**2, 0.5 * omega)
+        assert linear == pytest.approx(amplitude, rel=1e-9)
+        at = int(np.argmin(np.abs(curve.frequency.values - frequency)))
+        assert curve.frequency.values[at] == frequency
+
+
+def test_all_contacts_of_a_tuned_ring_let_go_together(figure_8):
+    curve = figure_8.sel(engine_order=3)
+    assert int(curve.n_events) == 26
+    assert sorted(curve.event_contact.values[:13].tolist()) == list(range(13))
+    assert len(set(curve.event_frequency.values[:13])) == 1
+    assert set(curve.event_kind.values[:13]) == {"onset of slip"}
+
+
+def test_grid_equals_single_points():
+    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
+    grid = [10, 15.5, 17.25, 17.3, 22, 30]
+    curve = sh.frf(problem, (10, 30), at=grid)
+    assert curve.amplitude.dims == ("frequency", "dof")
+    assert curve.frequency.values.tolist() == grid
+    for frequency in grid:
+        point = sh.solve(problem, frequency, throw=True)
+        assert float(curve.amplitude.sel(frequency=frequency)[0]) == pytest.approx(
+            float(point.amplitude[0]), rel=1e-10
+        )
+    path = sh.frf(problem, (10, 30))
+    np.testing.assert_array_equal(curve.peak_amplitude, path.peak_amplitude)
+
+
+def test_point_force_on_the_stuck_ring_is_linear():
+    """Seven resonances, amplitudes by a direct solve (the source's Fig. 6, without slip)."""
+    disk = fig08.problem().model.with_parameters(normal_load=1e7)
+    problem = sh.HarmonicBalance(disk, sh.PointForce())
+    grid = np.linspace(10, 340, 67)
+    curve = sh.frf(problem, (10, 340), at=grid, throw=True)
+    stiffness = (
+        disk.stiffness_matrix.toarray() + 1e6 * (disk.directions.T @ disk.directions).toarray()
+    )
+    for frequency in grid:
+        omega = TWO_PI * frequency
+        dynamic = stiffness + (0.5j * omega - omega**2) * np.eye(13)
+        linear = np.abs(np.linalg.solve(dynamic, np.eye(13)[0]))
+        found = curve.amplitude.sel(frequency=frequency)
+        # The tolerance, 1e-12 of 2e6 N/m x, over the force: 1e-9 of the largest blade.
+        np.testing.assert_allclose(found, linear, rtol=0, atol=1e-9 * linear.max())
+    natural = np.sqrt(1e4 + 4e6 * np.sin(np.pi * np.arange(7) / 13) ** 2) / TWO_PI
+    np.testing.assert_allclose(curve.peak_frequency, natural, rtol=1e-4)
+
+
+def test_undamped_resonance_without_bound_is_reported_and_crossed():
+    """mu F_n <= pi f0 / 4: friction alone cannot hold one blade."""
+    for load, bounded in ((0, False), (1, False), (1.57, False), (1.58, True), (3, True)):
+        blade = fig03.problem().model.with_parameters(damping=0, normal_load=load)
+        curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+        assert int(curve.n_peaks) == 1
+        assert (curve.peak_kind[0] == "smooth") == bounded
+        assert np.isfinite(curve.peak_amplitude[0]) == bounded
+        if not bounded:
+            assert float(curve.peak_frequency[0]) == pytest.approx(100 / TWO_PI, rel=1e-9)
+        assert curve.frequency.values[-1] == 30
+        assert curve.converged.all()
+
+
+def test_light_damping_keeps_its_digits():
+    """A quality factor of 1e8: the amplitude is f0/(c w0), to the round-off it amplifies."""
+    blade = fig03.problem().model.with_parameters(damping=1e-6, normal_load=0)
+    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(1e4, rel=1e-7)
+
+
+@pytest.mark.parametrize("length", [1e3, 1.0])
+def test_units_do_not_matter(length):
+    """Millimetres, kilograms and milliseconds give the same curve, point by point."""
+    time = 1e3 if length != 1 else 1.0
+    force = length / time**2
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4 / time**2,
+        damping=0.5 / time,
+        contact_stiffness=1e6 / time**2,
+        friction_coefficient=0.5,
+        normal_load=100 * force,
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=force))
+    curve = sh.frf(problem, (50 / time, 350 / time))
+    reference = sh.frf(fig08.problem().with_parameters(engine_order=3), (50, 350))
+    assert int(curve.n_points) == int(reference.n_points)
+    np.testing.assert_allclose(curve.amplitude / length, reference.amplitude, rtol=1e-8)
+    np.testing.assert_allclose(curve.peak_frequency * time, reference.peak_frequency, rtol=1e-9)
+
+
+def test_response_scales_with_force_and_load():
+    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
+    scaled = problem.with_parameters(normal_load=2e3, force_amplitude=1e3)
+    one, other = sh.frf(problem, (10, 30)), sh.frf(scaled, (10, 30))
+    np.testing.assert_allclose(other.amplitude, 1e3 * one.amplitude, rtol=1e-9)
+
+
+def test_no_force_no_motion():
+    curve = sh.frf(fig03.problem().with_parameters(force_amplitude=0), (10, 30), throw=True)
+    assert not curve.amplitude.any()
+    assert int(curve.n_peaks) == 0
+
+
+def test_linear_structure_against_a_dense_scan():
+    """Near its second resonance the two masses lead in turn: three peaks, none missed or added."""
+    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    model = sh.Model(np.eye(2), 0.01 * np.eye(2), stiffness)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.5), throw=True)
+    omega = TWO_PI * np.linspace(0.05, 0.5, 450_001)
+    dynamic = stiffness + (0.01j * omega - omega**2)[:, None, None] * np.eye(2)
+    level = np.abs(np.linalg.solve(dynamic, np.eye(2)[:, :1]))[:, :, 0].max(axis=1)
+    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
+    assert len(tops) == 3
+    np.testing.assert_allclose(curve.peak_frequency, omega[tops] / TWO_PI, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(curve.peak_amplitude, level[tops], rtol=1e-6)
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_executors_change_nothing(pool):
+    over = {"normal_load": [1, 3, 10, 100]}
+    alone = sh.frf(fig03.problem(), (10, 30), over=over)
+    with pool(2) as executor:
+        shared = sh.frf(fig03.problem(), (10, 30), over=over, executor=executor)
+    xr.testing.assert_identical(alone, shared)
+
+
+class _DyingExecutor(ThreadPoolExecutor):
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        future.set_exception(BrokenProcessPool("killed"))
+        return future
+
+
+def test_a_dead_worker_costs_nothing():
+    over = {"normal_load": [1, 3]}
+    with pytest.warns(RuntimeWarning, match="a worker died"):
+        curve = sh.frf(fig03.problem(), (10, 30), over=over, executor=_DyingExecutor(1))
+    xr.testing.assert_identical(curve, sh.frf(fig03.problem(), (10, 30), over=over))
+
+
+def test_an_incomplete_curve_says_so():
+    curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
+    assert "largest number of points" in str(curve.status.values)
+    assert curve.sizes["point"] == 5
+    assert curve.converged.all()
+    with pytest.raises(sh.SolveError, match="largest number of points") as caught:
+        sh.frf(fig03.problem(), (10, 30), max_points=5, throw=True)
+    xr.testing.assert_identical(caught.value.result, curve)
+
+
+def test_grid_beyond_a_broken_path_is_solved_from_nothing():
+    grid = [12.0, 29.0]
+    curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
+    assert curve.converged.all()
+    assert "largest number of points" in str(curve.status.values)
