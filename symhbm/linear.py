@@ -47,7 +47,11 @@ class Factorisation:
             if info != 0:
                 return
             parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
-            self._solve = lambda right: _DGETRS(lu, pivot, right)[0]
+            # One column at a time: OpenBLAS starts threads for several, and waits for them longer
+            # than such a matrix takes, the more so on a busy machine.
+            self._solve = lambda right: np.array(
+                [_DGETRS(lu, pivot, column)[0] for column in np.atleast_2d(right.T)]
+            ).T.reshape(right.shape)
         if np.all(np.isfinite(pivots)):
             self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
 

@@ -1,0 +1,242 @@
+"""What is saved comes back equal, explains itself, and rebuilds its problem."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import symhbm as sh
+
+VALUES = dict(
+    mass=1.0,
+    stiffness=1e4,
+    damping=0.5,
+    contact_stiffness=1e4,
+    friction_coefficient=0.5,
+    normal_load=3.0,
+)
+BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce(phase=0.2))
+RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.EngineOrder(1), harmonics=(1, 3))
+GENERAL = sh.HarmonicBalance(
+    sh.Model(
+        [[2.0, 0.1], [0.1, 1.0]],
+        [[0.2, -0.1], [-0.1, 0.3]],
+        [[20.0, -5.0], [-5.0, 10.0]],
+        contacts=[(0, 1), (1,)],
+        contact_stiffness=[3.0, 5.0],
+        friction_coefficient=0.3,
+        normal_load=[1.0, 2.0],
+    ),
+    sh.HarmonicForce(cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5),
+    harmonics=(0, 1, 2),
+)
+
+
+def draws():
+    rng = np.random.default_rng(2013)
+    return {
+        "normal_load": xr.DataArray(
+            rng.uniform(2, 4, (3, 3)), dims=("sample", "contact"), coords={"sample": [4, 5, 6]}
+        ),
+        "stiffness": xr.DataArray(rng.uniform(0.9e4, 1.1e4, (3, 3)), dims=("sample", "dof")),
+    }
+
+
+CASES = {
+    "path": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0, 500.0]}),
+    "grid": lambda: sh.frf(BLADE, (15, 25), at=np.linspace(15, 25, 11)),
+    "ensemble": lambda: sh.frf(RING, (14, 24), over=draws()),
+    "engine orders": lambda: sh.frf(RING, (14, 18), at=[15, 17], over={"engine_order": [0, 1, 4]}),
+    "blades": lambda: sh.frf(
+        sh.HarmonicBalance(RING.model, sh.EngineOrder(1, blades=(2, 0, 1))), (14, 16)
+    ),
+    "general": lambda: sh.frf(GENERAL, (0.3, 0.7), over={"force_amplitude": [1.0, 2.0]}),
+    "point": lambda: sh.solve(RING, 17.0),
+}
+INNER = {"point", "frequency", "dof", "contact", "harmonic", "component", "peak", "event"}
+every_case = pytest.mark.parametrize("case", CASES)
+
+
+@cache
+def dataset(case):
+    return CASES[case]()
+
+
+def swept_dims(ds):
+    return [dim for dim in ds.status.dims if dim not in INNER]
+
+
+def assert_same_problem(problem, other):
+    assert type(problem.excitation) is type(other.excitation)
+    assert problem.excitation == other.excitation
+    assert problem.harmonics == other.harmonics
+    assert problem.model.contacts == other.model.contacts
+    assert problem.model.lumped == other.model.lumped
+    for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
+        matrix = getattr(problem.model, name).toarray()
+        np.testing.assert_array_equal(matrix, getattr(other.model, name).toarray())
+    assert problem.parameters.keys() == other.parameters.keys()
+    for name, value in problem.parameters.items():
+        np.testing.assert_array_equal(value, other.parameters[name])
+
+
+@every_case
+def test_what_is_read_back_equals_what_was_written(tmp_path, case):
+    ds = dataset(case)
+    kept = ds.copy(deep=True)
+    path = sh.save(ds, tmp_path / "archive.nc")
+    loaded = sh.load(path)
+    xr.testing.assert_identical(loaded, ds)
+    xr.testing.assert_identical(ds, kept)
+    for name in ds.variables:
+        assert loaded[name].dtype == ds[name].dtype, name
+    again = sh.load(sh.save(loaded, tmp_path / "again.nc"))
+    xr.testing.assert_identical(again, ds)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "archive.nc"]
+
+
+@pytest.mark.parametrize("case", ["path", "ensemble", "engine orders", "general"])
+def test_a_part_is_saved_as_well(tmp_path, case):
+    ds = dataset(case)
+    for choice in (1, slice(1), [1, 0]):
+        part = ds.isel({swept_dims(ds)[0]: choice})
+        xr.testing.assert_identical(sh.load(sh.save(part, tmp_path / "part.nc")), part)
+
+
+def test_save_replaces_an_archive_and_returns_its_path(tmp_path):
+    path = tmp_path / "archive.nc"
+    assert sh.save(dataset("path"), str(path)) == path
+    assert sh.save(dataset("point"), path) == path
+    xr.testing.assert_identical(sh.load(str(path)), dataset("point"))
+
+
+def test_the_file_is_open_to_others(tmp_path):
+    """Plain xarray reads the numbers without this library."""
+    path = sh.save(dataset("path"), tmp_path / "archive.nc")
+    with xr.open_dataset(path) as plain:
+        xr.testing.assert_equal(plain.amplitude, dataset("path").amplitude)
+
+
+def unknowns(coefficient, harmonics):
+    """Vector of unknowns from (dof, harmonic, component): harmonic 0 has no sine."""
+    flat = coefficient.transpose("dof", "harmonic", "component").values
+    kept = [(n, s) for n, harmonic in enumerate(harmonics) for s in range(2 if harmonic else 1)]
+    return np.array([row[n, s] for row in flat for n, s in kept])
+
+
+@every_case
+def test_rebuilt_problem_has_the_stored_solution(tmp_path, case):
+    ds = sh.load(sh.save(dataset(case), tmp_path / "archive.nc"))
+    chosen = ds.isel({dim: 1 for dim in swept_dims(ds)})
+    if "point" in ds.dims:
+        point = chosen.isel(point=int(chosen.n_points) // 2)
+    else:
+        point = chosen.isel(frequency=1) if "frequency" in ds.dims else chosen
+    assert point.converged
+    problem = sh.rebuild(chosen)
+    x = unknowns(point.coefficient, problem.harmonics)
+    assert problem.evaluate(x, 2 * np.pi * float(point.frequency)).norm < 1e-11
+    # The same equations elsewhere do not hold: the check can fail.
+    assert problem.evaluate(1.1 * x, 2 * np.pi * float(point.frequency)).norm > 1e-6
+
+
+@every_case
+def test_rebuilt_problem_is_the_original(tmp_path, case):
+    originals = {"path": BLADE, "grid": BLADE, "general": GENERAL}
+    original = originals.get(case, RING)
+    if case == "blades":
+        original = sh.HarmonicBalance(RING.model, sh.EngineOrder(1, blades=(2, 0, 1)))
+    assert_same_problem(sh.rebuild(dataset(case)), original)
+    path = sh.save(dataset(case), tmp_path / "archive.nc")
+    assert_same_problem(sh.rebuild(sh.load(path)), original)
+
+
+@pytest.mark.parametrize("case", ["path", "ensemble", "engine orders", "general"])
+def test_rebuild_takes_the_values_that_were_selected(case):
+    ds = dataset(case)
+    (dim,) = swept_dims(ds)
+    names = {"ensemble": ["normal_load", "stiffness"]}.get(case, [dim])
+    for i in range(ds.sizes[dim]):
+        chosen = ds.isel({dim: i})
+        problem = sh.rebuild(chosen)
+        for name in names:
+            expected = np.broadcast_to(chosen[name].values, np.shape(problem.parameters[name]))
+            np.testing.assert_array_equal(problem.parameters[name], expected)
+
+
+def test_rebuilt_problem_gives_the_same_curve(tmp_path):
+    ds = sh.load(sh.save(dataset("general"), tmp_path / "archive.nc"))
+    again = sh.frf(sh.rebuild(ds), (0.3, 0.7), over={"force_amplitude": ds.force_amplitude.values})
+    xr.testing.assert_identical(again, ds)
+
+
+@every_case
+def test_every_variable_explains_itself(case):
+    ds = dataset(case)
+    for name, variable in ds.variables.items():
+        assert variable.attrs.get("long_name"), name
+        # Rows and columns of the matrices are indices, not physical.
+        if variable.dtype.kind in "fib" and not str(name).endswith(("_row", "_column")):
+            assert variable.attrs.get("units"), name
+
+
+@every_case
+def test_only_what_netcdf_can_hold(case):
+    ds = dataset(case)
+    for name, variable in ds.variables.items():
+        assert variable.dtype.kind in "fibO", name
+        if variable.dtype.kind == "O":
+            assert all(isinstance(value, str) for value in variable.values.ravel()), name
+    for holder in (ds, *ds.variables.values()):
+        for name, value in holder.attrs.items():
+            plain = isinstance(value, (str, int, float, np.number, np.ndarray))
+            assert plain, name
+            assert not isinstance(value, bool), name
+
+
+@every_case
+def test_provenance(case):
+    attributes = dataset(case).attrs
+    for name in ("title", "references", "symhbm_version", "casadi_version", "problem", "swept"):
+        assert attributes[name], name
+    assert attributes["symhbm_schema"] == 1
+
+
+@pytest.mark.parametrize("case", ["path", "ensemble", "general"])
+def test_padding(tmp_path, case):
+    ds = sh.load(sh.save(dataset(case), tmp_path / "archive.nc"))
+    (swept,) = swept_dims(ds)
+    padded = set()
+    for axis in ("point", "peak", "event"):
+        counts = ds[f"n_{axis}s"].values
+        assert ds.sizes[axis] == counts.max()
+        for name, variable in ds.variables.items():
+            if axis not in variable.dims:
+                continue
+            kind = variable.dtype.kind
+            for i, count in enumerate(counts):
+                inside = variable.isel({swept: i, axis: slice(count)}).values
+                beyond = variable.isel({swept: i, axis: slice(count, None)}).values
+                padded |= {axis} if beyond.size else set()
+                if kind == "f":
+                    assert np.isnan(beyond).all(), name
+                    # Contacts that stick have no onset, unbounded peaks no coefficients.
+                    assert np.isfinite(inside).all() or name in ("theta_0", "theta_star"), name
+                else:
+                    fill = {"i": -1, "b": False, "O": ""}[kind]
+                    assert (beyond == fill).all(), name
+                if name in ("peak_kind", "event_kind"):
+                    assert all(inside), name
+                if name == "converged":
+                    assert inside.all()
+    assert "point" in padded
+
+
+def test_padding_of_peaks_and_events():
+    """The stuck blade has a peak but no event, the slipping one has two."""
+    ds = dataset("path")
+    assert ds.n_events.values.tolist() == [2, 2, 0]
+    assert ds.event_kind.values[2].tolist() == ["", ""]
+    assert ds.event_contact.values[2].tolist() == [-1, -1]
+    assert np.isnan(ds.event_frequency.values[2]).all()

@@ -1,0 +1,702 @@
+"""Bad input raises at the boundary: with the argument's name, its value and what is allowed."""
+
+import re
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import xarray as xr
+
+import symhbm as sh
+
+NAN, INF = float("nan"), float("inf")
+NOT_NUMBERS = [NAN, INF, -INF, "1", None, 1j]
+BAD_INPUT = (ValueError, TypeError, KeyError)
+PARAMETERS = dict(
+    mass=1.0,
+    stiffness=1e4,
+    damping=0.5,
+    contact_stiffness=1e4,
+    friction_coefficient=0.5,
+    normal_load=3.0,
+)
+RING = sh.bladed_disk(3, **PARAMETERS)
+BLADE = sh.single_blade(**PARAMETERS)
+PROBLEM = sh.HarmonicBalance(RING, sh.EngineOrder(1))
+BAND = (10.0, 11.0)
+
+
+@contextmanager
+def refused(*words, kind=BAD_INPUT, allowed="expected|allowed|must be"):
+    """The call raises before CasADi sees it; the message has the words and what is allowed."""
+    with pytest.raises(kind, match=re.escape(words[0])) as caught:
+        yield
+    message = str(caught.value)
+    missing = [word for word in words if word not in message]
+    assert not missing, f"{missing} not in {message!r}"
+    assert re.search(allowed, message), f"what is allowed is not in {message!r}"
+    assert "casadi" not in message.lower()
+    assert not any("casadi" in str(entry.path) for entry in caught.traceback)
+
+
+def frf(**options):
+    return sh.frf(PROBLEM, **{"frequency": BAND, "progress": False, **options})
+
+
+def labelled(values, *dims, **coords):
+    return xr.DataArray(values, dims=dims, coords=coords)
+
+
+# Models
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0, [1.0, 1.0]], ids=repr)
+def test_parameter_of_the_blade(name, value):
+    with refused(f"{name}={value!r}"):
+        sh.single_blade(**PARAMETERS | {name: value})
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0], ids=repr)
+def test_one_parameter_of_the_ring(name, value):
+    values = [1.0, value, 1.0]
+    with refused(f"{name}={values!r}"):
+        sh.bladed_disk(3, **PARAMETERS | {name: values})
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("value", [[], [1.0], [1.0] * 2, [1.0] * 4, [[1.0] * 3]], ids=repr)
+def test_number_of_values(name, value):
+    with refused(f"{name}={value!r}", "3"):
+        sh.bladed_disk(3, **PARAMETERS | {name: value})
+
+
+def test_zero_mass():
+    with refused("mass=0", "> 0"):
+        sh.single_blade(**PARAMETERS | {"mass": 0})
+    with refused("mass=[1, 0, 1]", "> 0"):
+        sh.bladed_disk(3, **PARAMETERS | {"mass": [1, 0, 1]})
+
+
+@pytest.mark.parametrize("value", [2, 1, 0, -3, 3.5, *NOT_NUMBERS, "3", [3], True], ids=repr)
+def test_number_of_blades(value):
+    with refused(f"n_blades={value!r}"):
+        sh.bladed_disk(value, **PARAMETERS)
+
+
+MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+
+
+def model_with(name, matrix):
+    matrices = {other: np.eye(2) for other in MATRICES} | {name: matrix}
+    return sh.Model(**matrices)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+@pytest.mark.parametrize(
+    ("matrix", "word"),
+    [
+        (np.ones((2, 3)), "(2, 3)"),
+        (np.zeros((0, 0)), "(0, 0)"),
+        ([1.0, 1.0], "(2,)"),
+        (1.0, "()"),
+        (np.ones((1, 2, 2)), "(1, 2, 2)"),
+        (sp.csr_array(np.ones((2, 3))), "(2, 3)"),
+        ([[1.0, NAN], [NAN, 1.0]], "nan"),
+        (sp.csr_array([[INF, 0.0], [0.0, 1.0]]), "inf"),
+        ([[-1.0, 0.0], [0.0, 1.0]], "-1"),
+        ([["1", "0"], ["0", "1"]], "'1'"),
+        ([[1.0, 1j], [-1j, 1.0]], "1j"),
+        (sp.csc_array([[1.0, 1j], [-1j, 1.0]]), "1j"),
+        ([[1.0, 0.0], [0.0]], "[0.0]"),
+        (None, "None"),
+        ("matrix", "'matrix'"),
+    ],
+    ids=str,
+)
+def test_matrix(name, matrix, word):
+    with refused(name, word):
+        model_with(name, matrix)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_matrices_that_do_not_match(name):
+    with refused("_matrix", "(2, 2)", "(3, 3)"):
+        model_with(name, np.eye(3))
+
+
+def test_mass_matrix_is_positive_and_symmetric():
+    with refused("mass_matrix", "> 0", "entry 1 is 0"):
+        model_with("mass_matrix", [[1.0, 0.0], [0.0, 0.0]])
+    with refused("mass_matrix", "symmetric", "0.5"):
+        model_with("mass_matrix", [[1.0, 0.5], [0.0, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("contacts", "word"),
+    [
+        ([(0, 1), (1, 2)], "contacts[1]=2"),
+        ([(-1, 0)], "contacts[0]=-1"),
+        ([(2,)], "contacts[0]=2"),
+        ([2], "contacts[0]=2"),
+        ([(0, 0)], "contacts[0]=(0, 0)"),
+        ([(1, 0), (1, 1.0)], "contacts[1]=(1, 1.0)"),
+        ([(0, 1, 2)], "contacts[0]=(0, 1, 2)"),
+        ([()], "contacts[0]=()"),
+        ([(0, 0.5)], "contacts[0]=0.5"),
+        ([(0, NAN)], "contacts[0]=nan"),
+        ([(0, None)], "contacts[0]=None"),
+        ([(0, 1j)], "contacts[0]=1j"),
+        (["01"], "contacts[0]='0"),
+        ("01", "contacts='01'"),
+        (None, "contacts=None"),
+        (1, "contacts=1"),
+    ],
+    ids=str,
+)
+def test_contacts(contacts, word):
+    with refused(word):
+        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=contacts)
+
+
+@pytest.mark.parametrize("name", ["contact_stiffness", "friction_coefficient", "normal_load"])
+@pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3], ids=repr)
+def test_contact_parameter_of_a_model(name, value):
+    with refused(f"{name}={value!r}"):
+        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **{name: value})
+
+
+@pytest.mark.parametrize("name", [*MATRICES, "contacts", "normal_load", "lumped", "anything"])
+def test_model_cannot_be_changed(name):
+    with pytest.raises(AttributeError, match=name):
+        setattr(RING, name, 1.0)
+    with pytest.raises(AttributeError, match="mass_matrix"):
+        del RING.mass_matrix
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_parameter_arrays_cannot_be_written(name):
+    with pytest.raises(ValueError, match="read-only"):
+        RING.parameters[name][0] = 2.0
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_matrices_cannot_be_written(name):
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(RING, name)[0, 0] = 2.0
+
+
+# Unknown parameters and bad values by name
+
+
+@pytest.mark.parametrize("thing", [RING, PROBLEM], ids=["model", "problem"])
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [("normal_lod", "normal_load"), ("stifness", "stiffness"), ("friction", "friction_coeff")],
+)
+def test_unknown_parameter(thing, name, nearest):
+    with refused(name, *PARAMETERS, f"did you mean '{nearest}", kind=KeyError):
+        thing.with_parameters(**{name: 1.0})
+
+
+def test_unknown_parameter_of_an_excitation():
+    with refused("engine_ordr", "force_amplitude", "did you mean 'engine_order'", kind=KeyError):
+        sh.EngineOrder(1).with_parameters(engine_ordr=2)
+    with refused("engine_order", "force_amplitude", kind=KeyError):
+        sh.PointForce().with_parameters(engine_order=2)
+
+
+def test_a_general_model_has_no_blades():
+    with refused("mass", "contact_stiffness", kind=KeyError):
+        model_with("mass_matrix", np.eye(2)).with_parameters(mass=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *[(name, value) for name in PARAMETERS for value in (-1.0, NAN, "1", None, 1j, [1.0, 2.0])],
+        ("mass", 0.0),
+        *[("force_amplitude", value) for value in (*NOT_NUMBERS, [1.0])],
+        *[("engine_order", value) for value in (*NOT_NUMBERS, 1.5, [1])],
+    ],
+)
+def test_bad_value_of_a_named_parameter(name, value):
+    with refused(f"{name}={value!r}"):
+        PROBLEM.with_parameters(**{name: value})
+
+
+# Excitations
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("dof", [-1, 0.5, *NOT_NUMBERS, [0]]),
+        ("harmonic", [0, -1, 1.5, *NOT_NUMBERS, [1]]),
+        ("amplitude", [*NOT_NUMBERS, [1.0]]),
+        ("phase", [*NOT_NUMBERS, [1.0]]),
+    ],
+)
+def test_point_force(name, values):
+    for value in values:
+        with refused(f"{name}={value!r}"):
+            sh.PointForce(**{name: value})
+
+
+@pytest.mark.parametrize("value", [1.5, -0.5, *NOT_NUMBERS, [1], True], ids=repr)
+def test_engine_order(value):
+    with refused(f"order={value!r}"):
+        sh.EngineOrder(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("harmonic", [0, -1, 1.5, "1", None, NAN]), ("amplitude", [*NOT_NUMBERS, [1.0]])],
+)
+def test_number_of_an_engine_order(name, values):
+    for value in values:
+        with refused(f"{name}={value!r}"):
+            sh.EngineOrder(1, **{name: value})
+
+
+@pytest.mark.parametrize(
+    ("blades", "word"),
+    [
+        ([], "[]"),
+        ([0, 1, 0], "[0, 1, 0]"),
+        ([0, -1], "-1"),
+        ([0, 0.5], "0.5"),
+        ([0, NAN], "nan"),
+        ([0, None], "None"),
+        ("012", "'0"),
+        (5, "5"),
+    ],
+    ids=str,
+)
+def test_blades_of_an_engine_order(blades, word):
+    with refused(f"blades={word}"):
+        sh.EngineOrder(1, blades=blades)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (dict(), ["cosine={}", "sine={}"]),
+        (dict(cosine=[1.0]), ["cosine=[1.0]", "mapping"]),
+        (dict(sine=None), ["sine=None", "mapping"]),
+        (dict(cosine={-1: [1.0]}), ["cosine", "-1"]),
+        (dict(cosine={1.5: [1.0]}), ["cosine", "1.5"]),
+        (dict(cosine={"1": [1.0]}), ["cosine", "'1'"]),
+        (dict(sine={0: [1.0]}), ["sine", "0"]),
+        (dict(cosine={1: [NAN]}), ["cosine[1]=[nan]"]),
+        (dict(sine={1: ["1"]}), ["sine[1]=['1']"]),
+        (dict(sine={1: None}), ["sine[1]=None"]),
+        (dict(cosine={1: [1j]}), ["cosine[1]=[1j]"]),
+        (dict(cosine={1: [[1.0, 2.0]]}), ["cosine[1]=[[1.0, 2.0]]"]),
+        (dict(cosine={1: [1.0]}, amplitude=INF), ["amplitude=inf"]),
+    ],
+    ids=str,
+)
+def test_harmonic_force(arguments, words):
+    with refused(*words):
+        sh.HarmonicForce(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("excitation", "words"),
+    [
+        (sh.PointForce(dof=3), ["dof=3", "0 to 2"]),
+        (sh.EngineOrder(1, blades=(0, 1, 3)), ["blades=3", "0 to 2"]),
+        (sh.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
+        (sh.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
+        (sh.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
+        (sh.EngineOrder(1, harmonic=3), ["harmonics=(1, 2)", "3"]),
+        (sh.HarmonicForce(cosine={0: [1.0] * 3}), ["harmonics=(1, 2)", "0"]),
+        (sh.HarmonicForce(sine={1: [1.0] * 3, 4: [1.0] * 3}), ["harmonics=(1, 2)", "4"]),
+    ],
+    ids=str,
+)
+def test_excitation_that_does_not_fit(excitation, words):
+    with refused(*words):
+        sh.HarmonicBalance(RING, excitation, harmonics=(1, 2))
+
+
+# Problems
+
+
+@pytest.mark.parametrize(
+    "value",
+    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), (True,), "1", "", 1]
+    + [None, 1.0, [[1]]],
+    ids=repr,
+)
+def test_harmonics(value):
+    with refused(f"harmonics={value!r}"):
+        sh.HarmonicBalance(RING, sh.EngineOrder(1), harmonics=value)
+
+
+@pytest.mark.parametrize("value", [None, "ring", 1, PROBLEM, np.eye(3)], ids=lambda v: type(v))
+def test_model_of_the_wrong_type(value):
+    with refused("model=", "Model"):
+        sh.HarmonicBalance(value, sh.PointForce())
+
+
+@pytest.mark.parametrize(
+    "value", [None, "force", 1.0, np.ones(3), RING, sh.PointForce], ids=lambda v: type(v)
+)
+def test_excitation_of_the_wrong_type(value):
+    with refused("excitation=", "excitation"):
+        sh.HarmonicBalance(RING, value)
+
+
+@pytest.mark.parametrize("value", [None, "problem", RING, xr.Dataset()], ids=lambda v: type(v))
+def test_problem_of_the_wrong_type(value):
+    with refused("problem=", "HarmonicBalance"):
+        sh.solve(value, 10.0)
+    with refused("problem=", "HarmonicBalance"):
+        sh.frf(value, BAND)
+
+
+# One point and the response curve
+
+
+@pytest.mark.parametrize("value", [0, -1.0, *NOT_NUMBERS, [10.0], [10.0, 20.0], []], ids=repr)
+def test_frequency_of_a_point(value):
+    with refused(f"frequency={value!r}"):
+        sh.solve(PROBLEM, value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [(11, 10), (10, 10), (0, 10), (-5, 10), (-10, -5), (10,), (10, 11, 12), (), 10, [[10, 11]]]
+    + [(NAN, 10), (10, NAN), (10, INF), ("10", "11"), "10-11", (10, None), None, (10, 11j)],
+    ids=repr,
+)
+def test_band(value):
+    with refused(f"frequency={value!r}"):
+        frf(frequency=value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [[9.9, 10.5], [10.5, 11.1], [10.5, 10.2], [10.2, 10.2], [], [[10.2, 10.5]], 10.5, [10.5, NAN]]
+    + [[10.5, INF], [-10.5], [0, 10.5], ["10.5"], "10.5", [None], [10.5j], [[10.2], [10.3, 10.4]]],
+    ids=repr,
+)
+def test_grid(value):
+    with refused(f"at={value!r}"):
+        frf(at=value)
+
+
+@pytest.mark.parametrize("value", [1, 0, -5, 2.5, *NOT_NUMBERS, [10]], ids=repr)
+def test_max_points(value):
+    with refused(f"max_points={value!r}"):
+        frf(max_points=value)
+
+
+@pytest.mark.parametrize("value", ["pool", 4, object(), ThreadPoolExecutor], ids=repr)
+def test_executor(value):
+    with refused("executor=", "Executor", kind=TypeError):
+        frf(executor=value)
+
+
+# What to sweep
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["normal_load", 5, ["normal_load"], [("normal_load", [1.0])], labelled([1.0], "normal_load")],
+    ids=lambda v: type(v),
+)
+def test_over_is_a_mapping(value):
+    with refused("over=", "mapping", kind=TypeError):
+        frf(over=value)
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [("normal_lod", "normal_load"), ("amplitude", "force_amplitude"), ("Mass", "mass")],
+)
+def test_over_an_unknown_parameter(name, nearest):
+    everything = [*PARAMETERS, "force_amplitude", "engine_order"]
+    with refused(name, *everything, f"did you mean '{nearest}'", kind=KeyError):
+        frf(over={name: [1.0]})
+    with refused(name, *everything, kind=KeyError):
+        frf(over=xr.Dataset({"normal_load": ("sample", [1.0]), name: ("sample", [1.0])}))
+    with refused("1", *everything, kind=KeyError):
+        frf(over={1: [1.0]})
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *[("normal_load", [1.0, value]) for value in (-1.0, *NOT_NUMBERS)],
+        *[("normal_load", value) for value in ("1", None, 1j, NAN, -1.0, {1: 2.0})],
+        ("mass", [1.0, 0.0]),
+        ("stiffness", [-1.0]),
+        ("force_amplitude", [NAN]),
+        ("engine_order", [1.0, 1.5]),
+        ("engine_order", 0.5),
+        ("engine_order", [1, NAN]),
+        ("engine_order", ["1"]),
+        ("normal_load", [[1.0, 2.0, 3.0]]),
+        ("normal_load", [[1.0], [2.0, 3.0]]),
+        ("normal_load", []),
+        ("normal_load", labelled([1.0, -1.0], "sample")),
+        ("normal_load", labelled([1.0, NAN], "sample")),
+        ("normal_load", labelled(["1", "2"], "sample")),
+        ("normal_load", labelled([1.0, 2j], "sample")),
+        ("normal_load", labelled([], "sample")),
+        ("engine_order", labelled([1.5], "sample")),
+    ],
+    ids=lambda value: " ".join(repr(value).split()),
+)
+def test_over_bad_values(name, value):
+    with refused(name):
+        frf(over={name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("normal_load", labelled([1.0, 2.0], "contact"), ["3", "2", "contact"]),
+        ("stiffness", labelled(np.ones((2, 4)), "sample", "dof"), ["3", "4", "dof"]),
+        ("normal_load", labelled([1.0] * 3, "dof"), ["dof"]),
+        ("mass", labelled([1.0] * 3, "contact"), ["contact"]),
+        ("force_amplitude", labelled([1.0] * 3, "dof"), ["dof"]),
+        ("engine_order", labelled([1] * 3, "contact"), ["contact"]),
+        ("normal_load", labelled([1.0] * 3, "contact", contact=[2, 1, 0]), ["contact"]),
+        ("normal_load", labelled([1.0, 2.0], "point"), ["point"]),
+        ("normal_load", labelled([1.0, 2.0], "frequency"), ["frequency"]),
+        ("normal_load", labelled([1.0, 2.0], "harmonic"), ["harmonic"]),
+        ("normal_load", labelled([1.0, 2.0], "peak"), ["peak"]),
+        # Names that the result needs for something else.
+        ("normal_load", labelled([1.0, 2.0], "amplitude"), ["amplitude"]),
+        ("normal_load", labelled([1.0, 2.0], "engine_order"), ["engine_order"]),
+        ("normal_load", labelled([1.0, 2.0], "mass"), ["mass"]),
+        ("normal_load", labelled([1.0], "s", amplitude=("s", [7.0])), ["amplitude"]),
+    ],
+    ids=lambda value: " ".join(repr(value).split()),
+)
+def test_over_dimensions(name, value, words):
+    with refused("over", name, *words):
+        frf(over={name: value})
+
+
+def test_over_a_shared_dimension_that_does_not_match():
+    with refused("over", "contact_stiffness", "sample", "2", "3"):
+        frf(
+            over={
+                "normal_load": labelled([1.0, 2.0], "sample"),
+                "contact_stiffness": labelled([1e4, 2e4, 3e4], "sample"),
+            }
+        )
+    with refused("over", "contact_stiffness", "sample"):
+        frf(
+            over={
+                "normal_load": labelled([1.0, 2.0], "sample", sample=[0, 1]),
+                "contact_stiffness": labelled([1e4, 2e4], "sample", sample=[1, 0]),
+            }
+        )
+
+
+# Files
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    problem = sh.HarmonicBalance(BLADE, sh.PointForce())
+    return sh.frf(problem, (15, 25), over={"normal_load": [1.0, 3.0]}, progress=False)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, dataset):
+    """A working directory with an archive, another file and a directory in it."""
+    monkeypatch.chdir(tmp_path)
+    sh.save(dataset, "archive.nc")
+    Path("file").write_text("text")
+    Path("directory").mkdir()
+    return tmp_path
+
+
+def content(folder):
+    return {path: path.is_file() and path.read_bytes() for path in sorted(folder.rglob("*"))}
+
+
+@pytest.mark.parametrize("value", [None, "dataset", {}, xr.DataArray([1.0])], ids=lambda v: type(v))
+def test_dataset_of_the_wrong_type(folder, value):
+    with refused("dataset=", "Dataset", kind=TypeError):
+        sh.save(value, "new.nc")
+    with refused("dataset=", "Dataset", kind=TypeError):
+        sh.rebuild(value)
+    assert not Path("new.nc").exists()
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["missing/new.nc", "directory", "file/new.nc", "file/in/new.nc", "", ".", "..", "/"]
+    + ["directory/..", "x" * 300],
+)
+def test_path_that_cannot_be_written(folder, dataset, path):
+    before = content(folder)
+    with refused("path=", path[:70], kind=sh.ArchiveError, allowed="expected|cannot be written"):
+        sh.save(dataset, path)
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("path", [None, 5, 1.5], ids=repr)
+def test_path_of_the_wrong_type(dataset, path):
+    with refused(f"path={path!r}"):
+        sh.save(dataset, path)
+    with refused(f"path={path!r}"):
+        sh.load(path)
+
+
+@pytest.mark.parametrize("name", ["new.nc", "archive.nc"])
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), RuntimeError("NetCDF: HDF error")], ids=repr
+)
+def test_write_that_fails(folder, dataset, monkeypatch, name, error):
+    """Nothing half-written is left, and the archive that was there still is."""
+
+    def fail(self, path, **options):
+        Path(path).write_bytes(b"half an archive")
+        raise error
+
+    before = content(folder)
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
+        sh.save(dataset, name)
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("name", ["new.nc", "archive.nc"])
+def test_full_disk(folder, dataset, name):
+    """No patch: the operating system refuses to let the file grow."""
+    resource = pytest.importorskip("resource")
+    large = dataset.assign(noise=("entry", np.random.default_rng(0).normal(size=200_000)))
+    before = content(folder)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limits[1]))
+    try:
+        with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
+            sh.save(large, name)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert content(folder) == before
+
+
+def test_write_that_is_interrupted(folder, dataset, monkeypatch):
+    def interrupt(self, path, **options):
+        Path(path).write_bytes(b"half an archive")
+        raise KeyboardInterrupt
+
+    before = content(folder)
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        sh.save(dataset, "archive.nc")
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize(
+    "value", [None, {}, {"a": 1}, True, np.True_, 1j, np.complex128(1j), np.array([None])], ids=repr
+)
+@pytest.mark.parametrize("of_variable", [False, True])
+def test_attribute_that_netcdf_cannot_hold(folder, dataset, value, of_variable):
+    broken = dataset.copy(deep=True)
+    (broken.amplitude if of_variable else broken).attrs["remark"] = value
+    before = content(folder)
+    with refused("remark", repr(value)):
+        sh.save(broken, "archive.nc")
+    assert content(folder) == before
+
+
+DAMAGED = "damaged|no NetCDF file"
+
+
+def test_missing_file(folder):
+    with refused("path='missing.nc'", kind=FileNotFoundError, allowed="no such file"):
+        sh.load("missing.nc")
+
+
+@pytest.mark.parametrize("size", [0, 1, 8, 5000])
+def test_file_of_random_bytes(folder, size):
+    Path("random.nc").write_bytes(np.random.default_rng(size).bytes(size))
+    with refused("path='random.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+        sh.load("random.nc")
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.999])
+def test_truncated_archive(folder, share):
+    whole = Path("archive.nc").read_bytes()
+    Path("cut.nc").write_bytes(whole[: int(share * len(whole))])
+    with refused("path='cut.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+        sh.load("cut.nc")
+
+
+def test_archive_without_its_last_byte(folder):
+    Path("cut.nc").write_bytes(Path("archive.nc").read_bytes()[:-1])
+    with refused("path='cut.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+        sh.load("cut.nc")
+
+
+def test_archive_with_damaged_bytes(folder):
+    """It loads, where the damage is in unused places, or says that it is damaged."""
+    whole = np.frombuffer(Path("archive.nc").read_bytes(), np.uint8)
+    failures = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        damaged = whole.copy()
+        damaged[rng.integers(0, whole.size, 50)] = rng.integers(0, 256, 50)
+        Path("damaged.nc").write_bytes(damaged.tobytes())
+        try:
+            sh.load("damaged.nc")
+        except sh.ArchiveError as error:
+            assert "path='damaged.nc'" in str(error)  # noqa: PT017
+            failures += 1
+    assert failures > 0
+
+
+@pytest.mark.parametrize("path", ["directory", "file", "."])
+def test_path_that_cannot_be_read(folder, path):
+    with refused(f"path={path!r}", kind=sh.ArchiveError, allowed=DAMAGED):
+        sh.load(path)
+
+
+def test_foreign_file(folder, dataset):
+    xr.Dataset({"a": ("x", [1.0, 2.0])}).to_netcdf("foreign.nc")
+    with refused("path='foreign.nc'", kind=sh.ArchiveError, allowed="not written by symhbm"):
+        sh.load("foreign.nc")
+    with refused("dataset", kind=sh.ArchiveError, allowed="not written by symhbm"):
+        sh.rebuild(xr.Dataset())
+
+
+@pytest.mark.parametrize("number", [99, "banana", np.array([1, 2]), 0, -1, 1.5], ids=repr)
+def test_unknown_schema(folder, dataset, number):
+    foreign = dataset.assign_attrs(symhbm_schema=number)
+    foreign.to_netcdf("foreign.nc")
+    with refused("path='foreign.nc'", str(number), kind=sh.ArchiveError, allowed="schema"):
+        sh.load("foreign.nc")
+    with refused("dataset", str(number), kind=sh.ArchiveError, allowed="schema"):
+        sh.rebuild(foreign)
+
+
+@pytest.mark.parametrize("name", ["problem", "swept"])
+@pytest.mark.parametrize("text", [None, "{", "5", "{}", "null", '{"a": 1}', '["mas"]'])
+def test_description_that_is_damaged(dataset, name, text):
+    broken = dataset.copy()
+    del broken.attrs[name]
+    if text is not None:
+        broken.attrs[name] = text
+    with refused("dataset", kind=sh.ArchiveError, allowed="description"):
+        sh.rebuild(broken)
+
+
+@pytest.mark.parametrize("name", ["mass", "contact_stiffness", "normal_load_nominal"])
+def test_parameter_that_is_missing(dataset, name):
+    with refused("dataset", name, kind=sh.ArchiveError, allowed="description"):
+        sh.rebuild(dataset.drop_vars(name))
