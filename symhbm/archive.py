@@ -1,13 +1,14 @@
 """NetCDF archives: save, load and rebuild."""
 
-import json
 import os
+import threading
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from symhbm import check
+from symhbm.names import TEXTS
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import SCHEMA_VERSION, describe_problem
 
@@ -30,24 +31,24 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    target = Path(path)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    _check_attributes(dataset)
+    target = _path(path)
     encoding = {
         str(name): {"zlib": True, "complevel": 4}
         for name, variable in dataset.variables.items()
         if variable.ndim and variable.dtype.kind in "fi"
     }
-    if target.is_dir() or not target.parent.is_dir():
-        raise ArchiveError(
-            f"path={str(target)!r}: expected a file name in an existing, writable directory"
-        )
+    part = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
     try:
-        _plain(dataset).to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        os.replace(part, target)
-    except OSError as error:
+        if not target.name or target.is_dir() or not target.parent.is_dir():
+            raise OSError("expected a file name in an existing, writable directory")
+        try:
+            dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            os.replace(part, target)
+        finally:
+            part.unlink(missing_ok=True)
+    except (OSError, RuntimeError, ValueError) as error:
         raise ArchiveError(f"path={str(target)!r}: cannot be written ({error})") from error
-    finally:
-        part.unlink(missing_ok=True)
     return target
 
 
@@ -62,7 +63,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         If the file is damaged, is no NetCDF file, or was not written by this library. It is an
         OSError and a ValueError.
     """
-    source = Path(path)
+    source = _path(path)
     if not source.exists():
         raise FileNotFoundError(f"path={str(source)!r}: no such file")
     try:
@@ -71,7 +72,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         raise ArchiveError(f"path={str(source)!r}: damaged, or no NetCDF file ({error})") from error
     check_schema(dataset, f"path={str(source)!r}")
     for name, variable in dataset.variables.items():
-        if variable.dtype.kind in "US":
+        if variable.dtype.kind in "US" or (name in TEXTS and variable.dtype != object):
             dataset[name] = variable.astype(object)
     for variable in dataset.variables.values():
         variable.encoding = {}
@@ -97,8 +98,10 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
     check_schema(dataset, "dataset")
     try:
         return describe_problem(dataset)
-    except (KeyError, AttributeError, json.JSONDecodeError) as error:
-        raise ArchiveError(f"dataset: the description of the problem lacks {error}") from error
+    except (KeyError, AttributeError, TypeError, ValueError) as error:
+        raise ArchiveError(
+            f"dataset: the description of the problem is damaged ({error})"
+        ) from error
 
 
 def check_schema(dataset: xr.Dataset, what: str) -> None:
@@ -108,19 +111,26 @@ def check_schema(dataset: xr.Dataset, what: str) -> None:
         raise ArchiveError(
             f"{what}: not written by symhbm (the attribute symhbm_schema is missing)"
         )
-    if int(number) > SCHEMA_VERSION:
+    if not isinstance(number, (int, np.integer)) or not 1 <= number <= SCHEMA_VERSION:
         raise ArchiveError(
-            f"{what}: schema {number} is newer than {SCHEMA_VERSION}, the newest this version reads"
+            f"{what}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
         )
 
 
-def _plain(dataset: xr.Dataset) -> xr.Dataset:
-    """A copy whose attributes are only those that NetCDF can hold, as it gives them back."""
-    for name, value in dataset.attrs.items():
-        if isinstance(value, bool) or not isinstance(
-            value, (str, int, float, np.generic, np.ndarray)
-        ):
-            raise TypeError(
-                f"dataset.attrs[{name!r}]={check.shown(value)}: expected text or a number"
-            )
-    return dataset
+def _path(path: object) -> Path:
+    try:
+        return Path(path)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"path={check.shown(path)}: expected text or a path") from None
+
+
+def _check_attributes(dataset: xr.Dataset) -> None:
+    """Raise TypeError for attributes that NetCDF cannot hold as they are."""
+    owners = {"dataset": dataset, **{f"dataset[{n!r}]": v for n, v in dataset.variables.items()}}
+    for owner, holder in owners.items():
+        for name, value in holder.attrs.items():
+            simple = isinstance(value, (str, int, float, np.generic, np.ndarray))
+            if not simple or np.asarray(value).dtype.kind not in "iufU":
+                raise TypeError(
+                    f"{owner}.attrs[{name!r}]={check.shown(value)}: expected text or real numbers"
+                )

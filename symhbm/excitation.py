@@ -4,7 +4,7 @@ An excitation has an ``amplitude`` [N] and a ``shape``: the Fourier coefficients
 degree of freedom at unit amplitude.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
 
@@ -59,6 +59,8 @@ class _Named:
         """Return a copy with other values; raises KeyError for a name that is no parameter."""
         for name in values:
             check.known(name, self._fields, "parameter of this excitation")
+            if name == "force_amplitude":
+                check.scalar(name, values[name])
         return replace(self, **{self._fields[name]: value for name, value in values.items()})  # type: ignore
 
 
@@ -109,6 +111,8 @@ class EngineOrder(_Named):
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
         if self.blades is not None:
+            if isinstance(self.blades, str) or not isinstance(self.blades, Iterable):
+                raise TypeError(f"blades={check.shown(self.blades)}: expected a sequence of DOFs")
             blades = tuple(check.integer("blades", dof, 0) for dof in self.blades)
             if not blades or len(set(blades)) != len(blades):
                 raise ValueError(f"blades={check.shown(self.blades)}: expected distinct DOFs")
@@ -120,7 +124,8 @@ class EngineOrder(_Named):
         blades = list(range(n_dof)) if self.blades is None else list(self.blades)
         check.integer("blades", max(blades), 0, n_dof - 1)
         # Reduced in integers first, so that aliased orders give the same force to the bit.
-        turns = (self.order * np.arange(len(blades))) % len(blades) / len(blades)
+        count = len(blades)
+        turns = (self.order % count * np.arange(count)) % count / count
         shape = np.zeros((n_dof, basis.n_components))
         shape[blades, basis.component(self.harmonic)] = np.cos(2 * np.pi * turns)
         shape[blades, basis.component(self.harmonic, sine=True)] = np.sin(2 * np.pi * turns)

@@ -101,7 +101,9 @@ def frf(
     band = _check_band(frequency)
     grid = None if at is None else _check_grid(at, band)
     max_points = check.integer("max_points", max_points, minimum=2)
-    if executor is not None and not callable(getattr(executor, "submit", None)):
+    if isinstance(executor, type) or (
+        executor is not None and not callable(getattr(executor, "submit", None))
+    ):
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
     sweep = parse(problem, over)
     branches = _compute(problem, sweep, executor, progress, (band, grid, max_points))

@@ -5,7 +5,7 @@ displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the grou
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,14 @@ class Model:
             matrix = _matrix(name, getattr(self, name), size, strict=name == "mass_matrix")
             size = matrix.shape[0]
             put(self, name, matrix)
-        asymmetry = abs(self.mass_matrix - self.mass_matrix.T)
+        asymmetry = abs(self.mass_matrix - self.mass_matrix.T).tocoo()
         if asymmetry.nnz and asymmetry.max() > 1e-9 * abs(self.mass_matrix).max():
-            raise ValueError("mass_matrix: expected a symmetric matrix")
+            at = int(np.argmax(asymmetry.data))
+            i, j = int(asymmetry.row[at]), int(asymmetry.col[at])
+            raise ValueError(
+                f"mass_matrix: expected a symmetric matrix, entry {i, j} is "
+                f"{self.mass_matrix[i, j]:g}, entry {j, i} is {self.mass_matrix[j, i]:g}"
+            )
         put(self, "contacts", _contact_dofs(self.contacts, self.n_dof))
         for name in CONTACT_PARAMETERS:
             value = check.one_or_each(
@@ -106,6 +111,10 @@ class Model:
             else:
                 changes[name] = value
         return replace(self, **changes)
+
+    def __reduce__(self):
+        # Through the constructor: unpickled arrays would be writable.
+        return Model, tuple(getattr(self, field.name) for field in fields(self))
 
     def __repr__(self) -> str:
         kind = "lumped blades" if self.lumped else "degrees of freedom"
@@ -190,6 +199,7 @@ def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
 def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
     matrix: Any
     if sp.issparse(value):
+        check.array(f"{name} entries", value.data)
         matrix = sp.csc_array(value, dtype=float, copy=True)
     else:
         dense = check.array(name, value)

@@ -68,7 +68,7 @@ class HarmonicBalance:
     def __init__(self, model: Model, excitation: Excitation, harmonics: Iterable[int] = (1,)):
         if not isinstance(model, Model):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
-        if not callable(getattr(excitation, "shape", None)):
+        if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
             raise TypeError(f"excitation={check.shown(excitation)}: expected an excitation")
         self.model = model
         self.excitation = excitation

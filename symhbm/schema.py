@@ -1,11 +1,10 @@
-"""Names, dimensions, units and provenance of the datasets: the archive's contract."""
+"""Labelled datasets from response curves, with the problem they came from, and back."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +13,7 @@ import xarray as xr
 import symhbm.excitation as excitations
 from symhbm.branch import Branch
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
+from symhbm.names import PARAMETERS, VARIABLES
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep
 
@@ -23,66 +23,6 @@ REFERENCE = (
     "System in the Presence of Dry Friction, DINAME 2013, hal-00941429"
 )
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-
-
-class Variable(NamedTuple):
-    """Meaning of one variable; ``inner`` are its dimensions after point, peak or event."""
-
-    inner: tuple[str, ...]
-    units: str
-    long_name: str
-    attributes: Mapping[str, Any] = MappingProxyType({})
-
-
-_STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
-
-VARIABLES = {
-    "frequency": Variable((), "Hz", "excitation frequency"),
-    "coefficient": Variable(
-        ("dof", "harmonic", "component"), "m", "Fourier coefficient of the displacement"
-    ),
-    "amplitude": Variable(("dof",), "m", "largest absolute displacement over the period"),
-    "contact_state": Variable(("contact",), "1", "whether the contact slips", _STATES),
-    "theta_0": Variable(("contact",), "rad", "angle of the largest relative displacement"),
-    "theta_star": Variable(("contact",), "rad", "angle of the onset of slip after theta_0"),
-    "stick_fraction": Variable(("contact",), "1", "share of the period spent sticking"),
-    "dissipation": Variable(("contact",), "J", "energy dissipated by friction per cycle"),
-    "reversals": Variable(("contact",), "1", "reversals of the relative velocity per period"),
-    "residual_norm": Variable(
-        (), "1", "largest residual over the largest sum of absolute force terms"
-    ),
-    "iterations": Variable((), "1", "linear solves spent on the point"),
-    "converged": Variable((), "1", "whether the point solves the equations"),
-    "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
-    "peak_frequency": Variable((), "Hz", "frequency of the peak"),
-    "peak_amplitude": Variable((), "m", "largest displacement at the peak"),
-    "peak_dof": Variable((), "1", "degree of freedom that leads at the peak"),
-    "peak_kind": Variable((), "1", "smooth, corner or unbounded"),
-    "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
-    "peak_coefficient": Variable(
-        ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"
-    ),
-    "event_frequency": Variable((), "Hz", "frequency of the event"),
-    "event_kind": Variable((), "1", "onset of slip or end of slip"),
-    "event_contact": Variable((), "1", "contact that changes state"),
-    "n_points": Variable((), "1", "accepted points of the path"),
-    "n_peaks": Variable((), "1", "peaks of the largest response"),
-    "n_events": Variable((), "1", "events of the path"),
-    "rejected_steps": Variable((), "1", "steps tried in vain"),
-    "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
-    "status": Variable((), "1", "why the computation ended"),
-}
-
-PARAMETERS = {
-    "mass": ("kg", "mass of the blade"),
-    "damping": ("N s m-1", "viscous damping of the blade"),
-    "stiffness": ("N m-1", "stiffness of the blade"),
-    "contact_stiffness": ("N m-1", "stiffness of the contact"),
-    "friction_coefficient": ("1", "friction coefficient"),
-    "normal_load": ("N", "normal load of the contact"),
-    "force_amplitude": ("N", "amplitude of the exciting force"),
-    "engine_order": ("1", "engine order"),
-}
 
 
 def label(
@@ -160,9 +100,10 @@ def _with_provenance(dataset: xr.Dataset, problem: HarmonicBalance, sweep: Sweep
         if name in sweep.values:
             swept = sweep.values[name]
             dataset[name] = (swept.dims, swept.values, attributes)
-            for coordinate in swept.coords:
-                if coordinate not in (name, *dataset.coords):
-                    dataset = dataset.assign_coords({coordinate: swept.coords[coordinate]})
+            for label, coordinate in swept.coords.items():
+                if label not in (name, *dataset.coords):
+                    about = {"long_name": str(label), "units": "1"} | coordinate.attrs
+                    dataset = dataset.assign_coords({label: coordinate.assign_attrs(about)})
             target = f"{name}_nominal"
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         dataset[target] = (dims, np.array(value), attributes)
@@ -193,8 +134,12 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     units = PARAMETERS[name.removesuffix("_matrix")][0]
     about = name.replace("_", " ")
     return {
-        f"{name}_row": (entry, matrix.indices.astype(np.int64), {"long_name": f"{about}, row"}),
-        f"{name}_column": (entry, columns, {"long_name": f"{about}, column"}),
+        f"{name}_row": (
+            entry,
+            matrix.indices.astype(np.int64),
+            {"long_name": f"{about}, row", "units": "1"},
+        ),
+        f"{name}_column": (entry, columns, {"long_name": f"{about}, column", "units": "1"}),
         f"{name}_value": (
             entry,
             matrix.data,

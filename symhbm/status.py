@@ -1,6 +1,7 @@
 """Why a computation ended, and what to try when it ended too early."""
 
 from enum import StrEnum
+from typing import Any
 
 
 class Status(StrEnum):
@@ -54,7 +55,7 @@ class SolveError(RuntimeError):
     The attribute ``result`` holds the dataset computed so far.
     """
 
-    def __init__(self, message: str, result: object = None):
+    def __init__(self, message: str, result: Any = None):
         super().__init__(message)
         self.result = result
 

@@ -8,10 +8,12 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.names import OWN_DIMENSIONS, PARAMETERS, VARIABLES
 from symhbm.residual import HarmonicBalance
 
 PATTERN_DIMENSIONS = ("dof", "contact")
-OWN_DIMENSIONS = {"point", "frequency", "harmonic", "component", "peak", "event"}
+RESERVED = {*OWN_DIMENSIONS, *VARIABLES, *PARAMETERS}
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,7 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
         check.known(str(name), problem.parameters)
         values[str(name)] = _array(problem, str(name), value)
     sizes: dict[str, int] = {}
+    labels: dict[str, np.ndarray] = {}
     for name, value in values.items():
         for dim in (str(d) for d in value.dims if d not in PATTERN_DIMENSIONS):
             size = value.sizes[dim]
@@ -66,6 +69,17 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
                 raise ValueError(
                     f"over[{name!r}]: dimension {dim!r} has {size} values, "
                     f"elsewhere it has {sizes[dim]}"
+                )
+            own = value[dim].values if dim in value.coords else labels.get(dim)
+            if own is not None and not np.array_equal(labels.setdefault(dim, own), own):
+                raise ValueError(
+                    f"over[{name!r}]: {dim!r} has the labels {check.shown(own.tolist())}, "
+                    f"elsewhere {check.shown(labels[dim].tolist())}"
+                )
+            if dim in PARAMETERS and dim not in values:
+                raise ValueError(
+                    f"over[{name!r}]: expected a name of your own for a dimension, "
+                    f"{dim!r} is a parameter that is not swept"
                 )
     sweep = Sweep(values, tuple(sizes), tuple(sizes.values()))
     for chosen in sweep.sets():
@@ -88,17 +102,29 @@ def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:
     check.array(where, value.values)
     value = value.copy(data=_natural(problem, name, value.values))
     sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
-    nominal = np.shape(problem.parameters[name])
+    of_what = {"dof": BLADE_PARAMETERS, "contact": CONTACT_PARAMETERS}
+    for dim in (*value.dims, *value.coords):
+        if dim in RESERVED and dim not in (*PATTERN_DIMENSIONS, *PARAMETERS):
+            raise ValueError(f"{where}: expected a name of your own, {dim!r} is the result's")
+        if dim in value.coords and dim not in value.dims and dim in PARAMETERS:
+            raise ValueError(
+                f"{where}: expected a coordinate name of your own, {dim!r} is a parameter"
+            )
     for dim in value.dims:
-        if dim in OWN_DIMENSIONS:
-            raise ValueError(f"{where}: dimension {dim!r} is one of the result's own")
         if value.sizes[dim] == 0:
             raise ValueError(f"{where}: expected at least one value along {dim!r}, got none")
-        if dim in sizes and (not nominal or nominal[0] != sizes[dim]):
+        if dim not in PATTERN_DIMENSIONS:
+            continue
+        if name not in of_what[str(dim)]:
             raise ValueError(f"{where}: {name} has no value per {dim}")
-        if dim in sizes and value.sizes[dim] != sizes[dim]:
+        if value.sizes[dim] != sizes[str(dim)]:
             raise ValueError(
-                f"{where}: expected {sizes[dim]} values along {dim!r}, got {value.sizes[dim]}"
+                f"{where}: expected {sizes[str(dim)]} values along {dim!r}, got {value.sizes[dim]}"
+            )
+        if dim in value.coords and not np.array_equal(value[dim], np.arange(value.sizes[dim])):
+            raise ValueError(
+                f"{where}: expected the labels 0 to {value.sizes[dim] - 1} along {dim!r}, "
+                f"got {check.shown(value[dim].values.tolist())}"
             )
     pattern = [d for d in value.dims if d in PATTERN_DIMENSIONS]
     return value.transpose(..., *pattern)

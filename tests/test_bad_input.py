@@ -4,6 +4,7 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,6 +51,13 @@ def labelled(values, *dims, **coords):
     return xr.DataArray(values, dims=dims, coords=coords)
 
 
+def short(value):
+    """Name of a test."""
+    if isinstance(value, xr.DataArray):
+        return f"{value.values.tolist()} along {' '.join(map(str, value.dims))}"
+    return value if isinstance(value, str) else repr(value)
+
+
 # Models
 
 
@@ -92,8 +100,8 @@ MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 
 
 def model_with(name, matrix):
-    matrices = {other: np.eye(2) for other in MATRICES} | {name: matrix}
-    return sh.Model(**matrices)
+    matrices: dict[str, Any] = {other: np.eye(2) for other in MATRICES}
+    return sh.Model(**matrices | {name: matrix})
 
 
 @pytest.mark.parametrize("name", MATRICES)
@@ -111,12 +119,12 @@ def model_with(name, matrix):
         ([[-1.0, 0.0], [0.0, 1.0]], "-1"),
         ([["1", "0"], ["0", "1"]], "'1'"),
         ([[1.0, 1j], [-1j, 1.0]], "1j"),
-        (sp.csc_array([[1.0, 1j], [-1j, 1.0]]), "1j"),
+        (sp.csc_array([[1.0, 1j], [-1j, 1.0]]), "_matrix"),
         ([[1.0, 0.0], [0.0]], "[0.0]"),
         (None, "None"),
         ("matrix", "'matrix'"),
     ],
-    ids=str,
+    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
 )
 def test_matrix(name, matrix, word):
     with refused(name, word):
@@ -159,7 +167,7 @@ def test_mass_matrix_is_positive_and_symmetric():
     ids=str,
 )
 def test_contacts(contacts, word):
-    with refused(word):
+    with refused(word, allowed="expected|joins two different DOFs"):
         sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=contacts)
 
 
@@ -174,8 +182,8 @@ def test_contact_parameter_of_a_model(name, value):
 def test_model_cannot_be_changed(name):
     with pytest.raises(AttributeError, match=name):
         setattr(RING, name, 1.0)
-    with pytest.raises(AttributeError, match="mass_matrix"):
-        del RING.mass_matrix
+    with pytest.raises(AttributeError, match=name):
+        delattr(RING, name)
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
@@ -223,6 +231,7 @@ def test_a_general_model_has_no_blades():
         *[("force_amplitude", value) for value in (*NOT_NUMBERS, [1.0])],
         *[("engine_order", value) for value in (*NOT_NUMBERS, 1.5, [1])],
     ],
+    ids=short,
 )
 def test_bad_value_of_a_named_parameter(name, value):
     with refused(f"{name}={value!r}"):
@@ -330,8 +339,7 @@ def test_excitation_that_does_not_fit(excitation, words):
 
 @pytest.mark.parametrize(
     "value",
-    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), (True,), "1", "", 1]
-    + [None, 1.0, [[1]]],
+    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), "1", "", 1, None, [[1]]],
     ids=repr,
 )
 def test_harmonics(value):
@@ -372,8 +380,11 @@ def test_frequency_of_a_point(value):
 
 @pytest.mark.parametrize(
     "value",
-    [(11, 10), (10, 10), (0, 10), (-5, 10), (-10, -5), (10,), (10, 11, 12), (), 10, [[10, 11]]]
-    + [(NAN, 10), (10, NAN), (10, INF), ("10", "11"), "10-11", (10, None), None, (10, 11j)],
+    [
+        *[(11, 10), (10, 10), (0, 10), (-5, 10), (-10, -5), (NAN, 10), (10, NAN), (10, INF)],
+        *[(), (10,), 10, (10, 11, 12), [[10, 11]]],
+        *[("10", "11"), "10-11", (10, None), None, (10, 11j)],
+    ],
     ids=repr,
 )
 def test_band(value):
@@ -383,8 +394,11 @@ def test_band(value):
 
 @pytest.mark.parametrize(
     "value",
-    [[9.9, 10.5], [10.5, 11.1], [10.5, 10.2], [10.2, 10.2], [], [[10.2, 10.5]], 10.5, [10.5, NAN]]
-    + [[10.5, INF], [-10.5], [0, 10.5], ["10.5"], "10.5", [None], [10.5j], [[10.2], [10.3, 10.4]]],
+    [
+        *[[9.9, 10.5], [10.5, 11.1], [10.5, 10.2], [10.2, 10.2], [-10.5], [0, 10.5]],
+        *[[], 10.5, [[10.2, 10.5]], [[10.2], [10.3, 10.4]]],
+        *[[10.5, NAN], [10.5, INF], ["10.5"], "10.5", [None], [10.5j]],
+    ],
     ids=repr,
 )
 def test_grid(value):
@@ -453,7 +467,7 @@ def test_over_an_unknown_parameter(name, nearest):
         ("normal_load", labelled([], "sample")),
         ("engine_order", labelled([1.5], "sample")),
     ],
-    ids=lambda value: " ".join(repr(value).split()),
+    ids=short,
 )
 def test_over_bad_values(name, value):
     with refused(name):
@@ -480,22 +494,26 @@ def test_over_bad_values(name, value):
         ("normal_load", labelled([1.0, 2.0], "mass"), ["mass"]),
         ("normal_load", labelled([1.0], "s", amplitude=("s", [7.0])), ["amplitude"]),
     ],
-    ids=lambda value: " ".join(repr(value).split()),
+    ids=short,
 )
 def test_over_dimensions(name, value, words):
-    with refused("over", name, *words):
+    with refused("over", name, *words, allowed="expected|has no value per|one of the result's own"):
         frf(over={name: value})
 
 
 def test_over_a_shared_dimension_that_does_not_match():
-    with refused("over", "contact_stiffness", "sample", "2", "3"):
+    with refused("over", "contact_stiffness", "sample", "2", "3", allowed="elsewhere it has 2"):
         frf(
             over={
                 "normal_load": labelled([1.0, 2.0], "sample"),
                 "contact_stiffness": labelled([1e4, 2e4, 3e4], "sample"),
             }
         )
-    with refused("over", "contact_stiffness", "sample"):
+
+
+def test_over_a_shared_dimension_with_other_labels():
+    """Pairing by position would pair what the labels say does not belong together."""
+    with refused("over", "contact_stiffness", "sample", allowed="elsewhere|expected"):
         frf(
             over={
                 "normal_load": labelled([1.0, 2.0], "sample", sample=[0, 1]),
@@ -538,8 +556,11 @@ def test_dataset_of_the_wrong_type(folder, value):
 
 @pytest.mark.parametrize(
     "path",
-    ["missing/new.nc", "directory", "file/new.nc", "file/in/new.nc", "", ".", "..", "/"]
-    + ["directory/..", "x" * 300],
+    [
+        *["missing/new.nc", "file/new.nc", "file/in/new.nc", "directory", "directory/.."],
+        *["", ".", "..", "/", "x" * 300],
+    ],
+    ids=lambda path: path[:20] or "empty",
 )
 def test_path_that_cannot_be_written(folder, dataset, path):
     before = content(folder)
@@ -603,7 +624,7 @@ def test_write_that_is_interrupted(folder, dataset, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "value", [None, {}, {"a": 1}, True, np.True_, 1j, np.complex128(1j), np.array([None])], ids=repr
+    "value", [None, {}, {"a": 1}, True, np.True_, 1j, np.complex128(1j)], ids=repr
 )
 @pytest.mark.parametrize("of_variable", [False, True])
 def test_attribute_that_netcdf_cannot_hold(folder, dataset, value, of_variable):
@@ -675,7 +696,7 @@ def test_foreign_file(folder, dataset):
         sh.rebuild(xr.Dataset())
 
 
-@pytest.mark.parametrize("number", [99, "banana", np.array([1, 2]), 0, -1, 1.5], ids=repr)
+@pytest.mark.parametrize("number", [99, 0, "banana"], ids=repr)
 def test_unknown_schema(folder, dataset, number):
     foreign = dataset.assign_attrs(symhbm_schema=number)
     foreign.to_netcdf("foreign.nc")
@@ -686,7 +707,7 @@ def test_unknown_schema(folder, dataset, number):
 
 
 @pytest.mark.parametrize("name", ["problem", "swept"])
-@pytest.mark.parametrize("text", [None, "{", "5", "{}", "null", '{"a": 1}', '["mas"]'])
+@pytest.mark.parametrize("text", [None, "{", "5"])
 def test_description_that_is_damaged(dataset, name, text):
     broken = dataset.copy()
     del broken.attrs[name]

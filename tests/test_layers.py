@@ -32,6 +32,7 @@ ORDER = [
     "peaks",
     "branch",
     # third floor: labels
+    "names",
     "sweep",
     "schema",
     "archive",

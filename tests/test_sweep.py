@@ -165,7 +165,7 @@ def test_a_dataset_is_a_mapping_of_its_variables():
     assert curves.amplitude.dims == ("sample", "point", "dof")
     assert curves.sample.values.tolist() == [7, 3, 5]
     xr.testing.assert_identical(curves, sweep(RING, dict(draws.data_vars)))
-    chosen = {name: draws[name].sel(sample=3).values for name in draws}
+    chosen = {str(name): draws[name].sel(sample=3).values for name in draws}
     assert_computed_alone(curves.sel(sample=3), RING.with_parameters(**chosen))
 
 

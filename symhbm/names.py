@@ -1,0 +1,72 @@
+"""Names, dimensions, units and meaning of everything in a dataset: the archive's contract."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+OWN_DIMENSIONS = ("point", "frequency", "dof", "contact", "harmonic", "component", "peak", "event")
+
+
+class Variable(NamedTuple):
+    """Meaning of one variable; ``inner`` are its dimensions after point, peak or event."""
+
+    inner: tuple[str, ...]
+    units: str
+    long_name: str
+    attributes: Mapping[str, Any] = MappingProxyType({})
+
+
+_STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
+
+VARIABLES = {
+    "frequency": Variable((), "Hz", "excitation frequency"),
+    "coefficient": Variable(
+        ("dof", "harmonic", "component"), "m", "Fourier coefficient of the displacement"
+    ),
+    "amplitude": Variable(("dof",), "m", "largest absolute displacement over the period"),
+    "contact_state": Variable(("contact",), "1", "whether the contact slips", _STATES),
+    "theta_0": Variable(("contact",), "rad", "angle of the largest relative displacement"),
+    "theta_star": Variable(("contact",), "rad", "angle of the onset of slip after theta_0"),
+    "stick_fraction": Variable(("contact",), "1", "share of the period spent sticking"),
+    "dissipation": Variable(("contact",), "J", "energy dissipated by friction per cycle"),
+    "reversals": Variable(("contact",), "1", "reversals of the relative velocity per period"),
+    "residual_norm": Variable(
+        (), "1", "largest residual over the largest sum of absolute force terms"
+    ),
+    "iterations": Variable((), "1", "linear solves spent on the point"),
+    "converged": Variable((), "1", "whether the point solves the equations"),
+    "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
+    "peak_frequency": Variable((), "Hz", "frequency of the peak"),
+    "peak_amplitude": Variable((), "m", "largest displacement at the peak"),
+    "peak_dof": Variable((), "1", "degree of freedom that leads at the peak"),
+    "peak_kind": Variable((), "1", "smooth, corner or unbounded"),
+    "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
+    "peak_coefficient": Variable(
+        ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"
+    ),
+    "event_frequency": Variable((), "Hz", "frequency of the event"),
+    "event_kind": Variable((), "1", "onset of slip or end of slip"),
+    "event_contact": Variable((), "1", "contact that changes state"),
+    "n_points": Variable((), "1", "accepted points of the path"),
+    "n_peaks": Variable((), "1", "peaks of the largest response"),
+    "n_events": Variable((), "1", "events of the path"),
+    "rejected_steps": Variable((), "1", "steps tried in vain"),
+    "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
+    "status": Variable((), "1", "why the computation ended"),
+}
+
+TEXTS = ("peak_kind", "event_kind", "status", "component")
+"""Variables that hold text."""
+
+PARAMETERS = {
+    "mass": ("kg", "mass of the blade"),
+    "damping": ("N s m-1", "viscous damping of the blade"),
+    "stiffness": ("N m-1", "stiffness of the blade"),
+    "contact_stiffness": ("N m-1", "stiffness of the contact"),
+    "friction_coefficient": ("1", "friction coefficient"),
+    "normal_load": ("N", "normal load of the contact"),
+    "force_amplitude": ("N", "amplitude of the exciting force"),
+    "engine_order": ("1", "engine order"),
+}
