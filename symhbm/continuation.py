@@ -193,7 +193,9 @@ class Path:
             share = np.full(len(low), np.inf)
             share[crossed] = (low / (low - high))[crossed]
             contact = int(np.argmin(share))
-            if not 0 < share[contact] <= 1:
+            # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
+            # a part of the step: its limit at the start is not the crossing to find.
+            if not 0 < share[contact] <= 1 or abs(low[contact]) <= ON_LIMIT:
                 return None
             landed = self.corrector.correct(
                 start + share[contact] * (over.point - start),

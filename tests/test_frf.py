@@ -268,3 +268,48 @@ def test_grid_beyond_a_broken_path_is_solved_from_nothing():
     curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
     assert curve.converged.all()
     assert "largest number of points" in str(curve.status.values)
+
+
+def mistuned_ring(sample, load=10.0, harmonics=(1,)):
+    """Ring of the source's Fig. 12: mu +-40 %, k_d +-20 %, F_n +-30 %, uniform."""
+    rng = np.random.default_rng([2013, sample])
+    stiffness, friction, loads = (
+        nominal * (1 + width * rng.uniform(-1, 1, 13))
+        for nominal, width in ((1e6, 0.2), (0.5, 0.4), (load, 0.3))
+    )
+    disk = fig08.problem().model.with_parameters(
+        contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(3), harmonics)
+
+
+@pytest.mark.parametrize("sample", range(6))
+def test_mistuned_rings_reach_the_end(sample):
+    """Contacts let go one by one, with acute corners: no step goes back, none is lost."""
+    problem = mistuned_ring(sample)
+    curve = sh.frf(problem, (50, 350), throw=True)
+    assert curve.converged.all()
+    assert np.all(np.diff(curve.frequency) > 0)
+    assert int(curve.n_events) > 20
+    # Two methods: the path against single frequencies solved from nothing.
+    for i in range(20, int(curve.n_points), 60):
+        point = sh.solve(problem, float(curve.frequency[i]), throw=True)
+        largest = float(point.amplitude.max())
+        np.testing.assert_allclose(curve.amplitude[i], point.amplitude, rtol=0, atol=1e-8 * largest)
+
+
+@pytest.mark.parametrize("sample", range(2))
+def test_peaks_of_mistuned_rings_against_a_dense_scan(sample):
+    """Every local maximum of a 0.02 Hz scan is a located peak, and the other way round."""
+    problem = mistuned_ring(sample)
+    grid = np.linspace(180, 240, 3001)
+    scan = sh.frf(problem, (180, 240), at=grid, throw=True)
+    level = scan.amplitude.max("dof").values
+    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
+    peaks = scan.peak_frequency.values
+    assert {"smooth", "corner"} >= set(scan.peak_kind.values)
+    for top in tops:
+        assert np.abs(peaks - grid[top]).min() < 0.02
+    for frequency, amplitude in zip(peaks, scan.peak_amplitude.values, strict=True):
+        near = np.abs(grid - frequency) < 0.1
+        assert amplitude >= level[near].max() * (1 - 1e-9)
