@@ -10,8 +10,8 @@ from symhbm.corrector import Corrector, hyperplane, natural_scale, unit_paramete
 from symhbm.curve import FrequencyCurve
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
-from symhbm.newton import TOLERANCE, newton
-from symhbm.peaks import Peak, PeakError, find_peaks, unbounded_peak
+from symhbm.newton import TOLERANCE, NewtonResult, newton
+from symhbm.peaks import Peak, find_peaks, unbounded_peak
 from symhbm.residual import HarmonicBalance
 from symhbm.start import solve_point
 from symhbm.status import Status
@@ -134,9 +134,11 @@ class _Walk:
 
     def go(self) -> None:
         start, end = (RADIANS * edge for edge in self.band)
+        lost = 0
         found = solve_point(self.problem, start)
         self.corrector.solves += found.iterations
-        located = True
+        if found.status == Status.SYSTEM_SINGULAR:
+            self.status = found.status
         while found.converged and start < end:
             room = self._max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
@@ -144,24 +146,23 @@ class _Walk:
             self.points += segment
             self.rejected += path.rejected
             self.status = path.status
-            try:
-                self.peaks += find_peaks(self.curve, segment, self.corrector)
-            except PeakError:
-                located = False
+            peaks, missing = find_peaks(self.curve, segment, self.corrector)
+            self.peaks += peaks
+            lost += missing
             if path.status != Status.UNBOUNDED:
                 break
             peak = unbounded_peak(self.problem, segment[-1])
             self.peaks.append(peak)
             for distance in np.array([1, 10, 100, 1000]) * (peak.value - segment[-1].value):
                 start = peak.value + distance
-                found = newton(self.problem, -segment[-1].unknowns, start)
+                found = self._newton(-segment[-1].unknowns, start)
                 if not found.converged:
                     found = solve_point(self.problem, start)
                 if found.converged:
                     break
         if self.status == Status.UNBOUNDED and start >= end:
             self.status = Status.REACHED_END
-        if not located and self.status == Status.REACHED_END:
+        if lost and self.status == Status.REACHED_END:
             self.status = Status.PEAK_NOT_LOCATED
 
     def at(self, frequency: float) -> Table:
@@ -169,15 +170,23 @@ class _Walk:
         value = RADIANS * frequency
         before = self.corrector.solves
         unknowns = self._from_path(value)
-        solves = self.corrector.solves - before
+        if unknowns is not None and self.problem.evaluate(unknowns, value).norm > ACCEPTED:
+            # A contact changes its state for a moment between two points of the path.
+            found = self._newton(unknowns, value)
+            unknowns = found.unknowns if found.converged else None
         if unknowns is None and self.points:
             found = solve_point(self.problem, value)
             self.corrector.solves += found.iterations
-            solves += found.iterations
             unknowns = found.unknowns if found.converged else None
+        solves = self.corrector.solves - before
         if unknowns is None:
             return self.missing(frequency) | {"iterations": np.int32(solves)}
         return describe(self.problem, unknowns, frequency) | {"iterations": np.int32(solves)}
+
+    def _newton(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        found = newton(lambda trial: self.problem.evaluate(trial, value), unknowns)
+        self.corrector.solves += found.iterations
+        return found
 
     def _from_path(self, value: float) -> FloatArray | None:
         values = [point.value for point in self.points]

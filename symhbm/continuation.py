@@ -25,7 +25,7 @@ from symhbm.corrector import (
 )
 from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
-from symhbm.newton import TOLERANCE
+from symhbm.newton import TOLERANCE, newton
 from symhbm.residual import Evaluation
 from symhbm.status import Status
 
@@ -37,6 +37,10 @@ PREDICTION_ERROR = 0.02
 LARGEST_PREDICTION_ERROR = 0.1
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
+WEAKEST = 0.1
+"""Share of the response below which a harmonic is no longer watched by itself."""
+SHRUNK = 1 / 50
+"""Fall of the step, against those before, at which a corner nobody located is taken to be near."""
 ON_LIMIT = 1e-9
 """Contacts whose motion is this close to its limit, relatively, change state together."""
 
@@ -106,7 +110,7 @@ class Path:
             self.status = Status.NO_START
             return
         yield point
-        step = FIRST_STEP
+        step = usual = FIRST_STEP
         amplification = self._curve.amplification(point.unknowns, point.value)
         accepted = 1
         while accepted < self._max_points:
@@ -114,12 +118,16 @@ class Path:
             if attempt is None:
                 self.rejected += 1
                 step /= 4
+                if step < SHRUNK * usual and self._curve.single_valued:
+                    attempt, step = self._hop(point, usual)
+            if attempt is None:
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP
                     return
                 continue
             point, error = attempt
             accepted += 1
+            usual = max(step, usual / 2)
             yield point
             if point.value == self._end:
                 self.status = Status.REACHED_END
@@ -156,7 +164,7 @@ class Path:
         found = self._correct(guess, scale, normal, base.slip, at_end)
         if found is None:
             return None
-        error = float(np.linalg.norm((found.point - guess) / scale))
+        error = self._error(found.point, guess, scale)
         if error > LARGEST_PREDICTION_ERROR:
             return None
         travel = found.point[-1] - base.value
@@ -172,6 +180,43 @@ class Path:
             return None
         direction = self._orient(found) * scale
         return self._accept(found, direction, direction, base.slip), error
+
+    def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
+        """Next point by the longest step beyond a corner nobody located, and that step."""
+        attempt = None
+        while attempt is None and step >= SMALLEST_STEP:
+            step /= 4
+            attempt = self._at_value(base, step)
+        return attempt, step
+
+    def _at_value(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
+        """Next point at a fixed value ahead, contacts free.
+
+        With several harmonics the slip of a minor loop begins or ends at such corners. The
+        solution at each value is unique, so the path cannot be left.
+        """
+        value = base.value + self._heading * step * abs(base.after[-1])
+        if (value - self._end) * self._heading > 0:
+            value = self._end
+        result = newton(lambda unknowns: self._curve.evaluate(unknowns, value), base.unknowns)
+        self.corrector.solves += result.iterations
+        scale = natural_scale(base.state)
+        point = np.append(result.unknowns, value)
+        error = self._error(point, base.state, scale)
+        if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
+            return None
+        slip = result.evaluation.friction.slip
+        row = self._heading * unit_parameter(len(scale))
+        found = self.corrector.tangent(point, scale, row, slip)
+        if found is None:
+            return None
+        self._orientation = found.sign
+        direction = found.direction * scale
+        events = tuple(
+            Event("onset of slip" if slip[j] else "end of slip", int(j))
+            for j in np.flatnonzero(slip != base.slip)
+        )
+        return self._accept(found, direction, direction, slip, events), error
 
     def _correct(self, guess, scale, normal, slip, at_end: bool) -> Corrected | None:
         if at_end:
@@ -191,7 +236,7 @@ class Path:
             crossed = self._crossed(over.evaluation, base.slip)
             high = over.evaluation.friction.excess
             share = np.full(len(low), np.inf)
-            share[crossed] = (low / (low - high))[crossed]
+            share[crossed] = low[crossed] / (low[crossed] - high[crossed])
             contact = int(np.argmin(share))
             # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
             # a part of the step: its limit at the start is not the crossing to find.
@@ -223,6 +268,15 @@ class Path:
         if found is None:
             return None
         return self._accept(over, before * scale, self._orient(found) * scale, slip, events)
+
+    def _error(self, point: FloatArray, guess: FloatArray, scale: FloatArray) -> float:
+        """Distance relative to the response, of weak harmonics relative to themselves."""
+        problem = self._curve.problem
+        moved = problem.coefficients((point - guess)[:-1] / scale[:-1])
+        level = problem.coefficients(point[:-1] / scale[:-1])
+        strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
+        moved = np.linalg.norm(moved, axis=0) / np.clip(strength, WEAKEST, 1.0)
+        return float(np.hypot(np.linalg.norm(moved), (point - guess)[-1] / scale[-1]))
 
     def _orient(self, found: Corrected) -> FloatArray:
         """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""

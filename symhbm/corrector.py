@@ -97,14 +97,15 @@ class Corrector:
             if on_curve and direction is not None and last_step <= precision:
                 return Corrected(point, evaluation, direction, sign)
             if correction == MAX_CORRECTIONS or not np.isfinite(value):
-                return None
+                # Steps that stay are round-off on the curve, and a failure off it.
+                settled = on_curve and direction is not None and last_step < 1e-3
+                return Corrected(point, evaluation, direction, sign) if settled else None
             solution, sign = self._step(evaluation, scale, row, value)
             if solution is None:
                 return None
             step, direction = solution[:, 0], solution[:, 1] / np.linalg.norm(solution[:, 1])
             previous, last_step = last_step, float(np.linalg.norm(step))
             if correction > 2 and last_step > previous:
-                # Steps that grow again are round-off on the curve, and a failure off it.
                 return Corrected(point, evaluation, direction, sign) if on_curve else None
             if last_step > radius:
                 return None

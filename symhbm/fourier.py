@@ -71,6 +71,11 @@ class FourierBasis:
         """Whether a motion is one cosine (about a mean), so that its events have closed forms."""
         return sum(n > 0 for n in self.harmonics) == 1
 
+    @cached_property
+    def same_harmonic(self) -> FloatArray:
+        """Matrix of 1 where two components belong to one harmonic, else 0."""
+        return (self.order[:, None] == self.order).astype(float)
+
     def component(self, harmonic: int, sine: bool = False) -> int:
         """Position of the cosine (or sine) of ``harmonic`` among the components."""
         return int(np.flatnonzero((self.order == harmonic) & (self.is_sine == sine))[0])
@@ -152,15 +157,12 @@ class FourierBasis:
         result has the shape ``(..., n_intervals, 2 (2 highest + 1))``.
         """
         k = np.arange(1, 2 * self.highest + 1)
-        argument = angle[..., None] * k
+        width = np.diff(angle, axis=-1)[..., None]
+        middle = k * (angle[..., :-1, None] + width / 2)
+        # The difference of two sines as a product, which keeps its digits on short intervals.
+        factor = 2 / k * np.sin(k * width / 2)
         return np.concatenate(
-            [
-                np.diff(angle, axis=-1)[..., None],
-                np.diff(np.sin(argument), axis=-2) / k,
-                np.zeros((*angle.shape[:-1], angle.shape[-1] - 1, 1)),
-                -np.diff(np.cos(argument), axis=-2) / k,
-            ],
-            axis=-1,
+            [width, factor * np.cos(middle), np.zeros_like(width), factor * np.sin(middle)], axis=-1
         )
 
     def integrals(self, moments: FloatArray) -> FloatArray:

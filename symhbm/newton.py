@@ -1,12 +1,13 @@
 """One point: Newton's method with a line search on the residual."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import Evaluation
 from symhbm.status import Status
 
 TOLERANCE = 1e-12
@@ -25,7 +26,6 @@ class NewtonResult:
     """
 
     unknowns: FloatArray
-    frequency: float
     evaluation: Evaluation
     iterations: int
     status: Status
@@ -36,34 +36,28 @@ class NewtonResult:
         return self.status == Status.SUCCESS
 
 
-def newton(problem: HarmonicBalance, start: FloatArray, frequency: float) -> NewtonResult:
-    """Solve Eq. (9) at one angular ``frequency`` [rad/s] from the unknowns ``start`` [m]."""
+def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> NewtonResult:
+    """Solve the equations ``evaluate`` gives, from the unknowns ``start`` (n_unknowns,) [m]."""
     unknowns = np.array(start, dtype=float)
-    evaluation = problem.evaluate(unknowns, frequency)
+    evaluation = evaluate(unknowns)
     last_step = np.inf
     for iteration in range(MAX_ITERATIONS):
         if evaluation.norm <= TOLERANCE and last_step <= PRECISION:
-            return NewtonResult(unknowns, frequency, evaluation, iteration, Status.SUCCESS)
+            return NewtonResult(unknowns, evaluation, iteration, Status.SUCCESS)
         step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
         if step is None:
-            return NewtonResult(
-                unknowns, frequency, evaluation, iteration + 1, Status.SYSTEM_SINGULAR
-            )
+            return NewtonResult(unknowns, evaluation, iteration + 1, Status.SYSTEM_SINGULAR)
         merit = np.linalg.norm(evaluation.residual)
         length = 1.0
         while length >= SMALLEST_STEP:
-            trial = problem.evaluate(unknowns + length * step, frequency)
-            if (
-                trial.norm <= TOLERANCE
-                or np.linalg.norm(trial.residual) <= (1 - 1e-4 * length) * merit
-            ):
+            trial = evaluate(unknowns + length * step)
+            decrease = (1 - 1e-4 * length) * merit
+            if trial.norm <= TOLERANCE or np.linalg.norm(trial.residual) <= decrease:
                 break
             length /= 2
         else:
-            return NewtonResult(
-                unknowns, frequency, evaluation, iteration + 1, Status.NO_CONVERGENCE
-            )
+            return NewtonResult(unknowns, evaluation, iteration + 1, Status.NO_CONVERGENCE)
         unknowns, evaluation = unknowns + length * step, trial
         last_step = np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
     status = Status.SUCCESS if evaluation.norm <= TOLERANCE else Status.NO_CONVERGENCE
-    return NewtonResult(unknowns, frequency, evaluation, MAX_ITERATIONS, status)
+    return NewtonResult(unknowns, evaluation, MAX_ITERATIONS, status)

@@ -26,30 +26,38 @@ def locate_one_harmonic(
     moves = radius > 0
     theta_0 = np.arctan2(sine, cosine)
     excess, state = limit_excess(2 * radius, contact_stiffness, slip_limit, slip)
-    travel = np.where(moves & state, contact_stiffness * radius, 1.0)
+    slides = state & moves
+    travel = np.where(slides, contact_stiffness * radius, 1.0)
     share = np.where(travel > 0, slip_limit / np.where(travel > 0, travel, 1.0), 0.0)
-    stick = np.where(state, np.arccos(np.maximum(1 - 2 * share, -1.0)), np.pi)
-    theta_star = theta_0 + stick
+    share = np.where(slides, np.minimum(share, 1.0), 1.0)
+    # cos(stick) = 1 - 2 share, in forms that keep their digits for stiff contacts in gross slip.
+    stick = 2 * np.arctan2(np.sqrt(share), np.sqrt(1 - share))
+    sin_stick = 2 * np.sqrt(share * (1 - share))
+    bend = _angle_minus_sine(stick, sin_stick)
 
-    cos_0, sin_0 = np.cos(theta_0), np.sin(theta_0)
-    cos_1, sin_1 = np.cos(theta_star), np.sin(theta_star)
-    # Integrals over the sticking part of the first half period.
-    on_stick = np.stack([sin_1 - sin_0, cos_0 - cos_1], axis=-1)
-    on_slip = np.stack([-sin_0 - sin_1, cos_0 + cos_1], axis=-1)
-    double = (sin_1 * cos_1 - sin_0 * cos_0) / 2
-    mixed = (sin_1**2 - sin_0**2) / 2
-    products = np.stack([stick / 2 + double, mixed, mixed, stick / 2 - double], axis=-1)
-    extreme = np.stack([cos_0, sin_0], axis=-1)
+    # Integrals over a half period along the motion (first) and across it (second axis).
+    along = np.empty((n_contacts, 2, 2))
+    along[:, 0, 0] = bend / 2 - sin_stick * share
+    along[:, 0, 1] = sin_stick**2 / 2
+    along[:, 1, 0] = -2 * share**2
+    along[:, 1, 1] = bend / 2 + sin_stick * share
+    limit = np.stack([sin_stick, 2 * share - 1], axis=-1)
+    safe = np.where(moves, radius, 1.0)
+    unit_cosine = np.where(moves, cosine / safe, 1.0)
+    unit_sine = np.where(moves, sine / safe, 0.0)
+    turned = np.array([[unit_cosine, -unit_sine], [unit_sine, unit_cosine]]).transpose(2, 0, 1)
+    extreme = turned[:, :, 0]
 
-    block = products.reshape(-1, 2, 2) - on_stick[:, :, None] * extreme[:, None, :]
     matrix = np.zeros((n_contacts, size, size))
     vector = np.zeros((n_contacts, size))
     gradient = np.zeros((n_contacts, size))
-    matrix[:, -2:, -2:] = np.where(state[:, None, None], 2 / np.pi * block, np.eye(2))
+    block = 2 / np.pi * turned @ along @ turned.transpose(0, 2, 1)
+    matrix[:, -2:, -2:] = np.where(state[:, None, None], block, np.eye(2))
     matrix[state & ~moves] = 0.0
-    slides = (state & moves)[:, None]
-    vector[:, -2:] = np.where(slides, 2 / np.pi * (on_stick - on_slip), 0.0)
-    gradient[:, -2:] = np.where(moves, 1 / np.where(moves, radius, 1.0), 0.0)[:, None] * extreme
+    push = 4 / np.pi * np.einsum("cij,cj->ci", turned, limit)
+    vector[:, -2:] = np.where(slides[:, None], push, 0.0)
+    gradient[:, -2:] = np.where(moves, 1 / safe, 0.0)[:, None] * extreme
+    theta_star = theta_0 + stick
     turn = 2 * np.pi
     return LocatedFriction(
         matrix=matrix,
@@ -58,7 +66,13 @@ def locate_one_harmonic(
         excess=excess,
         excess_gradient=gradient,
         theta_0=np.where(moves, theta_0 % turn, np.nan),
-        theta_star=np.where(moves & state, theta_star % turn, np.nan),
+        theta_star=np.where(slides, theta_star % turn, np.nan),
         stick_fraction=np.where(state, np.where(moves, stick / np.pi, 0.0), 1.0),
         reversals=np.where(moves, 2, 0),
     )
+
+
+def _angle_minus_sine(angle: FloatArray, sine: FloatArray) -> FloatArray:
+    square = angle**2
+    series = 1 - square / 20 * (1 - square / 42 * (1 - square / 72 * (1 - square / 110)))
+    return np.where(angle < 0.3, angle**3 / 6 * series, angle - sine)

@@ -172,8 +172,16 @@ class HarmonicBalance:
         residual, magnitude, values, by_parameter = self._equations(
             unknowns, frequency, self._arguments, friction
         )
+        # A sticking stretch is k_d (y - y_start): two large terms where the contact slips far.
+        spread = self._directions_absolute @ np.abs(self.coefficients(unknowns))
+        travel = spread.max(axis=1, initial=0.0) * self.model.contact_stiffness
+        stretches = 2 * travel * np.where(friction.slip, friction.stick_fraction, 0.0)
         return Evaluation(
-            residual, float(magnitude[0]), self._equations.assemble(values), by_parameter, friction
+            residual,
+            float(magnitude[0]) + stretches.max(initial=0.0),
+            self._equations.assemble(values),
+            by_parameter,
+            friction,
         )
 
     def amplification(self, unknowns: FloatArray, frequency: float) -> float:
@@ -186,6 +194,7 @@ class HarmonicBalance:
         model, excitation = self.model, self.excitation
         self._slip_limit = model.friction_coefficient * model.normal_load
         self._directions = model.directions
+        self._directions_absolute = abs(model.directions)
         named = {name: getattr(model, f"{name}_matrix").data for name in MATRIX_INPUTS}
         named |= {name: getattr(model, name) for name in CONTACT_PARAMETERS}
         named["force_amplitude"] = np.array([excitation.amplitude])

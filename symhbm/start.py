@@ -7,7 +7,7 @@ from symhbm.curve import ParameterCurve
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import NewtonResult, newton
-from symhbm.residual import HarmonicBalance
+from symhbm.residual import Evaluation, HarmonicBalance
 from symhbm.status import Status
 
 
@@ -30,19 +30,23 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     stuck = linear_response(problem, frequency)
     free = linear_response(problem.with_parameters(normal_load=0.0), frequency)
     results = []
+
+    def balance(unknowns: FloatArray) -> Evaluation:
+        return problem.evaluate(unknowns, frequency)
+
     for start in (stuck, free):
         if start is not None:
-            results.append(newton(problem, start, frequency))
+            results.append(newton(balance, start))
             if results[-1].converged:
                 return results[-1]
     if stuck is not None:
         grown = _grow_force(problem, stuck, frequency)
         if grown is not None:
-            results.append(newton(problem, grown, frequency))
+            results.append(newton(balance, grown))
     if not results:
         nothing = np.zeros(problem.n_unknowns)
         evaluation = problem.evaluate(nothing, frequency)
-        return NewtonResult(nothing, frequency, evaluation, 1, Status.SYSTEM_SINGULAR)
+        return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
     return results[-1]
 
 
