@@ -5,20 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.continuation import Path, PathPoint
+from symhbm.continuation import Path
 from symhbm.corrector import Corrector, hyperplane, natural_scale, unit_parameter
 from symhbm.curve import FrequencyCurve
+from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
-from symhbm.newton import TOLERANCE, NewtonResult, newton
+from symhbm.newton import ACCEPTED, NewtonResult, newton
 from symhbm.peaks import Peak, find_peaks, unbounded_peak
 from symhbm.residual import HarmonicBalance
 from symhbm.start import solve_point
 from symhbm.status import Status
 
 RADIANS = 2 * np.pi
-ACCEPTED = 10 * TOLERANCE
-"""Largest residual norm of a converged point when every contact is free to choose its state."""
 
 Table = dict[str, Any]
 
@@ -90,8 +89,8 @@ def compute_branch(
         ]
     else:
         points = [walk.at(float(frequency)) for frequency in at]
-        if not all(point["converged"] for point in points) and walk.status == Status.REACHED_END:
-            walk.status = Status.GRID_INCOMPLETE
+    if walk.status == Status.REACHED_END and not all(point["converged"] for point in points):
+        walk.status = Status.POINTS_MISSING
     events = [
         dict(event_frequency=walk.hertz(p.value), event_kind=e.kind, event_contact=e.contact)
         for p in walk.points

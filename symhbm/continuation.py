@@ -10,23 +10,15 @@ that they mean the same in any units.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.corrector import (
-    Corrected,
-    Corrector,
-    at_limit,
-    hyperplane,
-    natural_scale,
-    unit_parameter,
-)
+from symhbm.corrector import Corrected, Corrector, hyperplane, natural_scale, unit_parameter
 from symhbm.curve import Curve
+from symhbm.events import Event, PathPoint, brief_crossing, crossed, excess_rate, first_limit
 from symhbm.fourier import FloatArray
 from symhbm.newton import TOLERANCE, newton
-from symhbm.residual import Evaluation
 from symhbm.status import Status
 
 FIRST_STEP = 0.02
@@ -41,41 +33,6 @@ WEAKEST = 0.1
 """Share of the response below which a harmonic is no longer watched by itself."""
 SHRUNK = 1 / 50
 """Fall of the step, against those before, at which a corner nobody located is taken to be near."""
-ON_LIMIT = 1e-9
-"""Contacts whose motion is this close to its limit, relatively, change state together."""
-
-
-@dataclass(frozen=True)
-class Event:
-    """Change of state of one contact: ``kind`` is ``"onset of slip"`` or ``"end of slip"``."""
-
-    kind: str
-    contact: int
-
-
-@dataclass(frozen=True)
-class PathPoint:
-    """A converged point of a path.
-
-    ``unknowns`` (n_unknowns,) [m] and the parameter ``value``; ``before`` and ``after``
-    (n_unknowns + 1,), the derivatives of (unknowns, value) by the local arc length on either side,
-    equal except at an event; ``slip`` (n_contacts,), the contact states after the point;
-    ``solves``, the linear solves spent since the point before.
-    """
-
-    unknowns: FloatArray
-    value: float
-    before: FloatArray
-    after: FloatArray
-    slip: NDArray[np.bool_]
-    residual_norm: float
-    solves: int
-    events: tuple[Event, ...] = ()
-
-    @property
-    def state(self) -> FloatArray:
-        """Unknowns and parameter, ``(n_unknowns + 1,)``."""
-        return np.append(self.unknowns, self.value)
 
 
 class Path:
@@ -173,8 +130,10 @@ class Path:
             found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, True)
             if found is None:
                 return None
-        if self._crossed(found.evaluation, base.slip).any():
-            point = self._land(base, found, scale)
+        over = found if crossed(found.evaluation, base.slip).any() else None
+        over = over or brief_crossing(self.corrector, base, found, scale)
+        if over is not None:
+            point = self._land(base, over, scale)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
@@ -212,10 +171,7 @@ class Path:
             return None
         self._orientation = found.sign
         direction = found.direction * scale
-        events = tuple(
-            Event("onset of slip" if slip[j] else "end of slip", int(j))
-            for j in np.flatnonzero(slip != base.slip)
-        )
+        events = _events(base.slip, slip)
         return self._accept(found, direction, direction, slip, events), error
 
     def _correct(self, guess, scale, normal, slip, at_end: bool) -> Corrected | None:
@@ -228,46 +184,17 @@ class Path:
 
     def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
         """Solve for the first limit crossed between ``base`` and ``over``, and flip the state."""
-        start = base.state
-        at_start = self._curve.evaluate(base.unknowns, base.value, base.slip)
-        low = at_start.friction.excess
-        along = np.dot((over.point - start) / scale, base.after / scale)
-        for _ in range(1 + len(low)):
-            crossed = self._crossed(over.evaluation, base.slip)
-            high = over.evaluation.friction.excess
-            share = np.full(len(low), np.inf)
-            share[crossed] = low[crossed] / (low[crossed] - high[crossed])
-            contact = int(np.argmin(share))
-            # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
-            # a part of the step: its limit at the start is not the crossing to find.
-            if not 0 < share[contact] <= 1 or abs(low[contact]) <= ON_LIMIT:
-                return None
-            landed = self.corrector.correct(
-                start + share[contact] * (over.point - start),
-                scale,
-                at_limit(self._curve, contact, scale),
-                base.slip,
-            )
-            if landed is None:
-                return None
-            progress = np.dot((landed.point - start) / scale, base.after / scale) / along
-            if not 0 < progress < 1.0001:
-                return None
-            over = landed
-            if not self._crossed(landed.evaluation, base.slip).any():
-                break
-        else:
-            return None
-        near = np.abs(over.evaluation.friction.excess) <= ON_LIMIT
-        flipped = near & (base.slip == base.slip[contact])
-        kind = "end of slip" if base.slip[contact] else "onset of slip"
-        events = tuple(Event(kind, int(j)) for j in np.flatnonzero(flipped))
-        slip = base.slip ^ flipped
-        before = self._orient(over)
-        found = self.corrector.tangent(over.point, scale, before, slip)
+        found = first_limit(self.corrector, base, over, scale)
         if found is None:
             return None
-        return self._accept(over, before * scale, self._orient(found) * scale, slip, events)
+        landed, flipped = found
+        slip = base.slip ^ flipped
+        before = self._orient(landed)
+        beyond = self.corrector.tangent(landed.point, scale, before, slip)
+        if beyond is None:
+            return None
+        after = self._orient(beyond) * scale
+        return self._accept(landed, before * scale, after, slip, _events(base.slip, slip))
 
     def _error(self, point: FloatArray, guess: FloatArray, scale: FloatArray) -> float:
         """Distance relative to the response, of weak harmonics relative to themselves."""
@@ -282,22 +209,28 @@ class Path:
         """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""
         return found.direction if found.sign == self._orientation else -found.direction
 
-    @staticmethod
-    def _crossed(evaluation: Evaluation, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        excess = evaluation.friction.excess
-        beyond = np.where(slip, excess < -ON_LIMIT, excess > ON_LIMIT)
-        return beyond & np.isfinite(excess)
-
     def _accept(self, found: Corrected, before, after, slip, events=()) -> PathPoint:
         scale = natural_scale(found.point)
+        before = before / np.linalg.norm(before / scale)
+        after = after / np.linalg.norm(after / scale)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
         return PathPoint(
             unknowns=found.point[:-1],
             value=float(found.point[-1]),
-            before=before / np.linalg.norm(before / scale),
-            after=after / np.linalg.norm(after / scale),
+            before=before,
+            after=after,
             slip=slip,
+            excess=found.evaluation.friction.excess,
+            rate=excess_rate(self.corrector, found.evaluation, after),
             residual_norm=found.evaluation.norm,
             solves=solves,
             events=events,
         )
+
+
+def _events(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
+    """The changes between two sets of contact states."""
+    return tuple(
+        Event("onset of slip" if after[j] else "end of slip", int(j))
+        for j in np.flatnonzero(before != after)
+    )

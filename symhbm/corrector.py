@@ -98,8 +98,9 @@ class Corrector:
                 return Corrected(point, evaluation, direction, sign)
             if correction == MAX_CORRECTIONS or not np.isfinite(value):
                 # Steps that stay are round-off on the curve, and a failure off it.
-                settled = on_curve and direction is not None and last_step < 1e-3
-                return Corrected(point, evaluation, direction, sign) if settled else None
+                if direction is None or not on_curve or last_step > 1e-3:
+                    return None
+                return Corrected(point, evaluation, direction, sign)
             solution, sign = self._step(evaluation, scale, row, value)
             if solution is None:
                 return None

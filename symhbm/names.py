@@ -41,7 +41,7 @@ VARIABLES = {
     "peak_frequency": Variable((), "Hz", "frequency of the peak"),
     "peak_amplitude": Variable((), "m", "largest displacement at the peak"),
     "peak_dof": Variable((), "1", "degree of freedom that leads at the peak"),
-    "peak_kind": Variable((), "1", "smooth, corner or unbounded"),
+    "peak_kind": Variable((), "1", "smooth, corner, or unbounded (in double precision)"),
     "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
     "peak_coefficient": Variable(
         ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"

@@ -12,6 +12,8 @@ from symhbm.status import Status
 
 TOLERANCE = 1e-12
 """Largest residual over the largest sum of absolute force terms: some thousand round-offs."""
+ACCEPTED = 10 * TOLERANCE
+"""Largest residual norm of a point held in its contact states, once every contact is free."""
 PRECISION = 1e-6
 """Largest last step relative to the response: convergence is quadratic, the error its square."""
 MAX_ITERATIONS = 60

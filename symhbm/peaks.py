@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from symhbm.continuation import UNBOUNDED_AMPLIFICATION, PathPoint
+from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector, hyperplane, natural_scale, unit_parameter
 from symhbm.curve import Curve
+from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
-from symhbm.newton import newton
+from symhbm.newton import ACCEPTED, newton
 from symhbm.residual import HarmonicBalance
 
 TIE = 1e-9
@@ -32,7 +33,9 @@ _CONTENDER = 0.8
 """Share of the largest response at either end that a DOF needs to be watched in between."""
 _SHARES = np.arange(1, 16) / 16
 _NEARLY = 0.1
-"""Slope, relative to the largest around, below which an interval is looked at more closely."""
+"""Slope, relative to the largest around, that may be an interpolated zero."""
+_DIP = 0.99
+"""Slope, relative to the smaller end's, below which it has a dip in between."""
 _MAX_DEPTH = 5
 
 
@@ -64,7 +67,6 @@ class _Station:
     direction: FloatArray
     amplitude: FloatArray
     slope: FloatArray
-    norm: float
 
 
 def find_peaks(
@@ -75,9 +77,9 @@ def find_peaks(
     The second result is the number of maxima that could not be solved for.
     """
     finder = _Finder(curve, corrector)
-    before = [finder.station(p.state, p.before, p.residual_norm) for p in points]
+    before = [finder.station(p.state, p.before) for p in points]
     after = [
-        finder.station(p.state, p.after, p.residual_norm) if p.events else same
+        finder.station(p.state, p.after) if p.events else same
         for p, same in zip(points, before, strict=True)
     ]
     for here, left, right in zip(points[1:-1], before[1:-1], after[1:-1], strict=True):
@@ -127,9 +129,9 @@ class _Finder:
         self.peaks: list[Peak] = []
         self.lost = 0
 
-    def station(self, state: FloatArray, direction: FloatArray, norm: float) -> _Station:
+    def station(self, state: FloatArray, direction: FloatArray) -> _Station:
         found = _amplitude_and_slope(self.problem, state[:-1], direction[:-1])
-        return _Station(state, direction, *found, norm)
+        return _Station(state, direction, *found)
 
     def at_event(self, left: _Station, right: _Station) -> None:
         dof = leading(left.amplitude)
@@ -157,7 +159,10 @@ class _Finder:
         turns = (slopes[0] > 0) & (slopes[-1] <= 0)
         level = np.abs(slopes).max(axis=0)
         same = slopes[0] * slopes[-1] > 0
-        nearly = np.min(slopes * np.sign(slopes[0]), axis=0) < _NEARLY / 2**depth * level
+        climb = slopes * np.sign(slopes[0])
+        lowest = climb[1:-1].min(axis=0)
+        dips = lowest < _DIP * np.minimum(climb[0], climb[-1])
+        nearly = dips & (lowest < _NEARLY * level)
         unclear = np.where(turns, falls > 1, (falls > 0) | (same & nearly))
         if depth < _MAX_DEPTH and np.any(unclear & (level > 0)):
             middle = self._solve(left, right, 0.5, slip)
@@ -181,8 +186,13 @@ class _Finder:
                 self._add(top, leading(top.amplitude), kind)
 
     def _add(self, at: _Station, dof: int, kind: PeakKind) -> None:
-        amplitude = float(at.amplitude[dof])
-        self.peaks.append(Peak(float(at.state[-1]), amplitude, dof, kind, at.state[:-1], at.norm))
+        # The contacts were held on the way here: the solution must stand with all of them free.
+        unknowns, value = at.state[:-1], float(at.state[-1])
+        norm = self.curve.evaluate(unknowns, value).norm
+        if norm > ACCEPTED:
+            self.lost += 1
+        else:
+            self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
 
     def _turn(
         self, left: _Station, right: _Station, dof: int, slip: NDArray[np.bool_]
@@ -232,8 +242,7 @@ class _Finder:
             guess[-1] = np.clip(guess[-1], *sorted((left.state[-1], right.state[-1])))
         found = self.corrector.correct(guess, scale, plane, slip, precision=1e-10)
         if found is not None and self._is_between(left, right, found.point):
-            direction = found.direction * scale
-            return self.station(found.point, direction, found.evaluation.norm)
+            return self.station(found.point, found.direction * scale)
         if not self.curve.single_valued:
             return None
         result = newton(lambda unknowns: self.curve.evaluate(unknowns, guess[-1]), guess[:-1])
@@ -245,7 +254,7 @@ class _Finder:
         tangent = self.corrector.tangent(state, scale, row, result.evaluation.friction.slip)
         if tangent is None:
             return None
-        return self.station(state, tangent.direction * scale, result.evaluation.norm)
+        return self.station(state, tangent.direction * scale)
 
     def _is_between(self, left: _Station, right: _Station, point: FloatArray) -> bool:
         if not self.curve.single_valued:

@@ -26,9 +26,9 @@ class Status(StrEnum):
         "the largest number of points was reached before the end of the band; "
         "the points before are valid; try max_points with a larger value or a narrower band"
     )
-    GRID_INCOMPLETE = (
-        "the end of the band was reached, but some frequencies of the grid have no converged point "
-        "(converged is false there, the values are NaN); try harmonics in a smaller set"
+    POINTS_MISSING = (
+        "the end of the band was reached, but some points are not converged "
+        "(converged is false there, the values are NaN); try fewer harmonics or more damping"
     )
     UNBOUNDED = (
         "the response grows without bound: no damping limits this resonance; "

@@ -313,3 +313,53 @@ def test_peaks_of_mistuned_rings_against_a_dense_scan(sample):
     for frequency, amplitude in zip(peaks, scan.peak_amplitude.values, strict=True):
         near = np.abs(grid - frequency) < 0.1
         assert amplitude >= level[near].max() * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("load", [282.5, 282.84, 282.843, 283])
+def test_slip_for_a_moment_at_the_top_of_a_resonance(load):
+    """Full stick needs 282.8427 N and more: slip lasts for 1e-4 of the width, or not at all."""
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=load), (10, 30), throw=True)
+    omega, amplitude = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load).peaks()[0]
+    assert int(curve.n_events) == (0 if load == 283 else 2)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-10)
+    assert float(curve.peak_frequency[0]) == pytest.approx(omega / TWO_PI, rel=1e-10)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+@pytest.mark.parametrize("stiffness", [1e6, 1e9, 1e12])
+def test_stiff_contacts_in_gross_slip(stiffness, harmonics):
+    """The force keeps its digits although k_d y exceeds it a billion times."""
+    blade = fig03.problem().model.with_parameters(contact_stiffness=stiffness, normal_load=0.5)
+    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce(), harmonics), (10, 30), throw=True)
+    if harmonics == (1,):
+        _, amplitude = OneBlade(1.0, 0.5, 1e4, stiffness, 0.25).peaks()[0]
+        # The reference forms arccos(1 - 2 rho), rho = 2e-8 and smaller: half the digits.
+        assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-7)
+    assert curve.converged.all()
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "load", "expected"),
+    [
+        # Superharmonic resonances far below the main one, narrow and weak.
+        ((1, 3), 0.05, [(4.5248, "smooth"), (15.9154, "smooth")]),
+        ((1, 3, 5), 0.05, [(2.3838, None), (3.3405, None), (4.4754, None), (15.9154, "smooth")]),
+        # A minor loop begins to slip: the path turns by more than 90 degrees.
+        ((1, 3), 1, [(6.4202, "corner"), (15.9227, "smooth")]),
+    ],
+)
+def test_superharmonic_peaks(harmonics, load, expected):
+    problem = fig03.problem(harmonics).with_parameters(normal_load=load)
+    curve = sh.frf(problem, (1, 30), throw=True)
+    np.testing.assert_allclose(curve.peak_frequency, [f for f, _ in expected], atol=1e-4)
+    for (_, kind), found in zip(expected, curve.peak_kind.values, strict=True):
+        assert kind in (None, found)
+    # Independent points from nothing, on either side of each peak, are lower.
+    for frequency, amplitude in zip(
+        curve.peak_frequency.values, curve.peak_amplitude.values, strict=True
+    ):
+        for side in (-1e-4, 1e-4):
+            point = sh.solve(problem, frequency * (1 + side), throw=True)
+            assert float(point.amplitude[0]) < amplitude
+        top = sh.solve(problem, frequency, throw=True)
+        assert float(top.amplitude[0]) == pytest.approx(amplitude, rel=1e-7)

@@ -27,6 +27,7 @@ ORDER = [
     # second floor: numerics
     "newton",
     "corrector",
+    "events",
     "continuation",
     "start",
     "peaks",

@@ -1,0 +1,168 @@
+"""Points of a path and the events between them: contacts that reach their limit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.corrector import Corrected, Corrector, at_limit, hyperplane
+from symhbm.fourier import FloatArray
+from symhbm.residual import Evaluation
+
+ON_LIMIT = 1e-9
+"""Contacts whose motion is this close to its limit, relatively, change state together."""
+_SHARES = np.linspace(0, 1, 17)
+_MAX_REFINEMENTS = 8
+
+
+@dataclass(frozen=True)
+class Event:
+    """Change of state of one contact: ``kind`` is ``"onset of slip"`` or ``"end of slip"``."""
+
+    kind: str
+    contact: int
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """A converged point of a path.
+
+    ``unknowns`` (n_unknowns,) [m] and the parameter ``value``; ``before`` and ``after``
+    (n_unknowns + 1,), the derivatives of (unknowns, value) by the local arc length on either side,
+    equal except at an event; ``slip`` (n_contacts,), the contact states after the point;
+    ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
+    (n_contacts,), its derivative by arc length after the point; ``solves``, the linear solves
+    spent since the point before.
+    """
+
+    unknowns: FloatArray
+    value: float
+    before: FloatArray
+    after: FloatArray
+    slip: NDArray[np.bool_]
+    excess: FloatArray
+    rate: FloatArray
+    residual_norm: float
+    solves: int
+    events: tuple[Event, ...] = ()
+
+    @property
+    def state(self) -> FloatArray:
+        """Unknowns and parameter, ``(n_unknowns + 1,)``."""
+        return np.append(self.unknowns, self.value)
+
+
+def excess_rate(corrector: Corrector, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
+    """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
+    relative = corrector.curve.problem.relative(direction[:-1])
+    return np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
+
+
+def crossed(evaluation: Evaluation, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which contacts are beyond the limit of their held state ``slip``, both (n_contacts,)."""
+    excess = evaluation.friction.excess
+    beyond = np.where(slip, excess < -ON_LIMIT, excess > ON_LIMIT)
+    return beyond & np.isfinite(excess)
+
+
+def first_limit(
+    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray
+) -> tuple[Corrected, NDArray[np.bool_]] | None:
+    """Solve for the first limit crossed between ``base`` and ``over``.
+
+    Returns the solution and which contacts change state there (n_contacts,), None if the step has
+    to be shorter for the limit to be told apart.
+    """
+    start = base.state
+    along = np.dot((over.point - start) / scale, base.after / scale)
+    for _ in range(1 + len(base.excess)):
+        beyond = crossed(over.evaluation, base.slip)
+        high = over.evaluation.friction.excess
+        share = np.full(len(base.excess), np.inf)
+        share[beyond] = base.excess[beyond] / (base.excess[beyond] - high[beyond])
+        contact = int(np.argmin(share))
+        # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
+        # a part of the step: its limit at the start is not the crossing to find.
+        if not 0 < share[contact] <= 1 or abs(base.excess[contact]) <= ON_LIMIT:
+            return None
+        landed = corrector.correct(
+            start + share[contact] * (over.point - start),
+            scale,
+            at_limit(corrector.curve, contact, scale),
+            base.slip,
+        )
+        if landed is None:
+            return None
+        progress = np.dot((landed.point - start) / scale, base.after / scale) / along
+        if not 0 < progress < 1.0001:
+            return None
+        if not crossed(landed.evaluation, base.slip).any():
+            near = np.abs(landed.evaluation.friction.excess) <= ON_LIMIT
+            return landed, near & (base.slip == base.slip[contact])
+        over = landed
+    return None
+
+
+def brief_crossing(
+    corrector: Corrector, base: PathPoint, found: Corrected, scale: FloatArray
+) -> Corrected | None:
+    """A point between two others where a contact is beyond its limit, None if there is none.
+
+    The excess of each contact is a cubic between its values and rates at both ends; where that
+    comes close to the limit, points are added at its top until it has crossed or has not.
+    """
+    normal = base.after / scale
+    start = base.state
+    outward = np.where(base.slip, -1.0, 1.0)
+    left_excess, left_rate = outward * base.excess, outward * base.rate
+    direction = found.direction * scale
+    ahead = max(float(np.dot(normal, found.direction)), 1e-3)
+    right_excess = outward * found.evaluation.friction.excess
+    right_rate = outward * excess_rate(corrector, found.evaluation, direction) / ahead
+    finite = np.isfinite(left_excess) & np.isfinite(right_excess)
+    turning = np.flatnonzero(finite & (left_rate > 0) & (right_rate < 0))
+    length = float(np.dot(normal, (found.point - start) / scale))
+    for contact in turning:
+        left = 0.0, left_excess[contact], left_rate[contact]
+        right = 1.0, right_excess[contact], right_rate[contact]
+        for _ in range(_MAX_REFINEMENTS):
+            share, top = _top_of_cubic(left, right, length)
+            rise = top - max(left[1], right[1])
+            if top < -0.5 * rise - ON_LIMIT or rise <= 0:
+                break
+            guess = start + share * (found.point - start)
+            plane = hyperplane(start + share * length * base.after, scale, normal)
+            middle = corrector.correct(guess, scale, plane, base.slip)
+            if middle is None:
+                break
+            if crossed(middle.evaluation, base.slip)[contact]:
+                return middle
+            slope = excess_rate(corrector, middle.evaluation, middle.direction * scale)
+            slope /= max(float(np.dot(normal, middle.direction)), 1e-3)
+            here = (
+                share,
+                float(outward[contact] * middle.evaluation.friction.excess[contact]),
+                float(outward[contact] * slope[contact]),
+            )
+            left, right = (here, right) if here[2] > 0 else (left, here)
+    return None
+
+
+def _top_of_cubic(left: tuple, right: tuple, length: float) -> tuple[float, float]:
+    """Where the cubic through (share, value, rate) at both ends is largest, and how large."""
+    width = right[0] - left[0]
+    h = _SHARES
+    values = (
+        (1 + 2 * h) * (1 - h) ** 2 * left[1]
+        + h * (1 - h) ** 2 * width * length * left[2]
+        + h**2 * (3 - 2 * h) * right[1]
+        + h**2 * (h - 1) * width * length * right[2]
+    )
+    at = int(np.argmax(values))
+    if 0 < at < len(h) - 1:
+        # The vertex of the parabola through the three largest.
+        below, top, above = values[at - 1 : at + 2]
+        bend = below - 2 * top + above
+        shift = 0.5 * (below - above) / bend if bend < 0 else 0.0
+        return left[0] + width * float(h[at] + shift * (h[1] - h[0])), float(top)
+    return left[0] + width * float(h[at]), float(values[at])
