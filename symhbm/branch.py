@@ -11,6 +11,7 @@ from symhbm.curve import FrequencyCurve
 from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
+from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton
 from symhbm.peaks import Peak, find_peaks, unbounded_peak
 from symhbm.residual import HarmonicBalance
@@ -196,7 +197,7 @@ class _Walk:
             return None
         here, there = self.points[right - 1], self.points[right]
         share = (value - here.value) / (there.value - here.value)
-        guess = np.append(hermite(here, there, share), value)
+        guess = np.append(_between(here, there, share), value)
         scale = natural_scale(guess)
         plane = hyperplane(guess, scale, unit_parameter(len(scale)))
         found = self.corrector.correct(guess, scale, plane, here.slip)
@@ -221,22 +222,14 @@ class _Walk:
         return Peak(0.0, 0.0, 0, "", nothing, 0.0)  # type: ignore[arg-type]
 
 
-def hermite(here: PathPoint, there: PathPoint, share: float) -> FloatArray:
+def _between(here: PathPoint, there: PathPoint, share: float) -> FloatArray:
     """Unknowns between two points of a path by cubic interpolation over the parameter."""
-    h, length = share, there.value - here.value
-    slopes = (
-        length * point[:-1] / point[-1] if point[-1] * length > 0 else None
+    length, step = there.value - here.value, there.unknowns - here.unknowns
+    left, right = (
+        length * point[:-1] / point[-1] if point[-1] * length > 0 else step
         for point in (here.after, there.before)
     )
-    left, right = (
-        slope if slope is not None else there.unknowns - here.unknowns for slope in slopes
-    )
-    return (
-        (1 + 2 * h) * (1 - h) ** 2 * here.unknowns
-        + h * (1 - h) ** 2 * left
-        + h**2 * (3 - 2 * h) * there.unknowns
-        + h**2 * (h - 1) * right
-    )
+    return cubic(here.unknowns, there.unknowns, (left, right), share)
 
 
 def _by_harmonic(problem: HarmonicBalance, coefficients: FloatArray) -> FloatArray:

@@ -51,7 +51,7 @@ class Path:
         max_points: int = 5000,
     ):
         self.corrector = corrector or Corrector(curve)
-        self.status = Status.NOT_RUN
+        self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
         self._begin = np.append(unknowns, start)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from symhbm.corrector import Corrected, Corrector, at_limit, hyperplane
 from symhbm.fourier import FloatArray
+from symhbm.hermite import cubic
 from symhbm.residual import Evaluation
 
 ON_LIMIT = 1e-9
@@ -152,12 +153,7 @@ def _top_of_cubic(left: tuple, right: tuple, length: float) -> tuple[float, floa
     """Where the cubic through (share, value, rate) at both ends is largest, and how large."""
     width = right[0] - left[0]
     h = _SHARES
-    values = (
-        (1 + 2 * h) * (1 - h) ** 2 * left[1]
-        + h * (1 - h) ** 2 * width * length * left[2]
-        + h**2 * (3 - 2 * h) * right[1]
-        + h**2 * (h - 1) * width * length * right[2]
-    )
+    values = cubic(left[1], right[1], (width * length * left[2], width * length * right[2]), h)
     at = int(np.argmax(values))
     if 0 < at < len(h) - 1:
         # The vertex of the parabola through the three largest.

@@ -22,6 +22,7 @@ from symhbm.curve import Curve
 from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
+from symhbm.hermite import cubic, cubic_slope
 from symhbm.newton import ACCEPTED, newton
 from symhbm.residual import HarmonicBalance
 
@@ -278,15 +279,12 @@ class _Finder:
         """Cubic interpolant of the path and its derivative, ``(n, n_unknowns + 1)``."""
         scale = natural_scale(left.state)
         normal, length = self._chord(left, right)
-        slope_left = length * left.direction / np.dot(normal, left.direction / scale)
-        slope_right = length * right.direction / max(np.dot(normal, right.direction / scale), 1e-3)
-        h = share[:, None]
-        step = right.state - left.state
-        value = left.state + h**2 * (3 - 2 * h) * step
-        value = value + h * (1 - h) ** 2 * slope_left + h**2 * (h - 1) * slope_right
-        slope = 6 * h * (1 - h) * step
-        slope = slope + (1 - h) * (1 - 3 * h) * slope_left + h * (3 * h - 2) * slope_right
-        return value, slope
+        slopes = (
+            length * left.direction / np.dot(normal, left.direction / scale),
+            length * right.direction / max(np.dot(normal, right.direction / scale), 1e-3),
+        )
+        ends = left.state, right.state, slopes, share[:, None]
+        return cubic(*ends), cubic_slope(*ends)
 
     def _interpolated_slopes(self, left: _Station, right: _Station) -> FloatArray:
         """Slopes of all amplitudes at shares in between, in the measure of the left station."""

@@ -43,10 +43,7 @@ class Status(StrEnum):
         "the equations are singular at this frequency: an undamped resonance lies here and the "
         "response is unbounded; add damping or move the frequency"
     )
-    NOT_RUN = (
-        "the worker that computed this parameter set died; run this parameter set again, "
-        "alone or with fewer workers"
-    )
+    NOT_STARTED = "nothing was computed yet"
 
 
 class SolveError(RuntimeError):

@@ -12,6 +12,7 @@ ORDER = [
     # ground floor: plain values
     "status",
     "check",
+    "hermite",
     "fourier",
     "extremes",
     "model",
