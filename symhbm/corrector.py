@@ -91,7 +91,10 @@ class Corrector:
         point, direction, sign = guess, None, 0
         last_step = np.inf
         for correction in range(MAX_CORRECTIONS + 1):
-            evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+            try:
+                evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+            except ArithmeticError:
+                return None
             value, row = constraint(point, evaluation)
             on_curve = evaluation.norm <= TOLERANCE and abs(value) <= TOLERANCE
             if on_curve and direction is not None and last_step <= precision:

@@ -117,8 +117,12 @@ class Model:
         return Model, tuple(getattr(self, field.name) for field in fields(self))
 
     def __repr__(self) -> str:
-        kind = "lumped blades" if self.lumped else "degrees of freedom"
-        lines = [f"Model: {self.n_dof} {kind}, {self.n_contacts} friction contacts"]
+        kind = "lumped blade" if self.lumped else "degree of freedom"
+        plural = kind.replace("degree", "degrees") if " of " in kind else f"{kind}s"
+        lines = [
+            f"Model: {self.n_dof} {kind if self.n_dof == 1 else plural}, "
+            f"{self.n_contacts} friction contact{'' if self.n_contacts == 1 else 's'}"
+        ]
         units = dict(
             mass="kg",
             damping="N s/m",

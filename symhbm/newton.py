@@ -1,5 +1,6 @@
 """One point: Newton's method with a line search on the residual."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -52,10 +53,12 @@ def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> N
         merit = np.linalg.norm(evaluation.residual)
         length = 1.0
         while length >= SMALLEST_STEP:
-            trial = evaluate(unknowns + length * step)
-            decrease = (1 - 1e-4 * length) * merit
-            if trial.norm <= TOLERANCE or np.linalg.norm(trial.residual) <= decrease:
-                break
+            # A step that overshoots all numbers is one more that is too long.
+            with contextlib.suppress(ArithmeticError):
+                trial = evaluate(unknowns + length * step)
+                decrease = (1 - 1e-4 * length) * merit
+                if trial.norm <= TOLERANCE or np.linalg.norm(trial.residual) <= decrease:
+                    break
             length /= 2
         else:
             return NewtonResult(unknowns, evaluation, iteration + 1, Status.NO_CONVERGENCE)
