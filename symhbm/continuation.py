@@ -142,14 +142,19 @@ class Path:
 
     def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
         """Next point by the longest step beyond a corner nobody located, and that step."""
-        attempt = None
-        while attempt is None and step >= SMALLEST_STEP:
-            step /= 4
-            attempt = self._at_value(base, step)
-        return attempt, step
+        for may_slip in (False, True):
+            length = step / 4
+            while length >= SMALLEST_STEP:
+                attempt = self._at_value(base, length, may_slip)
+                if attempt is not None:
+                    return attempt, length
+                length /= 4
+        return None, 0.0
 
-    def _at_value(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
-        """Next point at a fixed value ahead, contacts free.
+    def _at_value(
+        self, base: PathPoint, step: float, may_slip: bool
+    ) -> tuple[PathPoint, float] | None:
+        """Next point at a fixed value ahead, contacts free, in another state if they may be.
 
         With several harmonics the slip of a minor loop begins or ends at such corners. The
         solution at each value is unique, so the path cannot be left.
@@ -165,6 +170,8 @@ class Path:
         if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
             return None
         slip = result.evaluation.friction.slip
+        if (slip != base.slip).any() and not may_slip:
+            return None
         row = self._heading * unit_parameter(len(scale))
         found = self.corrector.tangent(point, scale, row, slip)
         if found is None:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
-from symhbm.corrector import Corrector, hyperplane, natural_scale, unit_parameter
+from symhbm.corrector import Corrected, Corrector, hyperplane, natural_scale, unit_parameter
 from symhbm.curve import Curve
-from symhbm.events import PathPoint
+from symhbm.events import PathPoint, crossed
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_slope
@@ -242,7 +242,7 @@ class _Finder:
         if self.curve.single_valued:
             guess[-1] = np.clip(guess[-1], *sorted((left.state[-1], right.state[-1])))
         found = self.corrector.correct(guess, scale, plane, slip, precision=1e-10)
-        if found is not None and self._is_between(left, right, found.point):
+        if found is not None and self._holds(left, right, found, slip):
             return self.station(found.point, found.direction * scale)
         if not self.curve.single_valued:
             return None
@@ -257,11 +257,14 @@ class _Finder:
             return None
         return self.station(state, tangent.direction * scale)
 
-    def _is_between(self, left: _Station, right: _Station, point: FloatArray) -> bool:
+    def _holds(
+        self, left: _Station, right: _Station, found: Corrected, slip: NDArray[np.bool_]
+    ) -> bool:
+        """Whether a solution lies between two others, no contact beyond its limit."""
         if not self.curve.single_valued:
             return True
         low, high = sorted((left.state[-1], right.state[-1]))
-        return bool(low <= point[-1] <= high)
+        return low <= found.point[-1] <= high and not crossed(found.evaluation, slip).any()
 
     def _chord(self, left: _Station, right: _Station) -> tuple[FloatArray, float]:
         scale = natural_scale(left.state)
