@@ -35,28 +35,31 @@ def locate_one_harmonic(
     sin_stick = 2 * np.sqrt(share * (1 - share))
     bend = _angle_minus_sine(stick, sin_stick)
 
-    # Integrals over a half period along the motion (first) and across it (second axis).
-    along = np.empty((n_contacts, 2, 2))
-    along[:, 0, 0] = bend / 2 - sin_stick * share
-    along[:, 0, 1] = sin_stick**2 / 2
-    along[:, 1, 0] = -2 * share**2
-    along[:, 1, 1] = bend / 2 + sin_stick * share
-    limit = np.stack([sin_stick, 2 * share - 1], axis=-1)
+    # The 2 x 2 block of the matrix in axes along the motion and across it, and the vector.
+    along = bend / 2 - sin_stick * share
+    across = bend / 2 + sin_stick * share
+    upper, lower = sin_stick**2 / 2, -2 * share**2
+    push_along, push_across = 4 / np.pi * sin_stick, 4 / np.pi * (2 * share - 1)
+    # Turned to the axes of cosine and sine.
     safe = np.where(moves, radius, 1.0)
-    unit_cosine = np.where(moves, cosine / safe, 1.0)
-    unit_sine = np.where(moves, sine / safe, 0.0)
-    turned = np.array([[unit_cosine, -unit_sine], [unit_sine, unit_cosine]]).transpose(2, 0, 1)
-    extreme = turned[:, :, 0]
+    c, s = np.where(moves, cosine / safe, 1.0), np.where(moves, sine / safe, 0.0)
+    cc, cs, ss = c * c, c * s, s * s
+    turned, middle = (upper + lower) * cs, (along - across) * cs
+    block = np.empty((n_contacts, 2, 2))
+    block[:, 0, 0] = along * cc - turned + across * ss
+    block[:, 0, 1] = middle + upper * cc - lower * ss
+    block[:, 1, 0] = middle - upper * ss + lower * cc
+    block[:, 1, 1] = along * ss + turned + across * cc
 
     matrix = np.zeros((n_contacts, size, size))
     vector = np.zeros((n_contacts, size))
     gradient = np.zeros((n_contacts, size))
-    block = 2 / np.pi * turned @ along @ turned.transpose(0, 2, 1)
-    matrix[:, -2:, -2:] = np.where(state[:, None, None], block, np.eye(2))
+    matrix[:, -2:, -2:] = np.where(state[:, None, None], 2 / np.pi * block, np.eye(2))
     matrix[state & ~moves] = 0.0
-    push = 4 / np.pi * np.einsum("cij,cj->ci", turned, limit)
-    vector[:, -2:] = np.where(slides[:, None], push, 0.0)
-    gradient[:, -2:] = np.where(moves, 1 / safe, 0.0)[:, None] * extreme
+    vector[:, -2] = np.where(slides, push_along * c - push_across * s, 0.0)
+    vector[:, -1] = np.where(slides, push_along * s + push_across * c, 0.0)
+    gradient[:, -2] = np.where(moves, c / safe, 0.0)
+    gradient[:, -1] = np.where(moves, s / safe, 0.0)
     theta_star = theta_0 + stick
     turn = 2 * np.pi
     return LocatedFriction(
