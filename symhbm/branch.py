@@ -140,6 +140,7 @@ class _Walk:
         if found.status == Status.SYSTEM_SINGULAR:
             self.status = found.status
         while found.converged and start < end:
+            # A path that cannot be taken up beyond its pole keeps the status it ended with.
             room = self._max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
             segment = list(path)
@@ -152,6 +153,8 @@ class _Walk:
             if path.status != Status.UNBOUNDED:
                 break
             peak = unbounded_peak(self.problem, segment[-1])
+            if not segment[-1].value < peak.value < end:
+                break  # the band ends on the way up: an edge
             self.peaks.append(peak)
             for distance in np.array([1, 10, 100, 1000]) * (peak.value - segment[-1].value):
                 start = peak.value + distance
@@ -160,8 +163,6 @@ class _Walk:
                     found = solve_point(self.problem, start)
                 if found.converged:
                     break
-        if self.status == Status.UNBOUNDED and start >= end:
-            self.status = Status.REACHED_END
         if lost and self.status == Status.REACHED_END:
             self.status = Status.PEAK_NOT_LOCATED
 

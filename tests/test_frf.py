@@ -174,6 +174,21 @@ def test_undamped_resonance_without_bound_is_reported_and_crossed():
         assert curve.converged.all()
 
 
+def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
+    """Short of the pole the way up is an edge; just beyond it there is no point to go on from."""
+    blade = fig03.problem().model.with_parameters(damping=0, normal_load=1)
+    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    pole = 100 / TWO_PI
+    for end, peaks in ((pole * (1 - 1e-10), 0), (pole * (1 + 1e-10), 1)):
+        curve = sh.frf(problem, (10, end))
+        assert "without bound" in str(curve.status.values)
+        assert int(curve.n_peaks) == peaks
+        assert curve.converged.all()
+        assert float(curve.frequency[-1]) < pole
+        with pytest.raises(sh.SolveError, match="without bound"):
+            sh.frf(problem, (10, end), throw=True)
+
+
 def test_light_damping_keeps_its_digits():
     """A quality factor of 1e8: the amplitude is f0/(c w0), to the round-off it amplifies."""
     blade = fig03.problem().model.with_parameters(damping=1e-6, normal_load=0)
