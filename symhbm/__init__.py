@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.archive import ArchiveError, load, rebuild, save
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
-from symhbm.frf import frf, solve
+from symhbm.frf import follow, frf, solve
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
 from symhbm.status import SolveError, Status
@@ -26,6 +26,7 @@ __all__ = [
     "SolveError",
     "Status",
     "bladed_disk",
+    "follow",
     "frf",
     "load",
     "plot",

@@ -9,8 +9,8 @@ import xarray as xr
 
 from symhbm import check
 from symhbm.names import TEXTS
+from symhbm.provenance import SCHEMA_VERSION, describe_problem
 from symhbm.residual import HarmonicBalance
-from symhbm.schema import SCHEMA_VERSION, describe_problem
 
 
 class ArchiveError(OSError, ValueError):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.extremes import TurningPoints, monotone_root, turning_points
 from symhbm.fourier import FloatArray, FourierBasis
-from symhbm.friction import LocatedFriction, limit_excess
+from symhbm.friction import LocatedFriction, full_stick, limit_excess
 from symhbm.one_harmonic import locate_one_harmonic
 
 
@@ -56,7 +56,7 @@ def locate(
     high, low = basis.values(points.angle[:, 0]), basis.values(points.angle[rows, points.lowest])
     moves = points.count > 0
     held = ~state
-    matrix[held] = _full_stick(basis, high[held], low[held], moves[held])
+    matrix[held] = full_stick(basis, high[held], low[held], moves[held])
     vector[held] = 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
         gradient = np.where(moves[:, None], (high - low) / spread[:, None], 0.0)
@@ -73,16 +73,6 @@ def locate(
         stick_fraction=np.where(state, (stick * np.diff(angle)).sum(axis=1) / (2 * np.pi), 1.0),
         reversals=points.count,
     )
-
-
-def _full_stick(basis: FourierBasis, high, low, moves) -> FloatArray:
-    """Matrix of the spring alone; its undetermined static force centres it between the limits."""
-    matrix = np.tile(np.eye(basis.n_components), (len(moves), 1, 1))
-    if basis.order[0] == 0:
-        static = np.zeros(basis.n_components)
-        static[0] = 1.0
-        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, static)
-    return matrix
 
 
 def _march(

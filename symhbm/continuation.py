@@ -12,11 +12,20 @@ that they mean the same in any units.
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symhbm.corrector import Corrected, Corrector, hyperplane, natural_scale, unit_parameter
+from symhbm.corrector import Corrected, Corrector, hyperplane, unit_parameter
 from symhbm.curve import Curve
-from symhbm.events import Event, PathPoint, brief_crossing, crossed, excess_rate, first_limit
+from symhbm.events import (
+    Event,
+    EventKind,
+    PathPoint,
+    brief_crossing,
+    crossed,
+    excess_rate,
+    first_limit,
+    state_changes,
+)
+from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.newton import TOLERANCE, newton
 from symhbm.status import Status
@@ -24,7 +33,7 @@ from symhbm.status import Status
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
 SMALLEST_STEP = 1e-9
-PREDICTION_ERROR = 0.02
+PREDICTION_ERROR = 0.005
 """Distance between predicted and corrected point aimed at, relative to the response."""
 LARGEST_PREDICTION_ERROR = 0.1
 UNBOUNDED_AMPLIFICATION = 1e9
@@ -38,7 +47,8 @@ SHRUNK = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
 
-    ``status`` tells why it ended, ``rejected`` counts the steps tried in vain.
+    Folds, onsets and ends of slip are points of their own. ``status`` tells why it ended,
+    ``rejected`` counts the steps tried in vain.
     """
 
     def __init__(
@@ -54,11 +64,12 @@ class Path:
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
-        self._begin = np.append(unknowns, start)
+        self._begin = np.append(unknowns, float(start))
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
         self._orientation = 0
+        self._bend = np.zeros(len(self._begin))
         self._counted = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
@@ -72,7 +83,9 @@ class Path:
         accepted = 1
         while accepted < self._max_points:
             attempt = self._advance(point, step)
-            if attempt is None:
+            folds = None if attempt is None else self._folds(point, attempt[0])
+            if attempt is None or folds is None:
+                attempt = None
                 self.rejected += 1
                 step /= 4
                 if step < SHRUNK * usual and self._curve.single_valued:
@@ -82,12 +95,18 @@ class Path:
                     self.status = Status.MINIMUM_STEP
                     return
                 continue
-            point, error = attempt
+            base, (point, error) = point, attempt
+            yield from folds or ()
+            accepted += len(folds or ())
+            self._bend = self._bending(base, point)
             accepted += 1
             usual = max(step, usual / 2)
             yield point
             if point.value == self._end:
                 self.status = Status.REACHED_END
+                return
+            if point.value == self._begin[-1]:
+                self.status = Status.TURNED_BACK
                 return
             before = amplification
             amplification = self._curve.amplification(point.unknowns, point.value)
@@ -98,11 +117,37 @@ class Path:
             step = min(step * np.clip(growth, 0.3, 2.0), LARGEST_STEP)
         self.status = Status.MAXIMUM_POINTS
 
+    def _folds(self, base: PathPoint, point: PathPoint) -> list[PathPoint] | None:
+        """The folds between two points, None if the points are too far apart to tell."""
+        if self._curve.single_valued:
+            return []
+        folds = find_folds(self.corrector, base, point)
+        if folds is None:
+            return None
+        accepted = []
+        for fold in folds:
+            scale = self._curve.scale(fold.state)
+            found = self.corrector.tangent(fold.state, scale, fold.direction / scale, base.slip)
+            if found is None:
+                return None
+            direction = self._orient(found) * scale
+            event = (Event(EventKind.FOLD),)
+            accepted.append(self._accept(found, direction, direction, base.slip, event))
+        return accepted
+
+    def _bending(self, before: PathPoint, here: PathPoint) -> FloatArray:
+        """Second derivative of the path by the arc length at a point, 0 beyond a corner."""
+        if here.events:
+            return np.zeros_like(here.after)
+        scale = self._curve.scale(here.state)
+        tangent = before.after / np.linalg.norm(before.after / scale)
+        return (here.after - tangent) / np.linalg.norm((here.state - before.state) / scale)
+
     def _first(self) -> PathPoint | None:
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
         if evaluation.norm > TOLERANCE:
             return None
-        scale = natural_scale(self._begin)
+        scale = self._curve.scale(self._begin)
         row = self._heading * unit_parameter(len(scale))
         found = self.corrector.tangent(self._begin, scale, row, evaluation.friction.slip)
         if found is None:
@@ -113,21 +158,25 @@ class Path:
 
     def _advance(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
         """Next point and the error of its prediction, None if the step must be shorter."""
-        start, scale = base.state, natural_scale(base.state)
-        to_end = (self._end - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
+        start, scale = base.state, self._curve.scale(base.state)
+        # A path that turned back at a fold may come back to where it began.
+        ahead = self._end if base.after[-1] * self._heading > 0 else float(self._begin[-1])
+        to_end = (ahead - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
         at_end = 0 < to_end <= step
-        guess = start + (to_end if at_end else step) * base.after
+        length = to_end if at_end else step
+        guess = start + length * base.after + 0.5 * length**2 * self._bend
         normal = unit_parameter(len(scale)) if at_end else base.after / scale
-        found = self._correct(guess, scale, normal, base.slip, at_end)
+        found = self._correct(guess, scale, normal, base.slip, ahead if at_end else None)
         if found is None:
             return None
         error = self._error(found.point, guess, scale)
         if error > LARGEST_PREDICTION_ERROR:
             return None
         travel = found.point[-1] - base.value
-        if not at_end and (found.point[-1] - self._end) * self._heading >= 0:
-            guess = start + (self._end - base.value) / travel * (found.point - start)
-            found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, True)
+        passed = self._passed(float(found.point[-1]))
+        if not at_end and passed is not None and base.value != passed:
+            guess = start + (passed - base.value) / travel * (found.point - start)
+            found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, passed)
             if found is None:
                 return None
         over = found if crossed(found.evaluation, base.slip).any() else None
@@ -138,7 +187,21 @@ class Path:
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
         direction = self._orient(found) * scale
+        if np.dot(direction / scale, base.after / scale) <= 0:
+            # The tangent is that of the iterate before: on a steep flank that may not do.
+            anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
+            if anew is None or anew.sign != self._orientation:
+                return None  # the determinant tells that this is another branch
+            direction = anew.direction * scale
         return self._accept(found, direction, direction, base.slip), error
+
+    def _passed(self, value: float) -> float | None:
+        """The end of the band at or beyond which a value lies."""
+        if (value - self._end) * self._heading >= 0:
+            return self._end
+        begin = float(self._begin[-1])
+        beyond = (value - begin) * self._heading <= 0
+        return begin if beyond and not self._curve.single_valued else None
 
     def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
         """Next point by the longest step beyond a corner nobody located, and that step."""
@@ -164,7 +227,7 @@ class Path:
             value = self._end
         result = newton(lambda unknowns: self._curve.evaluate(unknowns, value), base.unknowns)
         self.corrector.solves += result.iterations
-        scale = natural_scale(base.state)
+        scale = self._curve.scale(base.state)
         point = np.append(result.unknowns, value)
         error = self._error(point, base.state, scale)
         if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
@@ -178,15 +241,15 @@ class Path:
             return None
         self._orientation = found.sign
         direction = found.direction * scale
-        events = _events(base.slip, slip)
+        events = state_changes(base.slip, slip)
         return self._accept(found, direction, direction, slip, events), error
 
-    def _correct(self, guess, scale, normal, slip, at_end: bool) -> Corrected | None:
-        if at_end:
-            guess = np.append(guess[:-1], self._end)
+    def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
+        if end is not None:
+            guess = np.append(guess[:-1], end)
         found = self.corrector.correct(guess, scale, hyperplane(guess, scale, normal), slip)
-        if found is not None and at_end:
-            found.point[-1] = self._end
+        if found is not None and end is not None:
+            found.point[-1] = end
         return found
 
     def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
@@ -201,7 +264,10 @@ class Path:
         if beyond is None:
             return None
         after = self._orient(beyond) * scale
-        return self._accept(landed, before * scale, after, slip, _events(base.slip, slip))
+        events = state_changes(base.slip, slip)
+        if before[-1] * after[-1] < 0 and not self._curve.single_valued:
+            events += (Event(EventKind.FOLD),)
+        return self._accept(landed, before * scale, after, slip, events)
 
     def _error(self, point: FloatArray, guess: FloatArray, scale: FloatArray) -> float:
         """Distance relative to the response, of weak harmonics relative to themselves."""
@@ -217,7 +283,7 @@ class Path:
         return found.direction if found.sign == self._orientation else -found.direction
 
     def _accept(self, found: Corrected, before, after, slip, events=()) -> PathPoint:
-        scale = natural_scale(found.point)
+        scale = self._curve.scale(found.point)
         before = before / np.linalg.norm(before / scale)
         after = after / np.linalg.norm(after / scale)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
@@ -233,11 +299,3 @@ class Path:
             solves=solves,
             events=events,
         )
-
-
-def _events(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
-    """The changes between two sets of contact states."""
-    return tuple(
-        Event("onset of slip" if after[j] else "end of slip", int(j))
-        for j in np.flatnonzero(before != after)
-    )

@@ -40,13 +40,6 @@ def unit_parameter(size: int) -> FloatArray:
     return vector
 
 
-def natural_scale(point: FloatArray) -> FloatArray:
-    """Scale of every variable at a point: the norm of the response, the parameter itself."""
-    scale = np.full(len(point), np.linalg.norm(point[:-1]) or 1.0)
-    scale[-1] = abs(point[-1]) or 1.0
-    return scale
-
-
 def hyperplane(anchor: FloatArray, scale: FloatArray, normal: FloatArray) -> Constraint:
     """Stay on the plane through ``anchor`` with the scaled ``normal`` (all (n_unknowns + 1,))."""
 
@@ -62,6 +55,8 @@ def at_limit(curve: Curve, contact: int, scale: FloatArray) -> Constraint:
     def constraint(_: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
         row = np.zeros(len(scale))
         row[:-1] = curve.problem.expand(contact, evaluation.friction.excess_gradient[contact])
+        explicit = np.broadcast_to(evaluation.excess_by_parameter, evaluation.friction.slip.shape)
+        row[-1] = explicit[contact]
         return float(evaluation.friction.excess[contact]), row * scale
 
     return constraint

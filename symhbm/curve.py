@@ -1,6 +1,8 @@
 """The equations along one moving parameter: what continuation follows."""
 
-from typing import Protocol
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,38 +11,57 @@ from symhbm import check
 from symhbm.fourier import FloatArray
 from symhbm.residual import Evaluation, HarmonicBalance
 
+_SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
+"""Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
 
-class Curve(Protocol):
+
+class Curve(ABC):
     """Solutions of the balance over one parameter.
 
-    ``single_valued`` tells that there is one solution at each value, so that a path that turns
-    back is a failure and not a fold.
+    ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
+    solution at each value, so that a path that turns back is a failure and not a fold; lengths
+    along the parameter are relative to its value, but to no less than ``smallest``.
     """
 
     problem: HarmonicBalance
     single_valued: bool
+    smallest: float = 0.0
 
+    @abstractmethod
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency [rad/s] at a value of the parameter."""
+
+    @abstractmethod
     def evaluate(
         self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives, ``by_parameter`` by the moving parameter."""
-        ...
 
     def amplification(self, unknowns: FloatArray, value: float) -> float:
         """Largest inertia force over the largest exciting force."""
-        ...
+        problem, frequency = self.at(value)
+        return problem.amplification(unknowns, frequency)
+
+    def scale(self, point: FloatArray) -> FloatArray:
+        """Scale of unknowns and parameter at a point, all (n_unknowns + 1,): what a length means.
+
+        The norm of the response for all its coefficients, the parameter's own value.
+        """
+        scale = np.full(len(point), np.linalg.norm(point[:-1]) or 1.0)
+        scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
+        return scale
 
 
-class FrequencyCurve:
-    """The response over the angular frequency [rad/s].
-
-    With constant normal loads and dissipative damping, friction responses are unique.
-    """
-
-    single_valued = True
+class FrequencyCurve(Curve):
+    """The response over the angular frequency [rad/s]."""
 
     def __init__(self, problem: HarmonicBalance):
         self.problem = problem
+        self.single_valued = problem.single_valued
+
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency."""
+        return self.problem, value
 
     def evaluate(
         self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
@@ -48,43 +69,58 @@ class FrequencyCurve:
         """Residual and derivatives at the angular frequency ``value``."""
         return self.problem.evaluate(unknowns, value, slip)
 
-    def amplification(self, unknowns: FloatArray, value: float) -> float:
-        """Largest inertia force over the largest exciting force."""
-        return self.problem.amplification(unknowns, value)
 
+class ParameterCurve(Curve):
+    """The response over one named parameter at a constant angular ``frequency`` [rad/s].
 
-class ParameterCurve:
-    """The response over one named parameter, set for all blades or contacts at once.
-
-    ``frequency`` is the constant angular frequency [rad/s].
+    The parameter is set for all blades or contacts at once, or for that at ``index`` alone.
     """
 
-    single_valued = True
-
-    def __init__(self, problem: HarmonicBalance, name: str, frequency: float):
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        name: str,
+        frequency: float,
+        index: int | None = None,
+        smallest: float = 0.0,
+    ):
         check.known(name, problem.parameters)
+        self._derivative = problem.derivative(name)
         self.problem = problem
         self.name = name
         self.frequency = frequency
-        self._derivative = problem.derivative(name)
+        self.smallest = smallest
+        self.single_valued = problem.single_valued and name != "cubic_stiffness"
+        nominal = np.asarray(problem.parameters[name], dtype=float)
+        chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
+        if index is not None:
+            chosen[index] = 1.0
+        self._nominal, self._chosen = nominal, chosen
+        # Points on a path are looked at several times.
+        self.at = lru_cache(maxsize=8)(self.at)  # type: ignore[method-assign]
+
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem with the parameter at ``value``, and the constant frequency."""
+        values = np.where(self._chosen > 0, value, self._nominal)
+        try:
+            return self.problem.with_parameters(**{self.name: values}), self.frequency
+        except ValueError as error:
+            # An iteration that leaves the allowed values is one that fails.
+            raise ArithmeticError(str(error)) from error
 
     def evaluate(
         self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives at the ``value`` of the parameter."""
-        problem = self.problem.with_parameters(**{self.name: value})
-        evaluation = problem.evaluate(unknowns, self.frequency, slip)
-        inputs = problem.arguments(unknowns, self.frequency, slip)
-        by_value = np.asarray(self._derivative(**inputs)["jacobian"].full()).sum(axis=1)
-        return Evaluation(
-            evaluation.residual,
-            evaluation.magnitude,
-            evaluation.jacobian,
-            by_value,
-            evaluation.friction,
+        problem, frequency = self.at(float(value))
+        evaluation = problem.evaluate(unknowns, frequency, slip)
+        inputs = problem.arguments(unknowns, frequency, slip)
+        by_entry = self._derivative(**inputs)["jacobian"].sparse()
+        excess_by_parameter: FloatArray | float = 0.0
+        if self.name in _SIGNS and value != 0:
+            excess_by_parameter = _SIGNS[self.name] / value * self._chosen
+        return replace(
+            evaluation,
+            by_parameter=by_entry @ np.atleast_1d(self._chosen),
+            excess_by_parameter=excess_by_parameter,
         )
-
-    def amplification(self, unknowns: FloatArray, value: float) -> float:
-        """Largest inertia force over the largest exciting force."""
-        problem = self.problem.with_parameters(**{self.name: value})
-        return problem.amplification(unknowns, self.frequency)

@@ -8,12 +8,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm import check
+from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.linear import DENSE_LIMIT
-from symhbm.model import CONTACT_PARAMETERS, Model
+from symhbm.model import FRICTION_PARAMETERS, Model
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
+FORCE_INPUTS = ("force_amplitude", "force_shape")
 
 
 class Equations:
@@ -21,16 +23,19 @@ class Equations:
 
     ``residual`` maps the named inputs (unknowns, frequency, ``parameter_names`` and the contact
     data ``matrix`` and ``vector``) to the forces [N]. Calling the object evaluates residual,
-    magnitude, stored entries of the Jacobian and the derivative by frequency.
+    magnitude, stored entries of the Jacobian and the derivative by frequency. ``cubic`` adds the
+    cubic springs and their parameter, which cost time where there are none.
     """
 
-    parameter_names = (*MATRIX_INPUTS, *CONTACT_PARAMETERS, "force_amplitude", "force_shape")
-
-    def __init__(self, model: Model, basis: FourierBasis):
+    def __init__(self, model: Model, basis: FourierBasis, cubic: bool = False):
+        self.cubic = cubic
+        springs = ("cubic_stiffness",) if cubic else ()
+        contact_names = (*FRICTION_PARAMETERS, *springs)
+        self.parameter_names = (*MATRIX_INPUTS, *contact_names, *FORCE_INPUTS)
         n_dof, n_contacts, size = model.n_dof, model.n_contacts, basis.n_components
         sparsity = {name: _sparsity(getattr(model, f"{name}_matrix")) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
-        counts |= dict.fromkeys(CONTACT_PARAMETERS, n_contacts)
+        counts |= dict.fromkeys(contact_names, n_contacts)
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
         symbol: dict[str, Any] = {
             "unknowns": ca.SX.sym("unknowns", n_dof * size),
@@ -54,7 +59,7 @@ class Equations:
             columns = [
                 kernel(
                     y[j, :].T,
-                    *(symbol[name][j] for name in CONTACT_PARAMETERS),
+                    *(symbol[name][j] for name in FRICTION_PARAMETERS),
                     contact[:, j * size : (j + 1) * size],
                     vector[:, j],
                 )
@@ -76,7 +81,8 @@ class Equations:
             omega,
             basis.derivative_matrix,
         )
-        balance = elastic - inertia + viscous + ca.mtimes(friction, directions).T - force
+        springs, springs_total = self._springs(basis, ca.mtimes(directions, x))
+        balance = elastic - inertia + viscous + ca.mtimes(friction + springs, directions).T - force
         terms = forces(
             ca.fabs(x),
             ca.mtimes(ca.fabs(directions), ca.fabs(x)),
@@ -87,7 +93,7 @@ class Equations:
             np.abs(basis.derivative_matrix),
         )
         total = terms[0] + terms[1] + terms[2] + ca.fabs(force)
-        total += ca.mtimes(terms[3], ca.fabs(directions)).T
+        total += ca.mtimes(terms[3] + springs_total, ca.fabs(directions)).T
         self._balance = ca.reshape(balance.T, -1, 1)
 
         names = list(symbol)
@@ -114,6 +120,16 @@ class Equations:
         self._derivatives: dict[str, ca.Function] = {}
         self._lock = threading.Lock()
         self._connect()
+
+    def _springs(self, basis: FourierBasis, y: Any) -> tuple[Any, Any]:
+        """Forces of the cubic springs and their magnitudes, ``(size, n_contacts)`` each."""
+        size, n_contacts = basis.n_components, y.shape[0]
+        if not self.cubic or not n_contacts:
+            return ca.SX(size, n_contacts), ca.SX(size, n_contacts)
+        kernel, stiffness = cubic_kernel(basis), self._symbol["cubic_stiffness"]
+        columns = [kernel(y[j, :].T, stiffness[j]) for j in range(n_contacts)]
+        forces, magnitudes = zip(*columns, strict=True)
+        return ca.horzcat(*forces), ca.horzcat(*magnitudes)
 
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse derivative of the residual by one of its inputs."""

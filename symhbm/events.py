@@ -1,6 +1,7 @@
 """Points of a path and the events between them: contacts that reach their limit."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,28 @@ _SHARES = np.linspace(0, 1, 17)
 _MAX_REFINEMENTS = 8
 
 
+class EventKind(StrEnum):
+    """What happens at an event."""
+
+    ONSET = "onset of slip"
+    END = "end of slip"
+    FOLD = "fold"
+
+
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one contact: ``kind`` is ``"onset of slip"`` or ``"end of slip"``."""
+    """Change of state of one ``contact``, or a fold of the path (contact -1)."""
 
-    kind: str
-    contact: int
+    kind: EventKind
+    contact: int = -1
+
+
+def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
+    """The changes between two sets of contact states (n_contacts,)."""
+    return tuple(
+        Event(EventKind.ONSET if after[j] else EventKind.END, int(j))
+        for j in np.flatnonzero(before != after)
+    )
 
 
 @dataclass(frozen=True)
@@ -56,7 +73,8 @@ class PathPoint:
 def excess_rate(corrector: Corrector, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
     """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
     relative = corrector.curve.problem.relative(direction[:-1])
-    return np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
+    rate = np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
+    return rate + evaluation.excess_by_parameter * direction[-1]
 
 
 def crossed(evaluation: Evaluation, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,33 +1,34 @@
-"""The front doors: one point, and the frequency response over parameter sets."""
+"""The front doors: one point, and responses over the frequency or over any other parameter."""
 
-import warnings
-from collections.abc import Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
-from typing import Any
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
-from tqdm import tqdm
 
 from symhbm import check, schema
-from symhbm.branch import RADIANS, Branch, compute_branch, describe
+from symhbm.branch import Task
+from symhbm.ensemble import compute
 from symhbm.fourier import FloatArray
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.names import PARAMETERS
+from symhbm.point import RADIANS, describe
 from symhbm.residual import HarmonicBalance
 from symhbm.start import solve_point
 from symhbm.status import SolveError, Status
-from symhbm.sweep import Sweep, parse
+from symhbm.sweep import parse
 
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
-_BATCHES = 32
+Peaks = Literal["largest", "each"]
 
 
 def solve(problem: HarmonicBalance, frequency: float, *, throw: bool = False) -> xr.Dataset:
     """Solve Eq. (9) at one ``frequency`` [Hz], from nothing.
 
     Returns a dataset without a ``point`` dimension; where nothing converged, ``converged`` is
-    False, the values are NaN and ``status`` says why.
+    False, the values are NaN and ``status`` says why. Where cubic springs make several solutions,
+    it is one of them; `frf` finds the others.
 
     Raises
     ------
@@ -39,12 +40,11 @@ def solve(problem: HarmonicBalance, frequency: float, *, throw: bool = False) ->
     _check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
     found = solve_point(problem, RADIANS * frequency)
-    point = describe(problem, found.unknowns, frequency)
+    point = describe(problem, found.unknowns, frequency, found.iterations)
     status = found.status
     if found.converged and not point["converged"]:
         status = Status.NO_CONVERGENCE
-    point |= {"iterations": np.int32(found.iterations)}
-    result = schema.label_point(problem, point, str(status))
+    result = schema.label_point(problem, frequency, point, str(status))
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
     return result
@@ -56,27 +56,32 @@ def frf(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    peaks: Peaks = "largest",
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
     max_points: int = 5000,
 ) -> xr.Dataset:
-    """Frequency response between two frequencies, with every peak of the largest response.
+    """Frequency response between two frequencies, with every peak.
 
     Parameters
     ----------
     problem
         What to solve.
     frequency
-        First and last frequency of the band [Hz].
+        First and last frequency of the band [Hz]; it is followed from the first to the last, so
+        downwards where the first is the larger.
     at : (n,), ascending
-        Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension. By
-        default the result holds the points of the path along ``point``.
+        Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
+        ``solution`` another where cubic springs may make several. By default the result holds the
+        points of the path along ``point``.
     over
         Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
         pattern) and any other, for example ``sample``. Several names give their product, names
         that share a dimension go in pairs.
+    peaks
+        Of the largest response of all degrees of freedom, or of ``"each"`` of them.
     executor
         Where parameter sets are computed; by default in this process.
     throw
@@ -88,7 +93,7 @@ def frf(
 
     Returns
     -------
-    Dataset with the variables of `symhbm.schema.VARIABLES`, the parameters and the problem.
+    Dataset with the variables of `symhbm.names.VARIABLES`, the parameters and the problem.
 
     Raises
     ------
@@ -98,61 +103,113 @@ def frf(
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
     _check_problem(problem)
-    band = _check_band(frequency)
-    grid = None if at is None else _check_grid(at, band)
+    band = _check_band("frequency", frequency, "positive", " in Hz")
+    task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
+    return _run(problem, task, over, peaks, executor, throw, progress, max_points)
+
+
+def follow(
+    problem: HarmonicBalance,
+    parameter: str,
+    band: tuple[float, float],
+    at: ArrayLike | None = None,
+    over: Mapping[str, Any] | xr.Dataset | None = None,
+    *,
+    frequency: float,
+    contact: int | None = None,
+    dof: int | None = None,
+    peaks: Peaks = "largest",
+    executor: Executor | None = None,
+    throw: bool = False,
+    progress: bool = True,
+    max_points: int = 5000,
+) -> xr.Dataset:
+    """Response at one frequency between two values of any named parameter.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    parameter
+        The name of the parameter that moves, for example ``"normal_load"``.
+    band
+        Its first and last value (SI units).
+    at : (n,), ascending
+        Values at which the response is wanted; the parameter then is a dimension, and ``solution``
+        another where cubic springs may make several.
+    over
+        Other parameters to sweep, as in `frf`.
+    frequency
+        The constant excitation frequency [Hz].
+    contact, dof
+        The one contact or blade whose parameter moves; by default it is set for all alike.
+    peaks, executor, throw, progress, max_points
+        As in `frf`; peaks are maxima over the parameter.
+
+    Returns
+    -------
+    Dataset as that of `frf`, with the parameter in the place of the frequency. ``status`` tells
+    where the path ended and why.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, each named with its value and what is allowed.
+    SolveError
+        If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    """
+    _check_problem(problem)
+    check.known(parameter, problem.parameters)
+    if isinstance(problem.parameters[parameter], int):
+        raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
+    bound = "any" if parameter == "cubic_stiffness" else "non-negative"
+    if parameter == "mass":
+        bound = "positive"
+    band = _check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
+    task = dict(
+        name=parameter,
+        band=band,
+        at=_check_grid(at, band, bound),
+        frequency=check.scalar("frequency", frequency, "positive"),
+        index=_check_place(problem, parameter, contact, dof),
+    )
+    if over is not None and parameter in over:
+        raise ValueError(f"over: {parameter!r} is the parameter that is followed")
+    return _run(problem, task, over, peaks, executor, throw, progress, max_points)
+
+
+def _run(
+    problem: HarmonicBalance,
+    described: dict[str, Any],
+    over: Mapping[str, Any] | xr.Dataset | None,
+    peaks: Peaks,
+    executor: Executor | None,
+    throw: bool,
+    progress: bool,
+    max_points: int,
+) -> xr.Dataset:
     max_points = check.integer("max_points", max_points, minimum=2)
     if isinstance(executor, type) or (
         executor is not None and not callable(getattr(executor, "submit", None))
     ):
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+    if peaks not in ("largest", "each"):
+        raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
-    branches = _compute(problem, sweep, executor, progress, (band, grid, max_points))
-    result = schema.label(problem, sweep, branches, "point" if grid is None else "frequency")
+    springs = "cubic_stiffness" in (described["name"], *sweep.values)
+    task = Task(
+        **described,
+        each=peaks == "each",
+        may_fold=springs or not problem.single_valued,
+        max_points=max_points,
+    )
+    task.curve(problem)
+    branches = compute(problem, sweep, executor, progress, task)
+    result = schema.label(problem, sweep, branches, task)
     bad = [branch.status for branch in branches if branch.status != Status.REACHED_END]
     if throw and bad:
         raise SolveError(f"{len(bad)} of {len(branches)} curves: {bad[0]}", result)
     return result
-
-
-def _compute(
-    problem: HarmonicBalance,
-    sweep: Sweep,
-    executor: Executor | None,
-    progress: bool,
-    arguments: tuple,
-) -> list[Branch]:
-    sets = sweep.sets()
-    branches: list[Branch | None] = [None] * len(sets)
-    with tqdm(
-        total=len(sets), unit="curve", delay=_BAR_DELAY, disable=not progress, leave=False
-    ) as bar:
-        if executor is not None:
-            size = -(-len(sets) // _BATCHES)
-            batches = [range(i, min(i + size, len(sets))) for i in range(0, len(sets), size)]
-            try:
-                futures = {
-                    executor.submit(_batch, problem, [sets[i] for i in batch], arguments): batch
-                    for batch in batches
-                }
-                for future in as_completed(futures):
-                    for i, branch in zip(futures[future], future.result(), strict=True):
-                        branches[i] = branch
-                        bar.update()
-            except BrokenExecutor as error:
-                warnings.warn(
-                    f"a worker died ({error}); the remaining curves are computed in this process",
-                    RuntimeWarning,
-                    stacklevel=3,
-                )
-        for i, branch in enumerate(branches):
-            if branch is None:
-                branches[i] = _batch(problem, [sets[i]], arguments)[0]
-                bar.update()
-    return [branch for branch in branches if branch is not None]
-
-
-def _batch(problem: HarmonicBalance, sets: Sequence[dict], arguments: tuple) -> list[Branch]:
-    return [compute_branch(problem.with_parameters(**values), *arguments) for values in sets]
 
 
 def _check_problem(problem: object) -> None:
@@ -160,23 +217,38 @@ def _check_problem(problem: object) -> None:
         raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
 
 
-def _check_band(frequency: Any) -> tuple[float, float]:
-    edges = check.array("frequency", frequency, "positive")
-    if edges.shape != (2,) or edges[0] >= edges[1]:
+def _check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
+    edges = check.array(name, band, bound)
+    if edges.shape != (2,) or edges[0] == edges[1]:
         raise ValueError(
-            f"frequency={check.shown(frequency)}: expected two frequencies (first, last) in Hz, "
-            "0 < first < last"
+            f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
         )
     return float(edges[0]), float(edges[1])
 
 
-def _check_grid(at: ArrayLike, band: tuple[float, float]) -> FloatArray:
-    grid = check.array("at", at, "positive")
+def _check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> FloatArray | None:
+    if at is None:
+        return None
+    grid = check.array("at", at, bound)
     if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
-        raise ValueError(f"at={check.shown(at)}: expected strictly ascending frequencies in Hz")
-    if grid[0] < band[0] or grid[-1] > band[1]:
+        raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
+    low, high = sorted(band)
+    if grid[0] < low or grid[-1] > high:
         raise ValueError(
-            f"at={check.shown(at)}: expected frequencies within the band "
-            f"{band[0]:g} to {band[1]:g} Hz, got {grid[0]:g} to {grid[-1]:g} Hz"
+            f"at={check.shown(at)}: expected values within the band "
+            f"{low:g} to {high:g}, got {grid[0]:g} to {grid[-1]:g}"
         )
     return grid
+
+
+def _check_place(
+    problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
+) -> int | None:
+    places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
+    for name, (place, parameters) in places.items():
+        if place is None:
+            continue
+        if parameter not in parameters:
+            raise ValueError(f"{name}={check.shown(place)}: {parameter} has no value per {name}")
+        return check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
+    return None

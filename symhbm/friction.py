@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.fourier import FloatArray
+from symhbm.fourier import FloatArray, FourierBasis
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,22 @@ def limit_excess(
     excess = np.where(slip_limit == 0, np.inf, excess)
     free = excess > 0
     return excess, free if slip is None else np.where(np.isinf(excess), free, slip)
+
+
+def full_stick(
+    basis: FourierBasis, high: FloatArray, low: FloatArray, moves: NDArray[np.bool_]
+) -> FloatArray:
+    """``A`` of contacts that never slip, (n_contacts, n_components, n_components).
+
+    Their undetermined static force is centred between the limits. ``high`` and ``low``
+    (n_contacts, n_components) are the basis functions at the maximum and the minimum of ``y``;
+    ``moves`` (n_contacts,) tells which contacts have any.
+    """
+    matrix = np.tile(np.eye(basis.n_components), (len(moves), 1, 1))
+    if basis.order[0] == 0:
+        static = np.eye(basis.n_components)[0]
+        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, static)
+    return matrix
 
 
 def friction_kernel(n_components: int) -> ca.Function:

@@ -1,7 +1,8 @@
-"""Structures with dry-friction contacts: matrices, contact directions and their parameters.
+"""Structures with contacts: matrices, contact directions and their parameters.
 
 ``M x'' + C x' + K x + sum_j w_j f_j(w_j^T x) = F(t)``: contact ``j`` acts on the relative
-displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the ground.
+displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the ground. It is a dry
+friction element, a cubic spring, or both side by side.
 """
 
 from collections.abc import Iterable
@@ -15,13 +16,14 @@ from numpy.typing import ArrayLike
 from symhbm import check
 from symhbm.fourier import FloatArray
 
-CONTACT_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")
+FRICTION_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")
+CONTACT_PARAMETERS = (*FRICTION_PARAMETERS, "cubic_stiffness")
 BLADE_PARAMETERS = ("mass", "damping", "stiffness")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Model:
-    """Structure of Eqs. (1)-(3) with general matrices and friction contacts.
+    """Structure of Eqs. (1)-(3) with general matrices and contacts.
 
     Parameters
     ----------
@@ -31,14 +33,16 @@ class Model:
         The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
         connected to the ground.
     contact_stiffness, friction_coefficient, normal_load : one value or one per contact
-        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N].
+        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element.
+    cubic_stiffness : one value or one per contact
+        ``gamma`` [N/m^3] of the force ``gamma y^3``, of any sign.
 
     Raises
     ------
     TypeError, ValueError
         If a matrix is not square, real and finite, if mass has a diagonal entry that is not
         positive, if damping or stiffness have a negative one, if a contact joins a degree of
-        freedom to itself or to one that does not exist, or if a parameter is negative.
+        freedom to itself or to one that does not exist, or if a friction parameter is negative.
     """
 
     mass_matrix: Any
@@ -48,6 +52,7 @@ class Model:
     contact_stiffness: Any = 0.0
     friction_coefficient: Any = 0.0
     normal_load: Any = 0.0
+    cubic_stiffness: Any = 0.0
     lumped: bool = False
 
     def __post_init__(self):
@@ -67,9 +72,8 @@ class Model:
             )
         put(self, "contacts", _contact_dofs(self.contacts, self.n_dof))
         for name in CONTACT_PARAMETERS:
-            value = check.one_or_each(
-                name, getattr(self, name), self.n_contacts, "contact", "non-negative"
-            )
+            bound = "non-negative" if name in FRICTION_PARAMETERS else "any"
+            value = check.one_or_each(name, getattr(self, name), self.n_contacts, "contact", bound)
             put(self, name, value)
 
     @property
@@ -81,6 +85,11 @@ class Model:
     def n_contacts(self) -> int:
         """Number of contacts."""
         return len(self.contacts)
+
+    @property
+    def has_cubic_springs(self) -> bool:
+        """Whether any contact has a cubic spring: responses then need not be unique."""
+        return bool(np.any(self.cubic_stiffness))
 
     @property
     def directions(self) -> sp.csr_array:
@@ -121,7 +130,7 @@ class Model:
         plural = kind.replace("degree", "degrees") if " of " in kind else f"{kind}s"
         lines = [
             f"Model: {self.n_dof} {kind if self.n_dof == 1 else plural}, "
-            f"{self.n_contacts} friction contact{'' if self.n_contacts == 1 else 's'}"
+            f"{self.n_contacts} contact{'' if self.n_contacts == 1 else 's'}"
         ]
         units = dict(
             mass="kg",
@@ -130,9 +139,10 @@ class Model:
             contact_stiffness="N/m",
             friction_coefficient="",
             normal_load="N",
+            cubic_stiffness="N/m^3",
         )
         for name, value in self.parameters.items():
-            if value.size:
+            if value.size and (name != "cubic_stiffness" or self.has_cubic_springs):
                 low, high = value.min(), value.max()
                 text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
                 lines.append(f"  {name:<21} {text} {units[name]}".rstrip())
@@ -147,10 +157,11 @@ def single_blade(
     contact_stiffness: float,
     friction_coefficient: float,
     normal_load: float,
+    cubic_stiffness: float = 0.0,
 ) -> Model:
     """One blade on a ground spring with one friction damper to the ground (the source's Fig. 2).
 
-    Values in kg, N/m, N s/m, N/m, -, N. Raises as `Model`.
+    Values in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`.
     """
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
     matrices = [_diagonal(name, value, 1) for name, value in values.items()]
@@ -160,6 +171,7 @@ def single_blade(
         contact_stiffness=contact_stiffness,
         friction_coefficient=friction_coefficient,
         normal_load=normal_load,
+        cubic_stiffness=cubic_stiffness,
         lumped=True,
     )
 
@@ -173,12 +185,13 @@ def bladed_disk(
     contact_stiffness: ArrayLike,
     friction_coefficient: ArrayLike,
     normal_load: ArrayLike,
+    cubic_stiffness: ArrayLike = 0.0,
 ) -> Model:
     """Ring of blades on ground springs, each coupled to the next by a friction damper (Fig. 5).
 
     Contact ``j`` joins blades ``j`` and ``(j + 1) mod n_blades``. Each parameter is one value or
-    one per blade or contact, in kg, N/m, N s/m, N/m, -, N. Raises as `Model`, and ValueError for
-    fewer than 3 blades.
+    one per blade or contact, in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`, and ValueError
+    for fewer than 3 blades.
     """
     n_blades = check.integer("n_blades", n_blades, minimum=3)
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
@@ -189,6 +202,7 @@ def bladed_disk(
         contact_stiffness=contact_stiffness,
         friction_coefficient=friction_coefficient,
         normal_load=normal_load,
+        cubic_stiffness=cubic_stiffness,
         lumped=True,
     )
 

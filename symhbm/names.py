@@ -6,7 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-OWN_DIMENSIONS = ("point", "frequency", "dof", "contact", "harmonic", "component", "peak", "event")
+OWN_DIMENSIONS = (
+    "point",
+    "frequency",
+    "solution",
+    "dof",
+    "contact",
+    "harmonic",
+    "component",
+    "peak",
+    "event",
+)
 
 
 class Variable(NamedTuple):
@@ -36,21 +46,25 @@ VARIABLES = {
         (), "1", "largest residual over the largest sum of absolute force terms"
     ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
+    "sampling_error": Variable(
+        (), "1", "error of the response by sampling the friction law, to first order, relative"
+    ),
     "converged": Variable((), "1", "whether the point solves the equations"),
     "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
     "peak_frequency": Variable((), "Hz", "frequency of the peak"),
-    "peak_amplitude": Variable((), "m", "largest displacement at the peak"),
-    "peak_dof": Variable((), "1", "degree of freedom that leads at the peak"),
+    "peak_amplitude": Variable((), "m", "displacement at the peak"),
+    "peak_dof": Variable((), "1", "degree of freedom that peaks"),
     "peak_kind": Variable((), "1", "smooth, corner, or unbounded (in double precision)"),
     "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
     "peak_coefficient": Variable(
         ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"
     ),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
-    "event_kind": Variable((), "1", "onset of slip or end of slip"),
-    "event_contact": Variable((), "1", "contact that changes state"),
+    "event_kind": Variable((), "1", "onset of slip, end of slip, or fold"),
+    "event_contact": Variable((), "1", "contact that changes state, -1 at a fold"),
     "n_points": Variable((), "1", "accepted points of the path"),
-    "n_peaks": Variable((), "1", "peaks of the largest response"),
+    "n_peaks": Variable((), "1", "peaks found"),
+    "n_solutions": Variable((), "1", "solutions at this value"),
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
@@ -67,6 +81,17 @@ PARAMETERS = {
     "contact_stiffness": ("N m-1", "stiffness of the contact"),
     "friction_coefficient": ("1", "friction coefficient"),
     "normal_load": ("N", "normal load of the contact"),
+    "cubic_stiffness": ("N m-3", "stiffness of the cubic spring"),
     "force_amplitude": ("N", "amplitude of the exciting force"),
     "engine_order": ("1", "engine order"),
 }
+
+
+def meaning(name: str) -> Variable:
+    """Meaning of a variable, also of the parameter that is followed and its events and peaks."""
+    if name in VARIABLES:
+        return VARIABLES[name]
+    prefix = next((p for p in ("event_", "peak_") if name.startswith(p)), "")
+    units, long_name = PARAMETERS[name.removeprefix(prefix)]
+    of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}[prefix]
+    return Variable((), units, long_name + of_what)

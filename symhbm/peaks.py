@@ -1,8 +1,8 @@
 """Peaks of the response over a path, solved for: smooth ones, corners and unbounded ones.
 
-A peak is a local maximum over the path of the largest response of all degrees of freedom. It is
-*smooth* where the slope vanishes, a *corner* where slopes of opposite sign meet at an onset or end
-of slip. A maximum at an end of the path is an edge, never a peak.
+A peak is a local maximum over the path of the largest response of all degrees of freedom, or of
+the response of each. It is *smooth* where the slope vanishes, a *corner* where slopes of opposite
+sign meet at an onset or end of slip. A maximum at an end of the path is an edge, never a peak.
 
 Between two points the path is known to third order; where that interpolant turns, or nearly does,
 points are added until every maximum stands between slopes of opposite sign.
@@ -17,19 +17,20 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
-from symhbm.corrector import Corrected, Corrector, hyperplane, natural_scale, unit_parameter
-from symhbm.curve import Curve
-from symhbm.events import PathPoint, crossed
+from symhbm.corrector import Corrector
+from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
-from symhbm.hermite import cubic, cubic_slope
-from symhbm.newton import ACCEPTED, newton
+from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
+from symhbm.stations import Between, Station
 
 TIE = 1e-9
 """Responses this close, relatively, lead together; the first of them gives its name."""
 _FLAT = 1e-6
 """Slopes that jump by more than this share of those around them make a corner."""
+_STILL = 1e-9
+"""Slope relative to the response below which it is constant, to round-off."""
 _CONTENDER = 0.8
 """Share of the largest response at either end that a DOF needs to be watched in between."""
 _SHARES = np.arange(1, 16) / 16
@@ -61,23 +62,22 @@ class Peak:
 
 
 @dataclass(frozen=True)
-class _Station:
-    """A solution, its tangent (n_unknowns + 1,), and amplitude and slope of every DOF (n_dof,)."""
+class _Summit(Station):
+    """A solution with the amplitude of every DOF and its slope along the path, (n_dof,) each."""
 
-    state: FloatArray
-    direction: FloatArray
     amplitude: FloatArray
     slope: FloatArray
 
 
 def find_peaks(
-    curve: Curve, points: list[PathPoint], corrector: Corrector
+    points: list[PathPoint], corrector: Corrector, each: bool = False
 ) -> tuple[list[Peak], int]:
-    """Peaks of the largest response between the first and the last of ``points``.
+    """Peaks between the first and the last of ``points``, of the largest or of ``each`` response.
 
     The second result is the number of maxima that could not be solved for.
     """
-    finder = _Finder(curve, corrector)
+    curve = corrector.curve
+    finder = _Finder(corrector, each)
     before = [finder.station(p.state, p.before) for p in points]
     after = [
         finder.station(p.state, p.after) if p.events else same
@@ -90,14 +90,17 @@ def find_peaks(
     for i, (here, _) in enumerate(pairwise(points)):
         if not (drowned[i] or drowned[i + 1]):
             finder.between(after[i], before[i + 1], here.slip)
-    return sorted(finder.peaks, key=lambda peak: peak.value), finder.lost
+    return sorted(finder.peaks, key=lambda peak: (each * peak.dof, peak.value)), finder.lost
 
 
-def unbounded_peak(problem: HarmonicBalance, point: PathPoint) -> Peak:
-    """The pole that a path climbs at its last point, where the response is ``1/(pole - value)``."""
-    amplitude, slope = _amplitude_and_slope(problem, point.unknowns, point.before[:-1])
+def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatArray) -> Peak:
+    """The pole that a path climbs, from its last point and the tangent there.
+
+    The response is ``1/(pole - value)``.
+    """
+    amplitude, slope = _amplitude_and_slope(problem, point.unknowns, direction[:-1])
     dof = leading(amplitude)
-    value = point.value + float(amplitude[dof] / slope[dof] * point.before[-1])
+    value = point.value + float(amplitude[dof] / slope[dof] * direction[-1])
     nothing = np.full_like(point.unknowns, np.nan)
     return Peak(value, np.inf, dof, PeakKind.UNBOUNDED, nothing, np.nan)
 
@@ -122,71 +125,86 @@ def _amplitude_and_slope(
     return amplitude.reshape(shape), slope.reshape(shape)
 
 
+def _tied(at: _Summit, dof: int) -> NDArray[np.bool_]:
+    """Which responses are as large as that of one degree of freedom."""
+    return np.abs(at.amplitude - at.amplitude[dof]) <= TIE * at.amplitude.max()
+
+
 class _Finder:
-    def __init__(self, curve: Curve, corrector: Corrector):
-        self.curve = curve
-        self.problem = curve.problem
+    def __init__(self, corrector: Corrector, each: bool):
+        self.curve = corrector.curve
+        self.problem = self.curve.problem
         self.corrector = corrector
+        self.each = each
         self.peaks: list[Peak] = []
         self.lost = 0
 
-    def station(self, state: FloatArray, direction: FloatArray) -> _Station:
+    def station(self, state: FloatArray, direction: FloatArray) -> _Summit:
         found = _amplitude_and_slope(self.problem, state[:-1], direction[:-1])
-        return _Station(state, direction, *found)
+        return _Summit(state, direction, *found)
 
-    def at_event(self, left: _Station, right: _Station) -> None:
-        dof = leading(left.amplitude)
-        level = max(abs(left.slope[dof]), abs(right.slope[dof]))
-        if min(left.slope[dof], -right.slope[dof]) > _FLAT * level:
-            self._add(left, dof, PeakKind.CORNER)
+    def at_event(self, left: _Summit, right: _Summit) -> None:
+        level = np.maximum(np.abs(left.slope), np.abs(right.slope))
+        corner = np.minimum(left.slope, -right.slope) > _FLAT * level
+        corner &= level > _STILL * left.amplitude
+        if not self.each:
+            corner &= np.arange(len(corner)) == leading(left.amplitude)
+        for dof in np.flatnonzero(corner):
+            self._add(left, int(dof), PeakKind.CORNER)
 
     def between(
-        self, left: _Station, right: _Station, slip: NDArray[np.bool_], depth: int = 0
+        self, left: _Summit, right: _Summit, slip: NDArray[np.bool_], depth: int = 0
     ) -> None:
         """Add the peaks strictly between two stations, contact states constant in between."""
-        floor = _CONTENDER * min(left.amplitude.max(), right.amplitude.max())
-        watched = np.flatnonzero(np.maximum(left.amplitude, right.amplitude) >= floor)
-        tied = np.all(
-            [
-                np.abs(s.amplitude[watched] - s.amplitude[watched[0]]) <= TIE * s.amplitude.max()
-                for s in (left, right)
-            ],
-            axis=0,
-        )
+        path = Between(self.corrector, left, right, slip)
+        if path.length <= 0:
+            return  # one point to the last digit
+        height = np.maximum(left.amplitude, right.amplitude)
+        floor = 0 if self.each else min(left.amplitude.max(), right.amplitude.max())
+        watched = np.flatnonzero(height >= _CONTENDER * floor)
+        tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
-        inside = self._interpolated_slopes(left, right)[:, watched]
+        inside = self._interpolated_slopes(path)[:, watched]
         slopes = np.vstack([left.slope[watched], inside, right.slope[watched]])
         falls = np.count_nonzero((slopes[:-1] > 0) & (slopes[1:] <= 0), axis=0)
-        turns = (slopes[0] > 0) & (slopes[-1] <= 0)
         level = np.abs(slopes).max(axis=0)
+        moving = level > _STILL * height[watched]
+        turns = (slopes[0] > 0) & (slopes[-1] <= 0) & moving
         same = slopes[0] * slopes[-1] > 0
         climb = slopes * np.sign(slopes[0])
         lowest = climb[1:-1].min(axis=0)
         dips = lowest < _DIP * np.minimum(climb[0], climb[-1])
         nearly = dips & (lowest < _NEARLY * level)
         unclear = np.where(turns, falls > 1, (falls > 0) | (same & nearly))
-        if depth < _MAX_DEPTH and np.any(unclear & (level > 0)):
-            middle = self._solve(left, right, 0.5, slip)
+        if depth < _MAX_DEPTH and np.any(unclear & moving):
+            middle = self._summit(path, 0.5)
             if middle is not None:
                 self.between(left, middle, slip, depth + 1)
                 self.between(middle, right, slip, depth + 1)
                 return
         candidates = watched[turns]
-        height = np.maximum(left.amplitude, right.amplitude)
         done = np.zeros(len(height), dtype=bool)
         for dof in candidates[np.argsort(-height[candidates])]:
             if done[dof]:
                 continue
-            found = self._turn(left, right, int(dof), slip)
+            found = self._turn(path, left, right, int(dof))
             if found is None:
                 self.lost += 1
                 continue
             top, kind = found
-            done |= np.abs(top.amplitude - top.amplitude[dof]) <= TIE * top.amplitude[dof]
+            same = np.abs(top.amplitude - top.amplitude[dof]) <= TIE * top.amplitude[dof]
+            if self.each:
+                # Degrees of freedom that move alike all along peak together.
+                alike = np.all([_tied(s, dof) for s in (left, right)], axis=0) & same
+                for other in np.flatnonzero(alike):
+                    self._add(top, int(other), kind)
+                done |= alike
+                continue
+            done |= same
             if top.amplitude[dof] >= (1 - TIE) * top.amplitude.max():
                 self._add(top, leading(top.amplitude), kind)
 
-    def _add(self, at: _Station, dof: int, kind: PeakKind) -> None:
+    def _add(self, at: _Summit, dof: int, kind: PeakKind) -> None:
         # The contacts were held on the way here: the solution must stand with all of them free.
         unknowns, value = at.state[:-1], float(at.state[-1])
         norm = self.curve.evaluate(unknowns, value).norm
@@ -196,13 +214,13 @@ class _Finder:
             self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
 
     def _turn(
-        self, left: _Station, right: _Station, dof: int, slip: NDArray[np.bool_]
-    ) -> tuple[_Station, PeakKind] | None:
+        self, path: Between, left: _Summit, right: _Summit, dof: int
+    ) -> tuple[_Summit, PeakKind] | None:
         """Solve for the point between two others where the slope of one amplitude changes sign."""
-        visited: dict[float, _Station] = {}
+        visited: dict[float, _Summit] = {}
 
         def slope(share: float) -> float:
-            found = self._solve(left, right, share, slip)
+            found = self._summit(path, share)
             if found is None:
                 raise ArithmeticError
             visited[share] = found
@@ -222,7 +240,7 @@ class _Finder:
                 share = float(
                     optimize.brentq(lambda h: known.get(h) or slope(h), 0, 1, xtol=1e-13)  # type: ignore
                 )
-            top = visited[share] if share in visited else self._solve(left, right, share, slip)
+            top = visited[share] if share in visited else self._summit(path, share)
         except ArithmeticError:
             return None
         if top is None:
@@ -230,67 +248,11 @@ class _Finder:
         jump = abs(top.slope[dof]) > _FLAT * level and 0.0 < share < 1.0
         return top, PeakKind.CORNER if jump else PeakKind.SMOOTH
 
-    def _solve(
-        self, left: _Station, right: _Station, share: float, slip: NDArray[np.bool_]
-    ) -> _Station | None:
-        """The station at a share of the way, on the path."""
-        scale = natural_scale(left.state)
-        normal, length = self._chord(left, right)
-        guess = self._hermite(left, right, np.array([share]))[0][0]
-        anchor = left.state + share * length * normal * scale
-        plane = hyperplane(anchor, scale, normal)
-        if self.curve.single_valued:
-            guess[-1] = np.clip(guess[-1], *sorted((left.state[-1], right.state[-1])))
-        found = self.corrector.correct(guess, scale, plane, slip, precision=1e-10)
-        if found is not None and self._holds(left, right, found, slip):
-            return self.station(found.point, found.direction * scale)
-        if not self.curve.single_valued:
-            return None
-        result = newton(lambda unknowns: self.curve.evaluate(unknowns, guess[-1]), guess[:-1])
-        self.corrector.solves += result.iterations
-        if not result.converged:
-            return None
-        state = np.append(result.unknowns, guess[-1])
-        row = np.sign(left.direction[-1]) * unit_parameter(len(scale))
-        tangent = self.corrector.tangent(state, scale, row, result.evaluation.friction.slip)
-        if tangent is None:
-            return None
-        return self.station(state, tangent.direction * scale)
+    def _summit(self, path: Between, share: float) -> _Summit | None:
+        found = path.solve(share)
+        return None if found is None else self.station(found.state, found.direction)
 
-    def _holds(
-        self, left: _Station, right: _Station, found: Corrected, slip: NDArray[np.bool_]
-    ) -> bool:
-        """Whether a solution lies between two others, no contact beyond its limit."""
-        if not self.curve.single_valued:
-            return True
-        low, high = sorted((left.state[-1], right.state[-1]))
-        return low <= found.point[-1] <= high and not crossed(found.evaluation, slip).any()
-
-    def _chord(self, left: _Station, right: _Station) -> tuple[FloatArray, float]:
-        scale = natural_scale(left.state)
-        normal = left.direction / scale
-        normal /= np.linalg.norm(normal)
-        chord = (right.state - left.state) / scale
-        if self.curve.single_valued and np.dot(normal, chord) < np.linalg.norm(chord) / 2:
-            # The path turns sharply in between: only the parameter tells where one is.
-            normal = np.sign(left.direction[-1]) * unit_parameter(len(scale))
-        return normal, float(np.dot(normal, chord))
-
-    def _hermite(
-        self, left: _Station, right: _Station, share: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Cubic interpolant of the path and its derivative, ``(n, n_unknowns + 1)``."""
-        scale = natural_scale(left.state)
-        normal, length = self._chord(left, right)
-        slopes = (
-            length * left.direction / np.dot(normal, left.direction / scale),
-            length * right.direction / max(np.dot(normal, right.direction / scale), 1e-3),
-        )
-        ends = left.state, right.state, slopes, share[:, None]
-        return cubic(*ends), cubic_slope(*ends)
-
-    def _interpolated_slopes(self, left: _Station, right: _Station) -> FloatArray:
-        """Slopes of all amplitudes at shares in between, in the measure of the left station."""
-        value, slope = self._hermite(left, right, _SHARES)
-        _, length = self._chord(left, right)
-        return _amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / length)[1]
+    def _interpolated_slopes(self, path: Between) -> FloatArray:
+        """Slopes of all amplitudes at shares in between, in the measure of the left end."""
+        value, slope = path.interpolate(_SHARES)
+        return _amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]

@@ -15,6 +15,7 @@ from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.friction import LocatedFriction
 from symhbm.model import CONTACT_PARAMETERS, Model
+from symhbm.sampled import locate_sampled
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,9 @@ class Evaluation:
     ``residual`` (n_unknowns,) [N]; ``magnitude``, the largest sum of the absolute force terms of
     one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
     ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
-    `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``,
-    the events of the contacts.
+    `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``, the events of the
+    contacts; ``excess_by_parameter`` (n_contacts,), the derivative of ``friction.excess`` by the
+    moving parameter at constant unknowns.
     """
 
     residual: FloatArray
@@ -33,6 +35,7 @@ class Evaluation:
     jacobian: Any
     by_parameter: FloatArray
     friction: LocatedFriction
+    excess_by_parameter: FloatArray | float = 0.0
 
     @property
     def norm(self) -> float:
@@ -50,11 +53,16 @@ class HarmonicBalance:
         What vibrates, and what drives it.
     harmonics
         Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``.
+    samples
+        March the friction law over so many samples of the period (alternating frequency and time)
+        instead of locating its switching angles: a cross-check, with a sampling error that
+        results state.
 
     Raises
     ------
     TypeError, ValueError
-        For a bad harmonic set, or an excitation that does not fit the model or the set.
+        For a bad harmonic set, an excitation that does not fit the model or the set, or samples
+        too few for the harmonics.
 
     Notes
     -----
@@ -65,7 +73,13 @@ class HarmonicBalance:
     per blade. Its inputs ``matrix`` and ``vector`` are the located contact events.
     """
 
-    def __init__(self, model: Model, excitation: Excitation, harmonics: Iterable[int] = (1,)):
+    def __init__(
+        self,
+        model: Model,
+        excitation: Excitation,
+        harmonics: Iterable[int] = (1,),
+        samples: int | None = None,
+    ):
         if not isinstance(model, Model):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
@@ -73,7 +87,10 @@ class HarmonicBalance:
         self.model = model
         self.excitation = excitation
         self.basis = FourierBasis(check_harmonics(harmonics))
-        self._equations = Equations(model, self.basis)
+        if samples is not None:
+            samples = check.integer("samples", samples, minimum=2 * self.basis.highest + 1)
+        self.samples = samples
+        self._equations = Equations(model, self.basis, model.has_cubic_springs)
         self._set_arguments()
 
     @property
@@ -101,7 +118,24 @@ class HarmonicBalance:
 
         ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names.
         """
+        self._equations = self._with_springs(name == "cubic_stiffness")
+        self._set_arguments()
         return self._equations.derivative(name)
+
+    def _with_springs(self, needed: bool) -> Equations:
+        """The compiled equations, anew where cubic springs join those that have none."""
+        if needed and not self._equations.cubic:
+            return Equations(self.model, self.basis, cubic=True)
+        return self._equations
+
+    @property
+    def single_valued(self) -> bool:
+        """Whether there is one response at every frequency.
+
+        With constant normal loads and dissipative damping friction responses are unique; cubic
+        springs make several.
+        """
+        return not self.model.has_cubic_springs
 
     def arguments(
         self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
@@ -133,6 +167,7 @@ class HarmonicBalance:
         other.__dict__.update(self.__dict__)
         if of_model:
             other.model = self.model.with_parameters(**of_model)
+            other._equations = self._with_springs(other.model.has_cubic_springs)
         if of_force:
             other.excitation = self.excitation.with_parameters(**of_force)
         other._set_arguments()
@@ -153,13 +188,16 @@ class HarmonicBalance:
 
     def locate(self, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None):
         """Events of all contacts at the unknowns, see `symhbm.contact.locate`."""
-        return locate(
-            self.basis,
-            self.relative(unknowns),
-            self.model.contact_stiffness,
-            self._slip_limit,
-            slip,
-        )
+        motion = self.basis, self.relative(unknowns), self.model.contact_stiffness, self._slip_limit
+        if self.samples is None:
+            return locate(*motion, slip)
+        return locate_sampled(*motion, slip, samples=self.samples)
+
+    def located(self) -> "HarmonicBalance":
+        """The same problem with located switching angles."""
+        other = object.__new__(HarmonicBalance)
+        other.__dict__.update(self.__dict__, samples=None)
+        return other
 
     def evaluate(
         self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
@@ -205,10 +243,11 @@ class HarmonicBalance:
         ]
 
     def __reduce__(self):
-        return HarmonicBalance, (self.model, self.excitation, self.harmonics)
+        return HarmonicBalance, (self.model, self.excitation, self.harmonics, self.samples)
 
     def __repr__(self) -> str:
+        law = "" if self.samples is None else f", friction over {self.samples} samples"
         return (
-            f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns\n"
+            f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
         )

@@ -1,5 +1,7 @@
 """The first point: a solution at one frequency without a known neighbour."""
 
+from functools import partial
+
 import numpy as np
 
 from symhbm.continuation import Path
@@ -9,6 +11,9 @@ from symhbm.linear import Factorisation
 from symhbm.newton import NewtonResult, newton
 from symhbm.residual import Evaluation, HarmonicBalance
 from symhbm.status import Status
+
+_REDUCTIONS = 0.1 ** np.arange(5)
+"""Shares of the force tried until the response is nearly linear."""
 
 
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
@@ -24,8 +29,8 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     """Solve Eq. (9) at one angular ``frequency`` [rad/s] from nothing.
 
     Newton's method starts from the response with all contacts stuck, then from that without
-    contacts. Where both fail, the force grows from an amplitude at which every contact sticks,
-    and the exact linear response there is followed to the full amplitude.
+    contacts. Where both fail, the force grows from an amplitude at which every contact sticks
+    and cubic springs do little, and the response there is followed to the full amplitude.
     """
     stuck = linear_response(problem, frequency)
     free = linear_response(problem.with_parameters(normal_load=0.0), frequency)
@@ -56,6 +61,11 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     share = 0.5 * np.exp(-max(excess.max(initial=0.0), 0.0))
     amplitude = float(problem.parameters["force_amplitude"])
     curve = ParameterCurve(problem, "force_amplitude", frequency)
-    path = Path(curve, share * stuck, share * amplitude, amplitude)
-    points = list(path)
-    return points[-1].unknowns if path.status == Status.REACHED_END else None
+    for start in share * _REDUCTIONS:
+        weak = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
+        if weak.converged:
+            path = Path(curve, weak.unknowns, start * amplitude, amplitude)
+            points = list(path)
+            if path.status == Status.REACHED_END:
+                return points[-1].unknowns
+    return None

@@ -22,6 +22,10 @@ class Status(StrEnum):
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond this frequency"
     )
+    TURNED_BACK = (
+        "the path turned back at a fold and came back to the start of the band without reaching "
+        "its end; the points are valid; try a wider band, or the opposite direction"
+    )
     MAXIMUM_POINTS = (
         "the largest number of points was reached before the end of the band; "
         "the points before are valid; try max_points with a larger value or a narrower band"

@@ -200,7 +200,7 @@ def test_provenance(case):
     attributes = dataset(case).attrs
     for name in ("title", "references", "symhbm_version", "casadi_version", "problem", "swept"):
         assert attributes[name], name
-    assert attributes["symhbm_schema"] == 1
+    assert attributes["symhbm_schema"] == 2
 
 
 @pytest.mark.parametrize("case", ["path", "ensemble", "general"])

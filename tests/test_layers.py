@@ -21,6 +21,8 @@ ORDER = [
     "friction",
     "one_harmonic",
     "contact",
+    "sampled",
+    "cubic_spring",
     "linear",
     "equations",
     "residual",
@@ -29,25 +31,31 @@ ORDER = [
     "newton",
     "corrector",
     "events",
+    "stations",
+    "folds",
     "continuation",
     "start",
     "peaks",
+    "point",
+    "walk",
     "branch",
     # third floor: labels
     "names",
     "sweep",
+    "provenance",
     "schema",
     "archive",
+    "ensemble",
     "frf",
     # roof
     "plot",
     "__init__",
 ]
 ONLY_IN = {
-    "casadi": {"friction", "equations", "residual"},
-    "xarray": {"sweep", "schema", "archive", "frf", "plot"},
+    "casadi": {"friction", "cubic_spring", "equations", "residual", "switching_angles"},
+    "xarray": {"sweep", "provenance", "schema", "archive", "frf", "plot"},
     "matplotlib": {"plot"},
-    "tqdm": {"frf"},
+    "tqdm": {"ensemble"},
 }
 
 

@@ -141,9 +141,9 @@ def test_with_parameters_leaves_the_original():
 
 
 def test_names_of_the_parameters():
-    assert set(sh.bladed_disk(3, **VALUES).parameters) == set(VALUES)
+    assert set(sh.bladed_disk(3, **VALUES).parameters) == {*VALUES, "cubic_stiffness"}
     general = sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)])
-    contact = {"contact_stiffness", "friction_coefficient", "normal_load"}
+    contact = {"contact_stiffness", "friction_coefficient", "normal_load", "cubic_stiffness"}
     assert set(general.parameters) == contact
     assert general.with_parameters(normal_load=3).normal_load.tolist() == [3.0]
 
@@ -178,12 +178,12 @@ def test_pickle(model):
 
 def test_repr_has_sizes_and_values():
     text = repr(sh.bladed_disk(5, **VALUES | {"normal_load": [1, 2, 3, 4, 7]}))
-    for part in ("5 lumped blades", "5 friction contacts", "0.5 N s/m", "10000 N/m", "1e+06 N/m"):
+    for part in ("5 lumped blades", "5 contacts", "0.5 N s/m", "10000 N/m", "1e+06 N/m"):
         assert part in text
     assert "1 .. 7 N" in text
     assert "friction_coefficient  0.4" in text
     text = repr(sh.Model(np.eye(2), np.eye(2), np.eye(2)))
-    assert text == "Model: 2 degrees of freedom, 0 friction contacts"
+    assert text == "Model: 2 degrees of freedom, 0 contacts"
 
 
 @pytest.mark.parametrize(

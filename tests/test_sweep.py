@@ -204,6 +204,7 @@ def test_nominal_values_are_kept(name):
 RING_DIMS = {
     **dict.fromkeys(["mass", "damping", "stiffness"], ("dof",)),
     **dict.fromkeys(["contact_stiffness", "friction_coefficient", "normal_load"], ("contact",)),
+    "cubic_stiffness": ("contact",),
 }
 
 

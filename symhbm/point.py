@@ -1,0 +1,74 @@
+"""All results at one point, as plain arrays by the names of the dataset."""
+
+from typing import Any
+
+import numpy as np
+
+from symhbm.extremes import largest_displacement
+from symhbm.fourier import FloatArray
+from symhbm.newton import ACCEPTED
+from symhbm.residual import HarmonicBalance
+
+RADIANS = 2 * np.pi
+
+Table = dict[str, Any]
+
+
+def describe(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, iterations: int = 0
+) -> Table:
+    """All results at one point; ``frequency`` in Hz. A point that is no solution becomes NaN."""
+    evaluation = problem.evaluate(unknowns, RADIANS * frequency)
+    friction, model = evaluation.friction, problem.model
+    coefficients = problem.coefficients(unknowns)
+    relative = problem.relative(unknowns)
+    force = model.contact_stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
+    force += (model.friction_coefficient * model.normal_load)[:, None] * friction.vector
+    # Work of the friction force over a period: the integral of f dy.
+    velocity = relative @ problem.basis.derivative_matrix.T
+    converged = bool(evaluation.norm <= ACCEPTED)
+    result = dict(
+        coefficient=by_harmonic(problem, coefficients),
+        amplitude=largest_displacement(problem.basis, coefficients)[0],
+        theta_0=friction.theta_0,
+        theta_star=friction.theta_star,
+        stick_fraction=friction.stick_fraction,
+        dissipation=np.einsum("ci,ci->c", force, velocity / problem.basis.norm),
+        residual_norm=np.float64(evaluation.norm),
+    )
+    if not converged:
+        result = {
+            name: value if name == "residual_norm" else np.full_like(value, np.nan)
+            for name, value in result.items()
+        }
+    rubs = converged & (model.contact_stiffness > 0)
+    return result | dict(
+        contact_state=np.where(rubs, friction.slip, -1).astype(np.int8),
+        reversals=np.where(converged, friction.reversals, -1).astype(np.int32),
+        converged=np.bool_(converged),
+        contact_model_valid=np.bool_(converged),
+        iterations=np.int32(iterations),
+    )
+
+
+def nothing(problem: HarmonicBalance, frequency: float, iterations: int = 0) -> Table:
+    """The entry of a point without a solution."""
+    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations)
+    for name, value in table.items():
+        if value.dtype.kind == "f":
+            table[name] = np.full_like(value, np.nan)
+    states = ("contact_state", "reversals")
+    flags = ("converged", "contact_model_valid")
+    return (
+        table
+        | {name: np.full_like(table[name], -1) for name in states}
+        | {name: np.bool_(False) for name in flags}
+    )
+
+
+def by_harmonic(problem: HarmonicBalance, coefficients: FloatArray) -> FloatArray:
+    """Coefficients as (n_dof, n_harmonics, 2); the sine of harmonic 0 is 0."""
+    result = np.zeros((len(coefficients), len(problem.harmonics), 2))
+    at = np.searchsorted(problem.harmonics, problem.basis.order)
+    result[:, at, problem.basis.is_sine.astype(int)] = coefficients
+    return result

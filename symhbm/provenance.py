@@ -1,0 +1,156 @@
+"""The problem behind a dataset: its parameters, matrices and description, and the way back."""
+
+import json
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import xarray as xr
+
+import symhbm.excitation as excitations
+from symhbm.branch import Task
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, FRICTION_PARAMETERS, Model
+from symhbm.names import PARAMETERS
+from symhbm.residual import HarmonicBalance
+from symhbm.sweep import Sweep
+
+SCHEMA_VERSION = 2
+REFERENCE = (
+    "E. Chatelet, D. Rade, G. Jacquet-Richardet, Dynamic Behavior of Cyclic Symmetrical N DOF "
+    "System in the Presence of Dry Friction, DINAME 2013, hal-00941429"
+)
+MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+
+
+def with_provenance(
+    dataset: xr.Dataset, problem: HarmonicBalance, sweep: Sweep, followed: Task | None = None
+) -> xr.Dataset:
+    """Add the parameters, the problem and where the numbers come from to a dataset."""
+    for name, value in problem.parameters.items():
+        units, long_name = PARAMETERS[name]
+        attributes = {"units": units, "long_name": long_name}
+        dims = () if np.ndim(value) == 0 else _parameter_dims(name)
+        target = name
+        if name in sweep.values:
+            swept = sweep.values[name]
+            dataset[name] = (swept.dims, swept.values, attributes)
+            for label, coordinate in swept.coords.items():
+                if label not in (name, *dataset.coords):
+                    about = {"long_name": str(label), "units": "1"} | coordinate.attrs
+                    dataset = dataset.assign_coords({label: coordinate.assign_attrs(about)})
+        if name in sweep.values or (followed and name == followed.name):
+            target = f"{name}_nominal"
+            attributes = attributes | {"long_name": f"{long_name}, nominal value"}
+        dataset[target] = (dims, np.array(value), attributes)
+    if not problem.model.lumped:
+        for name in MATRICES:
+            dataset = dataset.assign(_sparse(name, getattr(problem.model, name)))
+    dataset.attrs = {
+        "title": "Forced response of a structure with dry friction by multi-harmonic balance",
+        "references": REFERENCE,
+        "symhbm_schema": SCHEMA_VERSION,
+        "symhbm_version": version("symhbm"),
+        "casadi_version": version("casadi"),
+        "problem": json.dumps(_description(problem)),
+        "swept": json.dumps(list(sweep.values)),
+    }
+    if followed and followed.name != "frequency":
+        description = {"name": followed.name, "index": followed.index}
+        dataset.attrs["followed"] = json.dumps(description)
+    return dataset
+
+
+def _parameter_dims(name: str) -> tuple[str, ...]:
+    if name in BLADE_PARAMETERS:
+        return ("dof",)
+    return ("contact",) if name in CONTACT_PARAMETERS else ()
+
+
+def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
+    columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+    entry = (f"{name}_entry",)
+    units = PARAMETERS[name.removesuffix("_matrix")][0]
+    about = name.replace("_", " ")
+    return {
+        f"{name}_row": (
+            entry,
+            matrix.indices.astype(np.int64),
+            {"long_name": f"{about}, row", "units": "1"},
+        ),
+        f"{name}_column": (entry, columns, {"long_name": f"{about}, column", "units": "1"}),
+        f"{name}_value": (
+            entry,
+            matrix.data,
+            {"long_name": f"{about}, stored entries", "units": units},
+        ),
+    }
+
+
+def _description(problem: HarmonicBalance) -> dict[str, Any]:
+    excitation = problem.excitation
+    return {
+        "harmonics": list(problem.harmonics),
+        "samples": problem.samples,
+        "n_dof": problem.model.n_dof,
+        "contacts": [list(dofs) for dofs in problem.model.contacts],
+        "lumped": problem.model.lumped,
+        "excitation": {"type": type(excitation).__name__, **asdict(excitation)},  # type: ignore
+    }
+
+
+def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
+    """Build the problem that a dataset describes.
+
+    A swept or followed parameter has its nominal value, unless the dataset was reduced to one of
+    its values.
+    """
+    description = json.loads(dataset.attrs["problem"])
+    excitation = dict(description["excitation"])
+    kind = getattr(excitations, excitation.pop("type"))
+    for name in ("cosine", "sine"):
+        if name in excitation:
+            excitation[name] = {int(n): row for n, row in excitation[name].items()}
+    swept = json.loads(dataset.attrs["swept"])
+    followed = json.loads(dataset.attrs.get("followed", "null"))
+    varied = swept + ([followed["name"]] if followed else [])
+    # Cubic springs came with the second schema.
+    names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
+    nominal = {name: _nominal(dataset, name, varied) for name in names}
+    if description["lumped"]:
+        nominal |= {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS}
+        matrices = [_identity(description["n_dof"])] * 3
+    else:
+        matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
+    model = Model(*matrices, contacts=description["contacts"], lumped=description["lumped"])
+    problem = HarmonicBalance(
+        model.with_parameters(**nominal),
+        kind(**excitation),
+        description["harmonics"],
+        description.get("samples"),
+    )
+    chosen = {
+        name: dataset[name].values
+        for name in swept
+        if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
+    }
+    if followed and dataset[followed["name"]].ndim == 0:
+        name, index = followed["name"], followed["index"]
+        values = np.array(problem.parameters[name], dtype=float)
+        values[... if index is None else index] = dataset[name].values
+        chosen[name] = values
+    return problem.with_parameters(**chosen)
+
+
+def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:
+    return dataset[f"{name}_nominal" if name in varied else name].values
+
+
+def _identity(size: int) -> Any:
+    return sp.eye_array(size, format="csc")
+
+
+def _matrix(dataset: xr.Dataset, name: str, size: int) -> Any:
+    row, column, value = (dataset[f"{name}_{part}"].values for part in ("row", "column", "value"))
+    return sp.csc_array((value, (row, column)), shape=(size, size))

@@ -1,0 +1,176 @@
+"""A path over a whole band: taken up again beyond poles, with its peaks, and asked for values."""
+
+import numpy as np
+from scipy import optimize
+
+from symhbm.continuation import Path
+from symhbm.corrector import Corrector, hyperplane, unit_parameter
+from symhbm.curve import Curve
+from symhbm.events import EventKind, PathPoint
+from symhbm.fourier import FloatArray
+from symhbm.hermite import cubic
+from symhbm.newton import ACCEPTED, NewtonResult, newton
+from symhbm.peaks import Peak, find_peaks, unbounded_peak
+from symhbm.start import solve_point
+from symhbm.stations import Between, Station
+from symhbm.status import Status
+
+_RESTARTS = (1, 10, 100, 1000)
+"""Distances from a pole, relative to that of the last point before it, to take a path up at."""
+
+
+class Walk:
+    """Points, peaks and status of a curve from the first to the last value of a ``band``.
+
+    A resonance that nothing bounds ends a path; it is taken up again beyond. ``each`` asks for the
+    peaks of every degree of freedom instead of those of the largest response.
+    """
+
+    def __init__(self, curve: Curve, band: tuple[float, float], max_points: int, each: bool):
+        self.curve = curve
+        self.corrector = Corrector(curve)
+        self.points: list[PathPoint] = []
+        self.peaks: list[Peak] = []
+        self.rejected = 0
+        self.status = Status.NO_START
+        self._heading = 1 if band[1] > band[0] else -1
+        self._go(*band, max_points, each)
+
+    def _go(self, start: float, end: float, max_points: int, each: bool) -> None:
+        lost = 0
+        found = self._solve_anew(start)
+        if found.status == Status.SYSTEM_SINGULAR:
+            self.status = found.status
+        while found.converged and (end - start) * self._heading > 0:
+            # A path that cannot be taken up beyond its pole keeps the status it ended with.
+            room = max_points - len(self.points)
+            path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
+            segment = list(path)
+            self.points += segment
+            self.rejected += path.rejected
+            self.status = path.status
+            peaks, missing = find_peaks(segment, self.corrector, each)
+            self.peaks += peaks
+            lost += missing
+            if path.status != Status.UNBOUNDED:
+                break
+            last = segment[-1]
+            scale = self.curve.scale(last.state)
+            tangent = self.corrector.tangent(last.state, scale, last.before / scale, last.slip)
+            if tangent is None:
+                break
+            peak = unbounded_peak(self.curve.problem, last, tangent.direction * scale)
+            if (
+                not 0
+                < (peak.value - last.value) * self._heading
+                < (end - last.value) * self._heading
+            ):
+                break  # the band ends on the way up: an edge
+            self.peaks.append(peak)
+            for distance in np.array(_RESTARTS) * (peak.value - last.value):
+                start = peak.value + distance
+                found = self._newton(-last.unknowns, start)
+                if not found.converged:
+                    found = self._solve_anew(start)
+                if found.converged:
+                    break
+        if lost and self.status == Status.REACHED_END:
+            self.status = Status.PEAK_NOT_LOCATED
+
+    def at(self, value: float) -> list[tuple[FloatArray | None, int]]:
+        """Solutions (n_unknowns,) at a value of the band, in the order of the path.
+
+        Each comes with the linear solves it took; None stands for one that was not found.
+        """
+        found = []
+        for here, there in self._segments(value):
+            before = self.corrector.solves
+            unknowns = self._between(here, there, value)
+            if unknowns is not None and self._norm(unknowns, value) > ACCEPTED:
+                # A contact changes its state for a moment between two points of the path.
+                anew = self._newton(unknowns, value)
+                unknowns = anew.unknowns if anew.converged else None
+            if unknowns is None and self.curve.single_valued:
+                anew = self._solve_anew(value)
+                unknowns = anew.unknowns if anew.converged else None
+            found.append((unknowns, self.corrector.solves - before))
+        if not found and self.points:
+            anew = self._solve_anew(value)
+            found = [(anew.unknowns if anew.converged else None, anew.iterations)]
+        return found or [(None, 0)]
+
+    def _segments(self, value: float) -> list[tuple[PathPoint, PathPoint]]:
+        """Neighbours on the path between which the value lies, a point on it with itself."""
+        beyond = np.sign([point.value - value for point in self.points])
+        at = np.flatnonzero(beyond == 0)
+        between = np.flatnonzero(beyond[1:] * beyond[:-1] < 0)
+        pairs = sorted([(i, i) for i in at] + [(i, i + 1) for i in between])
+        found = [(self.points[i], self.points[j]) for i, j in pairs]
+        return found[:1] if self.curve.single_valued else found
+
+    def _between(self, here: PathPoint, there: PathPoint, value: float) -> FloatArray | None:
+        if here is there:
+            return here.unknowns
+        if self.curve.single_valued:
+            share = (value - here.value) / (there.value - here.value)
+            guess = np.append(_between(here, there, share), value)
+            return self._correct(guess, here)
+        path = Between(
+            self.corrector,
+            Station(here.state, here.after),
+            Station(there.state, there.before),
+            here.slip,
+        )
+
+        def distance(share: float) -> float:
+            return path.interpolate(np.array([share]))[0][0, -1] - value
+
+        guess = path.interpolate(np.array([optimize.brentq(distance, 0.0, 1.0)]))[0][0]
+        near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
+        return self._along(path, value) if near_fold else self._correct(guess, here)
+
+    def _correct(self, guess: FloatArray, here: PathPoint) -> FloatArray | None:
+        scale = self.curve.scale(guess)
+        plane = hyperplane(guess, scale, unit_parameter(len(scale)))
+        found = self.corrector.correct(guess, scale, plane, here.slip)
+        return None if found is None else found.point[:-1]
+
+    def _along(self, path: Between, value: float) -> FloatArray | None:
+        """Solve along the path: next to a fold two solutions at one value are too close."""
+
+        def distance(share: float) -> float:
+            ends = {0.0: path.left, 1.0: path.right}
+            station = ends.get(share) or path.solve(share)
+            if station is None:
+                raise ArithmeticError
+            return float(station.state[-1]) - value
+
+        try:
+            share = float(optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
+        except ArithmeticError:
+            return None
+        station = path.solve(share)
+        return None if station is None else station.state[:-1]
+
+    def _norm(self, unknowns: FloatArray, value: float) -> float:
+        return self.curve.evaluate(unknowns, value).norm
+
+    def _solve_anew(self, value: float) -> NewtonResult:
+        found = solve_point(*self.curve.at(value))
+        self.corrector.solves += found.iterations
+        return found
+
+    def _newton(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
+        self.corrector.solves += found.iterations
+        return found
+
+
+def _between(here: PathPoint, there: PathPoint, share: float) -> FloatArray:
+    """Unknowns between two points of a path by cubic interpolation over the parameter."""
+    length, step = there.value - here.value, there.unknowns - here.unknowns
+    left, right = (
+        length * point[:-1] / point[-1] if point[-1] * length > 0 else step
+        for point in (here.after, there.before)
+    )
+    return cubic(here.unknowns, there.unknowns, (left, right), share)
