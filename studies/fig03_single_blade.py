@@ -34,7 +34,7 @@ def compute(progress: bool = True) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the family of curves."""
-    figure = sh.plot.frequency_response(dataset)
+    figure = sh.plot.response(dataset)
     figure.axes[0].set_title("One blade, friction damper to the ground, one harmonic")
     return figure
 

@@ -35,7 +35,7 @@ def compute(progress: bool = True) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the three curves."""
-    figure = sh.plot.frequency_response(dataset)
+    figure = sh.plot.response(dataset)
     figure.axes[0].set_title("Tuned disk of 13 blades, one harmonic, full ring")
     return figure
 

@@ -10,6 +10,7 @@ from symhbm.frf import follow, frf, solve
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
 from symhbm.status import SolveError, Status
+from symhbm.switching_angles import SwitchingAngles
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -25,6 +26,7 @@ __all__ = [
     "PointForce",
     "SolveError",
     "Status",
+    "SwitchingAngles",
     "bladed_disk",
     "follow",
     "frf",

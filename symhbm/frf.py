@@ -9,12 +9,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check, schema
+from symhbm.angle_solvers import check_angles, solve_angles
 from symhbm.branch import Task
 from symhbm.ensemble import compute
 from symhbm.fourier import FloatArray
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
-from symhbm.point import RADIANS, describe
+from symhbm.point import RADIANS, describe, nothing
 from symhbm.residual import HarmonicBalance
 from symhbm.start import solve_point
 from symhbm.status import SolveError, Status
@@ -23,27 +24,60 @@ from symhbm.sweep import parse
 Peaks = Literal["largest", "each"]
 
 
-def solve(problem: HarmonicBalance, frequency: float, *, throw: bool = False) -> xr.Dataset:
+def solve(
+    problem: HarmonicBalance,
+    frequency: float,
+    *,
+    angles: Literal["newton", "rootfinder", "ipopt"] | None = None,
+    throw: bool = False,
+) -> xr.Dataset:
     """Solve Eq. (9) at one ``frequency`` [Hz], from nothing.
 
-    Returns a dataset without a ``point`` dimension; where nothing converged, ``converged`` is
-    False, the values are NaN and ``status`` says why. Where cubic springs make several solutions,
-    it is one of them; `frf` finds the others.
+    Parameters
+    ----------
+    problem
+        What to solve.
+    frequency
+        Excitation frequency [Hz].
+    angles
+        Solve Eqs. (4)-(11) with the switching angles as unknowns, by Newton's method, CasADi's
+        ``rootfinder`` or IPOPT, started from the solution with located angles and checked against
+        it. By default the located angles are the result.
+    throw
+        Raise SolveError where nothing converged.
+
+    Returns
+    -------
+    Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why, also where the form with angles as unknowns does not
+    apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
+    the others.
 
     Raises
     ------
     TypeError, ValueError
-        If the frequency is not positive and finite.
+        If the frequency is not positive and finite; for angles as unknowns, if there is no such
+        solver, a harmonic is even, or friction is sampled.
     SolveError
         If nothing converged and ``throw`` is True.
     """
     _check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
+    if angles is not None:
+        check_angles(problem, angles)
     found = solve_point(problem, RADIANS * frequency)
     point = describe(problem, found.unknowns, frequency, found.iterations)
-    status = found.status
+    status: str = found.status
     if found.converged and not point["converged"]:
         status = Status.NO_CONVERGENCE
+    if status == Status.SUCCESS and angles is not None:
+        result = solve_angles(problem, RADIANS * frequency, angles, found.unknowns)
+        status, iterations = result.status, found.iterations + result.iterations
+        if result.converged:
+            point = describe(problem, result.unknowns, frequency, iterations)
+            point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
+        else:
+            point = nothing(problem, frequency, iterations)
     result = schema.label_point(problem, frequency, point, str(status))
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

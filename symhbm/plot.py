@@ -1,7 +1,8 @@
 """Figures from datasets."""
 
+import json
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -34,47 +35,53 @@ SYMBOLS = {
     "friction_coefficient": (r"$\mu$", ""),
     "normal_load": ("$F_n$", "N"),
     "engine_order": ("EO", ""),
+    "cubic_stiffness": (r"$\gamma$", "N/m³"),
     "force_amplitude": ("$f_0$", "N"),
     "mass": ("$m$", "kg"),
     "damping": ("$c$", "N s/m"),
     "stiffness": ("$k$", "N/m"),
 }
 LINE_STYLES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
-PEAK_MARKERS = {"smooth": "o", "corner": "^"}
+MARKERS = {"smooth": "o", "corner": "^", "fold": "s"}
 MOST_LEGEND_ENTRIES = 14
+WIDE = 30
+"""Ratio of values from which a scale is logarithmic."""
 
 
-def frequency_response(
+def response(
     dataset: xr.Dataset, *, dof: int | None = None, peaks: bool = True, ax: Axes | None = None
 ) -> Figure:
-    """Draw amplitude in dB (re 1 m) over frequency, one line per parameter set.
+    """Draw amplitude in dB (re 1 m) over the moving parameter, one line per parameter set.
 
     Parameters
     ----------
     dataset
-        A result of `symhbm.frf`.
+        A result of `symhbm.frf` or `symhbm.follow`.
     dof
         The degree of freedom to show; by default the largest response of all.
     peaks
-        Mark the located peaks: circles are smooth, triangles corners, dotted lines unbounded.
+        Mark the located peaks of what is shown: circles are smooth, triangles corners, dotted
+        lines unbounded. Squares are folds.
     ax
         Axes to draw into; by default a new figure.
 
     Raises
     ------
     KeyError
-        If the dataset holds no frequency response.
+        If the dataset holds no curve.
     ValueError
         If ``dof`` is out of range.
     """
     for name in ("amplitude", "frequency"):
         check.known(name, [str(n) for n in dataset.variables], "variable of the dataset")
-    along = "point" if "point" in dataset.dims else "frequency"
+    followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+    name = followed["name"]
+    along = "point" if "point" in dataset.dims else name
     if along not in dataset["amplitude"].dims:
-        raise KeyError("the dataset holds one point; a frequency response has many")
+        raise KeyError("the dataset holds one point; a response curve has many")
     if dof is not None:
         dof = check.integer("dof", dof, 0, dataset.sizes["dof"] - 1)
-    swept = [str(d) for d in dataset["amplitude"].dims if d not in (along, "dof")]
+    swept = [str(d) for d in dataset["amplitude"].dims if d not in (along, "dof", "solution")]
     curves = list(_curves(dataset, swept))
     with plt.rc_context(STYLE):
         if ax is None:
@@ -82,13 +89,11 @@ def frequency_response(
         colors = _shades(len(curves))
         for number, (curve, label) in enumerate(curves):
             style = LINE_STYLES[number % len(LINE_STYLES)]
-            _line(ax, curve, dof, label, colors[number], style)
+            points = _points(curve, name, dof, followed)
+            _line(ax, curve, points, label, colors[number], style)
             if peaks:
-                _peaks(ax, curve, dof, colors[number])
-        ax.set_xlabel("excitation frequency [Hz]")
-        which = "largest response" if dof is None else f"response of DOF {dof}"
-        ax.set_ylabel(f"{which} [dB re 1 m]")
-        ax.margins(x=0)
+                _marks(ax, points, colors[number])
+        _label_axes(ax, dataset, name, dof)
         if swept and len(curves) <= MOST_LEGEND_ENTRIES:
             ax.legend(
                 loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, handlelength=2.8
@@ -127,41 +132,69 @@ def _decibel(amplitude: np.ndarray) -> np.ndarray:
         return 20 * np.log10(amplitude)
 
 
-def _line(ax: Axes, curve: xr.Dataset, dof: int | None, label: str, color, style) -> None:
+class _Points(NamedTuple):
+    """What to draw of one curve: its points [dB] and the peaks and folds on it."""
+
+    value: np.ndarray
+    level: np.ndarray
+    marks: list[tuple[str, float, float]]
+
+
+def _points(curve: xr.Dataset, name: str, dof: int | None, followed: dict) -> _Points:
     amplitude = curve["amplitude"]
-    values = amplitude.max("dof", skipna=False) if dof is None else amplitude.isel(dof=dof)
-    frequency, level = curve["frequency"].values, _decibel(values.values)
-    inside = np.isfinite(frequency)
-    frequency, level = frequency[inside], level[inside]
-    if dof is None and "peak_frequency" in curve:
+    shown = amplitude.max("dof", skipna=False) if dof is None else amplitude.isel(dof=dof)
+    value, level = curve[name].values, _decibel(shown.values)
+    marks = []
+    each = followed.get("peaks") == "each"
+    if f"peak_{name}" in curve and each == (dof is not None):
+        peaks = (curve[f"peak_{key}"].values for key in ("kind", name, "amplitude", "dof"))
+        marks = [
+            (kind, at, _decibel(top))
+            for kind, at, top, peak_dof in zip(*peaks, strict=True)
+            if kind and (dof is None or peak_dof == dof)
+        ]
+    if f"event_{name}" in curve and "point" in curve.dims:
+        for kind, at in zip(curve["event_kind"].values, curve[f"event_{name}"].values, strict=True):
+            if kind == "fold":
+                marks.append((kind, at, level[np.argmin(np.abs(value - at))]))
+    return _Points(value, level, marks)
+
+
+def _line(ax: Axes, curve: xr.Dataset, points: _Points, label: str, color, style) -> None:
+    value, level = points.value, points.level
+    if "solution" in curve["amplitude"].dims:
+        ax.plot(value, level, ".", color=color, markersize=3.5)
+        ax.plot([], [], ".", color=color, label=label)
+        return
+    inside = np.isfinite(value)
+    value, level = value[inside], level[inside]
+    if np.all(np.diff(value) > 0) or np.all(np.diff(value) < 0):
         # The line runs through its own peaks, however far apart the points are.
-        bounded = np.isfinite(curve["peak_amplitude"].values)
-        frequency = np.append(frequency, curve["peak_frequency"].values[bounded])
-        level = np.append(level, _decibel(curve["peak_amplitude"].values[bounded]))
-    _, first = np.unique(frequency, return_index=True)
-    frequency, level = frequency[first], level[first]
+        tops = [(at, top) for _, at, top in points.marks if np.isfinite(top)]
+        value = np.append(value, [at for at, _ in tops])
+        level = np.append(level, [top for _, top in tops])
+        _, first = np.unique(value, return_index=True)
+        value, level = value[first], level[first]
     if len(level) > 2 and np.all(np.isfinite(level)):
         # Monotone between its points: nothing is drawn above a peak or below a trough.
+        number = np.arange(len(level))
         fine = np.linspace(0, len(level) - 1, 12 * len(level) + 1)
-        fine = np.union1d(np.interp(fine, np.arange(len(level)), frequency), frequency)
-        frequency, level = fine, PchipInterpolator(frequency, level)(fine)
-    ax.plot(frequency, level, color=color, linestyle=style, label=label)
+        fine = np.union1d(fine, number)
+        if np.all(np.diff(value) > 0):
+            fine = np.union1d(np.interp(fine, number, value), value)
+            value, level = fine, PchipInterpolator(value, level)(fine)
+        else:
+            value, level = (PchipInterpolator(number, along)(fine) for along in (value, level))
+    ax.plot(value, level, color=color, linestyle=style, label=label)
 
 
-def _peaks(ax: Axes, curve: xr.Dataset, dof: int | None, color) -> None:
-    if dof is not None or "peak_frequency" not in curve:
-        return
-    for frequency, amplitude, kind in zip(
-        curve["peak_frequency"].values,
-        curve["peak_amplitude"].values,
-        curve["peak_kind"].values,
-        strict=True,
-    ):
-        if kind in PEAK_MARKERS:
+def _marks(ax: Axes, points: _Points, color) -> None:
+    for kind, at, level in points.marks:
+        if kind in MARKERS:
             ax.plot(
-                frequency,
-                _decibel(amplitude),
-                PEAK_MARKERS[kind],
+                at,
+                level,
+                MARKERS[kind],
                 color=color,
                 markeredgecolor="black",
                 markeredgewidth=0.6,
@@ -169,12 +202,25 @@ def _peaks(ax: Axes, curve: xr.Dataset, dof: int | None, color) -> None:
                 zorder=3,
             )
         elif kind == "unbounded":
-            ax.axvline(frequency, color=color, linestyle=":", linewidth=0.8)
+            ax.axvline(at, color=color, linestyle=":", linewidth=0.8)
+
+
+def _label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
+    symbol, unit = SYMBOLS.get(name, ("excitation frequency", "Hz"))
+    about = str(dataset[name].attrs.get("long_name", "")) if name in SYMBOLS else ""
+    text = f"{about} {symbol}".strip()
+    ax.set_xlabel(f"{text} [{unit}]" if unit else text)
+    which = "largest response" if dof is None else f"response of DOF {dof}"
+    ax.set_ylabel(f"{which} [dB re 1 m]")
+    values = dataset[name].values[np.isfinite(dataset[name].values)]
+    if name in SYMBOLS and values.min() > 0 and values.max() / values.min() > WIDE:
+        ax.set_xscale("log")
+    ax.margins(x=0)
 
 
 def _colorbar(ax: Axes, values: xr.DataArray) -> None:
     numbers = np.asarray(values.values, dtype=float)
-    wide = numbers.min() > 0 and numbers.max() / numbers.min() > 30
+    wide = numbers.min() > 0 and numbers.max() / numbers.min() > WIDE
     norm = (LogNorm if wide else Normalize)(numbers.min(), numbers.max())
     mappable = plt.cm.ScalarMappable(norm=norm, cmap="viridis_r")
     symbol, unit = SYMBOLS.get(str(values.name), (str(values.name), ""))

@@ -6,6 +6,7 @@ import numpy as np
 
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
+from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
 
@@ -27,6 +28,7 @@ def describe(
     # Work of the friction force over a period: the integral of f dy.
     velocity = relative @ problem.basis.derivative_matrix.T
     converged = bool(evaluation.norm <= ACCEPTED)
+    sampled = {} if problem.samples is None else _sampling(problem, unknowns, frequency)
     result = dict(
         coefficient=by_harmonic(problem, coefficients),
         amplitude=largest_displacement(problem.basis, coefficients)[0],
@@ -35,6 +37,7 @@ def describe(
         stick_fraction=friction.stick_fraction,
         dissipation=np.einsum("ci,ci->c", force, velocity / problem.basis.norm),
         residual_norm=np.float64(evaluation.norm),
+        **sampled,
     )
     if not converged:
         result = {
@@ -49,6 +52,14 @@ def describe(
         contact_model_valid=np.bool_(converged),
         iterations=np.int32(iterations),
     )
+
+
+def _sampling(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Table:
+    """Error of a response with sampled friction: one Newton step with located angles."""
+    exact = problem.located().evaluate(unknowns, RADIANS * frequency)
+    step = Factorisation(exact.jacobian).solve(exact.residual)
+    error = np.nan if step is None else np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
+    return {"sampling_error": np.float64(error)}
 
 
 def nothing(problem: HarmonicBalance, frequency: float, iterations: int = 0) -> Table:

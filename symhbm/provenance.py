@@ -56,8 +56,9 @@ def with_provenance(
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
-    if followed and followed.name != "frequency":
-        description = {"name": followed.name, "index": followed.index}
+    if followed:
+        peaks = "each" if followed.each else "largest"
+        description = {"name": followed.name, "index": followed.index, "peaks": peaks}
         dataset.attrs["followed"] = json.dumps(description)
     return dataset
 
@@ -113,8 +114,9 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
         if name in excitation:
             excitation[name] = {int(n): row for n, row in excitation[name].items()}
     swept = json.loads(dataset.attrs["swept"])
-    followed = json.loads(dataset.attrs.get("followed", "null"))
-    varied = swept + ([followed["name"]] if followed else [])
+    followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+    moving = followed["name"] if followed["name"] != "frequency" else None
+    varied = swept + ([moving] if moving else [])
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     nominal = {name: _nominal(dataset, name, varied) for name in names}
@@ -135,11 +137,11 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
         for name in swept
         if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
     }
-    if followed and dataset[followed["name"]].ndim == 0:
-        name, index = followed["name"], followed["index"]
-        values = np.array(problem.parameters[name], dtype=float)
-        values[... if index is None else index] = dataset[name].values
-        chosen[name] = values
+    if moving and dataset[moving].ndim == 0:
+        index = followed["index"]
+        values = np.array(problem.parameters[moving], dtype=float)
+        values[... if index is None else index] = dataset[moving].values
+        chosen[moving] = values
     return problem.with_parameters(**chosen)
 
 

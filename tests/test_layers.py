@@ -26,6 +26,7 @@ ORDER = [
     "linear",
     "equations",
     "residual",
+    "switching_angles",
     "curve",
     # second floor: numerics
     "newton",
@@ -35,6 +36,7 @@ ORDER = [
     "folds",
     "continuation",
     "start",
+    "angle_solvers",
     "peaks",
     "point",
     "walk",
@@ -52,7 +54,14 @@ ORDER = [
     "__init__",
 ]
 ONLY_IN = {
-    "casadi": {"friction", "cubic_spring", "equations", "residual", "switching_angles"},
+    "casadi": {
+        "friction",
+        "cubic_spring",
+        "equations",
+        "residual",
+        "switching_angles",
+        "angle_solvers",
+    },
     "xarray": {"sweep", "provenance", "schema", "archive", "frf", "plot"},
     "matplotlib": {"plot"},
     "tqdm": {"ensemble"},

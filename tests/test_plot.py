@@ -24,7 +24,7 @@ def family():
 
 
 def test_lines_labels_and_peaks(family):
-    ax = sh.plot.frequency_response(family).axes[0]
+    ax = sh.plot.response(family).axes[0]
     curves = [line for line in ax.lines if len(line.get_xdata()) > 1]
     assert len(curves) == 3
     assert "Hz" in ax.get_xlabel()
@@ -46,7 +46,7 @@ def test_lines_labels_and_peaks(family):
 
 
 def test_lines_differ_in_greyscale(family):
-    ax = sh.plot.frequency_response(family).axes[0]
+    ax = sh.plot.response(family).axes[0]
     colors = [mpl.colors.to_rgb(line.get_color()) for line in ax.lines if len(line.get_xdata()) > 1]
     lightness = [np.dot(color, [0.299, 0.587, 0.114]) for color in colors]
     assert np.all(np.diff(lightness) < -0.1)
@@ -54,7 +54,7 @@ def test_lines_differ_in_greyscale(family):
 
 def test_one_degree_of_freedom_on_given_axes(family):
     _, ax = plt.subplots()
-    figure = sh.plot.frequency_response(family.isel(normal_load=0), dof=0, ax=ax)
+    figure = sh.plot.response(family.isel(normal_load=0), dof=0, ax=ax)
     assert figure is ax.get_figure()
     assert ax.get_legend() is None
     assert "DOF 0" in ax.get_ylabel()
@@ -64,15 +64,15 @@ def test_many_curves_get_a_colour_bar():
     family = sh.frf(
         fig03.problem(), (10, 12), over={"normal_load": np.geomspace(0.1, 100, 16)}, at=[10, 11, 12]
     )
-    figure = sh.plot.frequency_response(family)
+    figure = sh.plot.response(family)
     assert len(figure.axes) == 2
     assert "F_n" in figure.axes[1].get_ylabel()
 
 
 def test_bad_input(family):
     with pytest.raises(ValueError, match="dof=3"):
-        sh.plot.frequency_response(family, dof=3)
+        sh.plot.response(family, dof=3)
     with pytest.raises(KeyError, match="one point"):
-        sh.plot.frequency_response(sh.solve(fig03.problem(), 20.0))
+        sh.plot.response(sh.solve(fig03.problem(), 20.0))
     with pytest.raises(KeyError, match="amplitude"):
-        sh.plot.frequency_response(family.drop_vars("amplitude"))
+        sh.plot.response(family.drop_vars("amplitude"))
