@@ -7,7 +7,12 @@ from tqdm import tqdm
 
 from studies.run import run
 
-STUDIES = ("fig03_single_blade", "fig08_engine_orders", "harmonic_convergence")
+STUDIES = (
+    "fig03_single_blade",
+    "fig08_engine_orders",
+    "harmonic_convergence",
+    "laws_and_solvers",
+)
 
 
 def main() -> None:

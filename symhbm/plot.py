@@ -149,14 +149,14 @@ def _points(curve: xr.Dataset, name: str, dof: int | None, followed: dict) -> _P
     if f"peak_{name}" in curve and each == (dof is not None):
         peaks = (curve[f"peak_{key}"].values for key in ("kind", name, "amplitude", "dof"))
         marks = [
-            (kind, at, _decibel(top))
+            (kind, float(at), float(_decibel(top)))
             for kind, at, top, peak_dof in zip(*peaks, strict=True)
             if kind and (dof is None or peak_dof == dof)
         ]
     if f"event_{name}" in curve and "point" in curve.dims:
         for kind, at in zip(curve["event_kind"].values, curve[f"event_{name}"].values, strict=True):
             if kind == "fold":
-                marks.append((kind, at, level[np.argmin(np.abs(value - at))]))
+                marks.append((kind, float(at), float(level[np.argmin(np.abs(value - at))])))
     return _Points(value, level, marks)
 
 

@@ -1,5 +1,6 @@
 """The first point: a solution at one frequency without a known neighbour."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -32,6 +33,8 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     contacts. Where both fail, the force grows from an amplitude at which every contact sticks
     and cubic springs do little, and the response there is followed to the full amplitude.
     """
+    if problem.samples is not None:
+        return _solve_sampled(problem, frequency)
     stuck = linear_response(problem, frequency)
     free = linear_response(problem.with_parameters(normal_load=0.0), frequency)
     results = []
@@ -53,6 +56,13 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
         evaluation = problem.evaluate(nothing, frequency)
         return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
     return results[-1]
+
+
+def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
+    """Sampled friction from the response with located angles: its corners are many."""
+    located = solve_point(problem.located(), frequency)
+    found = newton(partial(problem.evaluate, frequency=frequency), located.unknowns)
+    return replace(found, iterations=found.iterations + located.iterations)
 
 
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
