@@ -27,19 +27,16 @@ from symhbm.events import (
 )
 from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
-from symhbm.newton import TOLERANCE, newton
+from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
+from symhbm.newton import TOLERANCE
 from symhbm.status import Status
 
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
-SMALLEST_STEP = 1e-9
 PREDICTION_ERROR = 0.005
 """Distance between predicted and corrected point aimed at, relative to the response."""
-LARGEST_PREDICTION_ERROR = 0.1
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
-WEAKEST = 0.1
-"""Share of the response below which a harmonic is no longer watched by itself."""
 SHRUNK = 1 / 50
 """Fall of the step, against those before, at which a corner nobody located is taken to be near."""
 
@@ -169,7 +166,7 @@ class Path:
         found = self._correct(guess, scale, normal, base.slip, ahead if at_end else None)
         if found is None:
             return None
-        error = self._error(found.point, guess, scale)
+        error = self._curve.distance(found.point, guess, scale)
         if error > LARGEST_PREDICTION_ERROR:
             return None
         travel = found.point[-1] - base.value
@@ -204,45 +201,15 @@ class Path:
         return begin if beyond and not self._curve.single_valued else None
 
     def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
-        """Next point by the longest step beyond a corner nobody located, and that step."""
-        for may_slip in (False, True):
-            length = step / 4
-            while length >= SMALLEST_STEP:
-                attempt = self._at_value(base, length, may_slip)
-                if attempt is not None:
-                    return attempt, length
-                length /= 4
-        return None, 0.0
-
-    def _at_value(
-        self, base: PathPoint, step: float, may_slip: bool
-    ) -> tuple[PathPoint, float] | None:
-        """Next point at a fixed value ahead, contacts free, in another state if they may be.
-
-        With several harmonics the slip of a minor loop begins or ends at such corners. The
-        solution at each value is unique, so the path cannot be left.
-        """
-        value = base.value + self._heading * step * abs(base.after[-1])
-        if (value - self._end) * self._heading > 0:
-            value = self._end
-        result = newton(lambda unknowns: self._curve.evaluate(unknowns, value), base.unknowns)
-        self.corrector.solves += result.iterations
-        scale = self._curve.scale(base.state)
-        point = np.append(result.unknowns, value)
-        error = self._error(point, base.state, scale)
-        if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
-            return None
-        slip = result.evaluation.friction.slip
-        if (slip != base.slip).any() and not may_slip:
-            return None
-        row = self._heading * unit_parameter(len(scale))
-        found = self.corrector.tangent(point, scale, row, slip)
+        """Next point beyond a corner nobody located, and the length of that step."""
+        found = hop(self.corrector, base, self._end, step)
         if found is None:
-            return None
-        self._orientation = found.sign
-        direction = found.direction * scale
-        events = state_changes(base.slip, slip)
-        return self._accept(found, direction, direction, slip, events), error
+            return None, 0.0
+        self._orientation = found.found.sign
+        direction = found.found.direction * self._curve.scale(base.state)
+        events = state_changes(base.slip, found.slip)
+        point = self._accept(found.found, direction, direction, found.slip, events)
+        return (point, found.error), found.length
 
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
@@ -268,15 +235,6 @@ class Path:
         if before[-1] * after[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
         return self._accept(landed, before * scale, after, slip, events)
-
-    def _error(self, point: FloatArray, guess: FloatArray, scale: FloatArray) -> float:
-        """Distance relative to the response, of weak harmonics relative to themselves."""
-        problem = self._curve.problem
-        moved = problem.coefficients((point - guess)[:-1] / scale[:-1])
-        level = problem.coefficients(point[:-1] / scale[:-1])
-        strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
-        moved = np.linalg.norm(moved, axis=0) / np.clip(strength, WEAKEST, 1.0)
-        return float(np.hypot(np.linalg.norm(moved), (point - guess)[-1] / scale[-1]))
 
     def _orient(self, found: Corrected) -> FloatArray:
         """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""

@@ -13,6 +13,8 @@ from symhbm.residual import Evaluation, HarmonicBalance
 
 _SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
 """Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
+WEAKEST = 0.1
+"""Share of the response below which a harmonic is no longer watched by itself."""
 
 
 class Curve(ABC):
@@ -50,6 +52,18 @@ class Curve(ABC):
         scale = np.full(len(point), np.linalg.norm(point[:-1]) or 1.0)
         scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
         return scale
+
+    def distance(self, point: FloatArray, other: FloatArray, scale: FloatArray) -> float:
+        """Scaled distance of a point from another, of weak harmonics relative to themselves.
+
+        All arrays (n_unknowns + 1,).
+        """
+        problem = self.problem
+        moved = problem.coefficients((point - other)[:-1] / scale[:-1])
+        level = problem.coefficients(point[:-1] / scale[:-1])
+        strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
+        moved = np.linalg.norm(moved, axis=0) / np.clip(strength, WEAKEST, 1.0)
+        return float(np.hypot(np.linalg.norm(moved), (point - other)[-1] / scale[-1]))
 
 
 class FrequencyCurve(Curve):

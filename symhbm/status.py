@@ -18,6 +18,11 @@ class Status(StrEnum):
         "no response was found at the start of the band; try another start frequency "
         "or fewer harmonics"
     )
+    OTHER_SOLUTIONS = (
+        "the end of the band was reached, but at an end of the band there are other solutions, "
+        "which this path does not visit; the points are valid; try a wider band, at whose ends "
+        "the response is unique"
+    )
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond this frequency"

@@ -6,12 +6,14 @@ from scipy import optimize
 from symhbm.continuation import Path
 from symhbm.corrector import Corrector, hyperplane, unit_parameter
 from symhbm.curve import Curve
+from symhbm.deflation import other_solution
 from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton
 from symhbm.peaks import Peak, find_peaks, unbounded_peak
-from symhbm.start import solve_point
+from symhbm.residual import Evaluation
+from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status
 
@@ -76,6 +78,20 @@ class Walk:
                     break
         if lost and self.status == Status.REACHED_END:
             self.status = Status.PEAK_NOT_LOCATED
+        complete = self.status == Status.REACHED_END and not self.curve.single_valued
+        if complete and any(self._has_others(self.points[end]) for end in (0, -1)):
+            self.status = Status.OTHER_SOLUTIONS
+
+    def _has_others(self, point: PathPoint) -> bool:
+        """Whether another solution is found at the value of a point."""
+        linear = linear_response(*self.curve.at(point.value))
+        starts = [1.01 * point.unknowns, *([] if linear is None else [linear])]
+
+        def balance(unknowns: FloatArray) -> Evaluation:
+            self.corrector.solves += 1
+            return self.curve.evaluate(unknowns, point.value)
+
+        return other_solution(balance, point.unknowns, starts) is not None
 
     def at(self, value: float) -> list[tuple[FloatArray | None, int]]:
         """Solutions (n_unknowns,) at a value of the band, in the order of the path.
