@@ -29,6 +29,8 @@ from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
 from symhbm.newton import TOLERANCE
+from symhbm.residual import Evaluation
+from symhbm.resonances import Modes, first_passed, modes
 from symhbm.status import Status
 
 FIRST_STEP = 0.02
@@ -37,6 +39,10 @@ PREDICTION_ERROR = 0.005
 """Distance between predicted and corrected point aimed at, relative to the response."""
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
+MAX_LOOKS = 5
+"""Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
+STEEP = 1e-3
+"""Part of a tangent along the parameter below which its sign is worth a tangent of its own."""
 SHRUNK = 1 / 50
 """Fall of the step, against those before, at which a corner nobody located is taken to be near."""
 
@@ -67,6 +73,8 @@ class Path:
         self._max_points = max_points
         self._orientation = 0
         self._bend = np.zeros(len(self._begin))
+        self._last: Evaluation | None = None
+        self._known_modes: tuple[PathPoint, Modes | None] | None = None
         self._counted = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
@@ -137,6 +145,8 @@ class Path:
         if here.events:
             return np.zeros_like(here.after)
         scale = self._curve.scale(here.state)
+        if np.array_equal(here.state, before.state):
+            return np.zeros_like(here.after)
         tangent = before.after / np.linalg.norm(before.after / scale)
         return (here.after - tangent) / np.linalg.norm((here.state - before.state) / scale)
 
@@ -160,15 +170,22 @@ class Path:
         ahead = self._end if base.after[-1] * self._heading > 0 else float(self._begin[-1])
         to_end = (ahead - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
         at_end = 0 < to_end <= step
+        attempt = self._predict(base, to_end if at_end else step, ahead if at_end else None)
+        if attempt is None:
+            return None
+        found, error = attempt
         length = to_end if at_end else step
-        guess = start + length * base.after + 0.5 * length**2 * self._bend
-        normal = unit_parameter(len(scale)) if at_end else base.after / scale
-        found = self._correct(guess, scale, normal, base.slip, ahead if at_end else None)
-        if found is None:
-            return None
-        error = self._curve.distance(found.point, guess, scale)
-        if error > LARGEST_PREDICTION_ERROR:
-            return None
+        for _ in range(MAX_LOOKS):
+            share = first_passed(self._modes_at(base), self._modes(found.point, found.evaluation))
+            if share is None:
+                break
+            # A resonance that neither end of the step shows: look at it.
+            at_end = False
+            length *= share
+            attempt = self._predict(base, length, None)
+            if attempt is None:
+                return None
+            found = attempt[0]  # the error of the whole step tells how long the next one may be
         travel = found.point[-1] - base.value
         passed = self._passed(float(found.point[-1]))
         if not at_end and passed is not None and base.value != passed:
@@ -184,13 +201,37 @@ class Path:
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
         direction = self._orient(found) * scale
-        if np.dot(direction / scale, base.after / scale) <= 0:
+        steep = not self._curve.single_valued and abs(direction[-1]) < STEEP * scale[-1]
+        if steep or np.dot(direction / scale, base.after / scale) <= 0:
             # The tangent is that of the iterate before: on a steep flank that may not do.
             anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
             if anew is None or anew.sign != self._orientation:
                 return None  # the determinant tells that this is another branch
             direction = anew.direction * scale
         return self._accept(found, direction, direction, base.slip), error
+
+    def _predict(
+        self, base: PathPoint, length: float, end: float | None
+    ) -> tuple[Corrected, float] | None:
+        """Point at a distance or at an ``end`` of the band, and the error of its prediction."""
+        scale = self._curve.scale(base.state)
+        guess = base.state + length * base.after + 0.5 * length**2 * self._bend
+        normal = base.after / scale if end is None else unit_parameter(len(scale))
+        found = self._correct(guess, scale, normal, base.slip, end)
+        if found is None:
+            return None
+        error = self._curve.distance(found.point, guess, scale)
+        return None if error > LARGEST_PREDICTION_ERROR else (found, error)
+
+    def _modes(self, point: FloatArray, evaluation: Evaluation) -> Modes | None:
+        return modes(self._curve, point[:-1], float(point[-1]), evaluation.friction)
+
+    def _modes_at(self, base: PathPoint) -> Modes | None:
+        """The modes at the last point of the path."""
+        if self._known_modes is None or self._known_modes[0] is not base:
+            assert self._last is not None
+            self._known_modes = base, self._modes(base.state, self._last)
+        return self._known_modes[1]
 
     def _passed(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""
@@ -244,6 +285,7 @@ class Path:
         scale = self._curve.scale(found.point)
         before = before / np.linalg.norm(before / scale)
         after = after / np.linalg.norm(after / scale)
+        self._last = found.evaluation
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
         return PathPoint(
             unknowns=found.point[:-1],

@@ -113,6 +113,13 @@ class ParameterCurve(Curve):
         # Points on a path are looked at several times.
         self.at = lru_cache(maxsize=8)(self.at)  # type: ignore[method-assign]
 
+    def scale(self, point: FloatArray) -> FloatArray:
+        """As of any curve; towards no force, relative to the response at ``smallest``."""
+        scale = super().scale(point)
+        if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
+            scale[:-1] *= self.smallest / abs(point[-1])
+        return scale
+
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""
         values = np.where(self._chosen > 0, value, self._nominal)

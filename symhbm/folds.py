@@ -9,7 +9,13 @@ from symhbm.events import PathPoint
 from symhbm.stations import Between, Station
 
 _SHARES = np.arange(17) / 16
-_MAX_DEPTH = 6
+_MAX_DEPTH = 8
+_NEARLY = 0.3
+"""Advance in the parameter, relative to the larger end's, that may turn in between."""
+_STEEP = 0.01
+"""Advance relative to the larger end's so small that the other end is all but a fold."""
+_DIP = 0.999
+"""Advance relative to the smaller end's below which it has a minimum in between."""
 
 
 def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[Station] | None:
@@ -33,7 +39,12 @@ def _folds(
     advance = path.interpolate(_SHARES)[1][:, -1]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
     turned = left.direction[-1] * right.direction[-1] < 0
-    if turns > turned and depth < _MAX_DEPTH:
+    slowest = np.abs(advance[1:-1]).min()
+    # Short of two folds, or of a cusp, the interpolated path need not turn where the path does.
+    ends = abs(advance[0]), abs(advance[-1])
+    dips = slowest < _DIP * min(ends) or min(ends) < _STEEP * max(ends)
+    nearly = not turned and dips and slowest < _NEARLY * max(ends)
+    if (turns > turned or nearly) and depth < _MAX_DEPTH:
         centre = _solved(path, 0.5)
         halves = (left, centre), (centre, right)
         return [f for half in halves for f in _folds(corrector, *half, slip, depth + 1)]

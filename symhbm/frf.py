@@ -207,7 +207,7 @@ def follow(
         frequency=check.scalar("frequency", frequency, "positive"),
         index=_check_place(problem, parameter, contact, dof),
     )
-    if over is not None and parameter in over:
+    if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     return _run(problem, task, over, peaks, executor, throw, progress, max_points)
 
@@ -227,7 +227,7 @@ def _run(
         executor is not None and not callable(getattr(executor, "submit", None))
     ):
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
-    if peaks not in ("largest", "each"):
+    if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
     springs = "cubic_stiffness" in (described["name"], *sweep.values)
@@ -279,10 +279,13 @@ def _check_place(
     problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
 ) -> int | None:
     places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
+    chosen = None
     for name, (place, parameters) in places.items():
         if place is None:
             continue
         if parameter not in parameters:
-            raise ValueError(f"{name}={check.shown(place)}: {parameter} has no value per {name}")
-        return check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
-    return None
+            raise ValueError(
+                f"{name}={check.shown(place)}: expected None, {parameter} has no value per {name}"
+            )
+        chosen = check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
+    return chosen

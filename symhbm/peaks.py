@@ -18,7 +18,7 @@ from scipy import optimize
 
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
-from symhbm.events import PathPoint
+from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.newton import ACCEPTED
@@ -87,9 +87,10 @@ def find_peaks(
         if here.events:
             finder.at_event(left, right)
     drowned = [curve.amplification(p.unknowns, p.value) > UNBOUNDED_AMPLIFICATION for p in points]
-    for i, (here, _) in enumerate(pairwise(points)):
+    for i, (here, there) in enumerate(pairwise(points)):
         if not (drowned[i] or drowned[i + 1]):
-            finder.between(after[i], before[i + 1], here.slip)
+            roots = _has(here, EventKind.ONSET), _has(there, EventKind.END)
+            finder.between(after[i], before[i + 1], here.slip, roots)
     return sorted(finder.peaks, key=lambda peak: (each * peak.dof, peak.value)), finder.lost
 
 
@@ -125,6 +126,10 @@ def _amplitude_and_slope(
     return amplitude.reshape(shape), slope.reshape(shape)
 
 
+def _has(point: PathPoint, kind: EventKind) -> bool:
+    return any(event.kind == kind for event in point.events)
+
+
 def _tied(at: _Summit, dof: int) -> NDArray[np.bool_]:
     """Which responses are as large as that of one degree of freedom."""
     return np.abs(at.amplitude - at.amplitude[dof]) <= TIE * at.amplitude.max()
@@ -153,9 +158,18 @@ class _Finder:
             self._add(left, int(dof), PeakKind.CORNER)
 
     def between(
-        self, left: _Summit, right: _Summit, slip: NDArray[np.bool_], depth: int = 0
+        self,
+        left: _Summit,
+        right: _Summit,
+        slip: NDArray[np.bool_],
+        roots: tuple[bool, bool] = (False, False),
+        depth: int = 0,
     ) -> None:
-        """Add the peaks strictly between two stations, contact states constant in between."""
+        """Add the peaks strictly between two stations, contact states constant in between.
+
+        ``roots`` tells at which end slip begins or ends: slopes there go with the square root of
+        the distance.
+        """
         path = Between(self.corrector, left, right, slip)
         if path.length <= 0:
             return  # one point to the last digit
@@ -164,7 +178,7 @@ class _Finder:
         watched = np.flatnonzero(height >= _CONTENDER * floor)
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
-        inside = self._interpolated_slopes(path)[:, watched]
+        inside = self._interpolated_slopes(path, left, right, roots)[:, watched]
         slopes = np.vstack([left.slope[watched], inside, right.slope[watched]])
         falls = np.count_nonzero((slopes[:-1] > 0) & (slopes[1:] <= 0), axis=0)
         level = np.abs(slopes).max(axis=0)
@@ -174,13 +188,16 @@ class _Finder:
         climb = slopes * np.sign(slopes[0])
         lowest = climb[1:-1].min(axis=0)
         dips = lowest < _DIP * np.minimum(climb[0], climb[-1])
-        nearly = dips & (lowest < _NEARLY * level)
+        # Next to a root of slip the slope may turn and turn back closer than any interpolant tells.
+        at_root = np.min(climb[[0, -1]][np.array(roots)], axis=0, initial=np.inf)
+        nearly = (dips & (lowest < _NEARLY * level)) | (at_root < _NEARLY * level)
         unclear = np.where(turns, falls > 1, (falls > 0) | (same & nearly))
-        if depth < _MAX_DEPTH and np.any(unclear & moving):
-            middle = self._summit(path, 0.5)
+        if depth < _MAX_DEPTH * (1 + any(roots)) and np.any(unclear & moving):
+            share = 0.5 + 0.25 * (roots[1] - roots[0])
+            middle = self._summit(path, share)
             if middle is not None:
-                self.between(left, middle, slip, depth + 1)
-                self.between(middle, right, slip, depth + 1)
+                self.between(left, middle, slip, (roots[0], False), depth + 1)
+                self.between(middle, right, slip, (False, roots[1]), depth + 1)
                 return
         candidates = watched[turns]
         done = np.zeros(len(height), dtype=bool)
@@ -252,7 +269,19 @@ class _Finder:
         found = path.solve(share)
         return None if found is None else self.station(found.state, found.direction)
 
-    def _interpolated_slopes(self, path: Between) -> FloatArray:
-        """Slopes of all amplitudes at shares in between, in the measure of the left end."""
-        value, slope = path.interpolate(_SHARES)
-        return _amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]
+    def _interpolated_slopes(
+        self, path: Between, left: _Summit, right: _Summit, roots: tuple[bool, bool]
+    ) -> FloatArray:
+        """Slopes of all amplitudes in between, (n, n_dof), in the measure of the left end."""
+        one_root = roots[0] != roots[1]
+        shares = np.array([0.0, 1.0]) if one_root else _SHARES
+        value, slope = path.interpolate(shares)
+        slopes = _amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]
+        if not one_root:
+            return slopes
+        # slope = a + c t + d t^2, t the root of the distance: both ends and the mean are known.
+        at_root, other = slopes if roots[0] else slopes[::-1]
+        mean = (right.amplitude - left.amplitude) / path.length
+        c = 6 * (mean - at_root) - 3 * (other - at_root)
+        t = (_SHARES if roots[0] else _SHARES[::-1])[:, None]
+        return at_root + c * t + (other - at_root - c) * t**2

@@ -33,6 +33,7 @@ ORDER = [
     "corrector",
     "events",
     "hop",
+    "resonances",
     "stations",
     "folds",
     "continuation",

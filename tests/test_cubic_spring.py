@@ -1,0 +1,700 @@
+"""Cubic springs against the polynomials of the one-harmonic Duffing oscillator and quadrature."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from closed_forms import slider_coefficients
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+import symhbm as sh
+
+TWO_PI = 2 * np.pi
+PUBLISHED_FOLDS = (1.11558592718198, 1.26753695951261)
+PUBLISHED_MAXIMUM = 2.8416245993690933
+
+
+@dataclass(frozen=True)
+class Duffing:
+    """One harmonic of ``m x'' + c x' + k x + gamma x^3 = F cos(omega t)``.
+
+    With ``z = a^2``, ``W = omega^2`` and ``D = k - m W`` the balance is the cubic
+    ``9/16 gamma^2 z^3 + 3/2 gamma D z^2 + (D^2 + c^2 W) z = F^2``.
+    """
+
+    mass: float = 1.0
+    damping: float = 0.05
+    stiffness: float = 1.0
+    cubic: float = 0.1
+    force: float = 0.18
+
+    def problem(self, harmonics=(1,)):
+        model = sh.Model(
+            [[self.mass]],
+            [[self.damping]],
+            [[self.stiffness]],
+            contacts=[(0,)],
+            cubic_stiffness=self.cubic,
+        )
+        return sh.HarmonicBalance(model, sh.PointForce(amplitude=self.force), harmonics)
+
+    def by_square(self, omega):
+        """Coefficients of the cubic in ``z`` without its last, highest power first."""
+        d = self.stiffness - self.mass * omega**2
+        return 9 / 16 * self.cubic**2, 1.5 * self.cubic * d, d**2 + (self.damping * omega) ** 2
+
+    def amplitudes(self, omega, force=None):
+        """All amplitudes, ascending; roots polished in extended precision, as folds need."""
+        force = self.force if force is None else force
+        a, b, c = (np.longdouble(v) for v in self.by_square(np.longdouble(omega)))
+        square = np.longdouble(force) ** 2
+        roots = np.roots(np.array([a, b, c, -square], dtype=float))
+        # Pairs closer than 1e-7 may come out complex: the discriminant tells how many are real.
+        discriminant = b**2 * c**2 - 4 * a * c**3 + 4 * b**3 * square - 27 * a**2 * square**2
+        discriminant -= 18 * a * b * c * square
+        roots = roots.real if discriminant > 0 else roots[np.argsort(np.abs(roots.imag))[:1]].real
+        roots = np.sort(roots).astype(np.longdouble)
+        for _ in range(4):
+            value = ((a * roots + b) * roots + c) * roots - square
+            roots = roots - value / ((3 * a * roots + 2 * b) * roots + c)
+        return np.sqrt(roots).astype(float)
+
+    def folds_in_frequency(self):
+        """Angular frequencies of the folds of the branch from rest, ascending.
+
+        ``dF/dz = 0`` has two roots ``z``, equal at the cusp; each gives the force of a fold over
+        frequency, and the fold at a given force is the first one beyond the cusp.
+        """
+        cusp = self.cusp()[0]
+
+        def distance(omega, side):
+            d = self.stiffness - self.mass * omega**2
+            root = np.sqrt(max(d**2 - 3 * (self.damping * omega) ** 2, 0.0))
+            z = 4 / 9 * (-2 * d * np.sign(self.cubic) + side * root) / abs(self.cubic)
+            a, b, c = self.by_square(omega)
+            return ((a * z + b) * z + c) * z / self.force**2 - 1
+
+        found = []
+        places = cusp * (1 + np.sign(self.cubic) * np.append(0, np.geomspace(1e-12, 20, 4000)))
+        for side in (-1, 1):
+            values = [distance(omega, side) for omega in places[places > 0]]
+            crossing = np.flatnonzero((np.array(values[1:]) > 0) & (np.array(values[:-1]) <= 0))
+            if len(crossing):
+                ends = sorted(places[crossing[0] : crossing[0] + 2])
+                found.append(brentq(distance, *ends, args=(side,), xtol=1e-300, rtol=1e-15))
+        return sorted(found)
+
+    def folds_in_force(self, omega):
+        """Forces of the folds at one frequency, ascending: ``d(F^2)/dz = 0``."""
+        a, b, c = self.by_square(omega)
+        roots = np.roots([3 * a, 2 * b, c])
+        if np.iscomplexobj(roots) or roots.min() <= 0:
+            return []
+        return sorted(float(np.sqrt(((a * z + b) * z + c) * z)) for z in roots)
+
+    def maximum(self):
+        """Largest amplitude of the branch from rest and its angular frequency: ``dz/dW = 0``."""
+        m, c = self.mass, self.damping
+        linear = self.stiffness * c**2 / m - c**4 / (4 * m**2)
+        z = np.roots([0.75 * self.cubic * c**2 / m, linear, -(self.force**2)])
+        assert np.isrealobj(z)
+        z = z[z > 0].min()
+        square = (self.stiffness + 0.75 * self.cubic * z) / m - c**2 / (2 * m**2)
+        return float(np.sqrt(z)), float(np.sqrt(square))
+
+    def cusp(self):
+        """Angular frequency and force at which two folds are born: ``D = -sign sqrt(3) c w``."""
+        sign = np.sign(self.cubic)
+        half = sign * np.sqrt(3) * self.damping / (2 * self.mass)
+        omega = half + np.sqrt(half**2 + self.stiffness / self.mass)
+        a, b, c = self.by_square(omega)
+        z = -b / (3 * a)
+        return float(omega), float(np.sqrt(((a * z + b) * z + c) * z))
+
+
+NOMINAL = Duffing()
+SOFTENING = Duffing(cubic=-0.01)
+BAND = (0.5 / TWO_PI, 2.5 / TWO_PI)
+
+
+def folds_of(curve, name):
+    kinds = curve.event_kind.values
+    assert set(kinds) <= {"fold"}
+    assert set(curve.event_contact.values) <= {-1}
+    return curve[f"event_{name}"].values
+
+
+def test_the_reference_itself():
+    # The digits that were published.
+    np.testing.assert_allclose(NOMINAL.folds_in_frequency(), PUBLISHED_FOLDS, rtol=1e-13)
+    assert NOMINAL.maximum()[0] == pytest.approx(PUBLISHED_MAXIMUM, rel=1e-14)
+    assert len(SOFTENING.folds_in_frequency()) == 2
+
+
+@pytest.mark.parametrize("oscillator", [NOMINAL, SOFTENING], ids=["hardening", "softening"])
+@pytest.mark.parametrize("band", [BAND, BAND[::-1]], ids=["up", "down"])
+def test_folds_and_maximum_over_frequency(oscillator, band):
+    curve = sh.frf(oscillator.problem(), band, throw=True)
+    expected = oscillator.folds_in_frequency()
+    # The order of a Duffing curve's folds: up a hardening one, the upper fold comes first.
+    along = expected[::-1] if band == BAND else expected
+    # 1e-9 is the accuracy promised; a fold is second order in the error of its amplitude.
+    np.testing.assert_allclose(TWO_PI * folds_of(curve, "frequency"), along, rtol=1e-9)
+    amplitude, omega = oscillator.maximum()
+    assert int(curve.n_peaks) == 1
+    assert curve.peak_kind.values.tolist() == ["smooth"]
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-9)
+    assert TWO_PI * float(curve.peak_frequency[0]) == pytest.approx(omega, rel=1e-9)
+    # Every fold is a point of the path, where the path turns back, and nowhere else.
+    frequency = curve.frequency.values
+    turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(frequency))))
+    np.testing.assert_array_equal(frequency[turns], curve.event_frequency)
+    assert frequency[[0, -1]].tolist() == list(band)
+    for value, found in zip(frequency, curve.amplitude.values[:, 0], strict=True):
+        # Next to a fold an amplitude has half the digits of its frequency: compare the balance.
+        a, b, c = oscillator.by_square(TWO_PI * value)
+        z = found**2
+        force = np.sqrt(((a * z + b) * z + c) * z)
+        assert force == pytest.approx(oscillator.force, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "omega"),
+    [(NOMINAL, 1.2), (NOMINAL, 1.5), (NOMINAL, 0.9), (SOFTENING, 0.9), (SOFTENING, 1.2)],
+)
+@pytest.mark.parametrize("upwards", [True, False])
+def test_folds_over_force(oscillator, omega, upwards):
+    expected = oscillator.folds_in_force(omega)
+    assert len(expected) == (2 if (omega > 1) == (oscillator.cubic > 0) else 0)
+    band = (0.01, 2 * expected[1] if expected else 0.5)
+    curve = sh.follow(
+        oscillator.problem(),
+        "force_amplitude",
+        band if upwards else band[::-1],
+        frequency=omega / TWO_PI,
+        throw=True,
+    )
+    along = expected[::-1] if upwards else expected
+    np.testing.assert_allclose(folds_of(curve, "force_amplitude"), along, rtol=1e-9)
+    assert int(curve.n_peaks) == 0
+    amplitude, force = curve.amplitude.values[:, 0], curve.force_amplitude.values
+    a, b, c = oscillator.by_square(omega)
+    z = amplitude**2
+    np.testing.assert_allclose(force, np.sqrt(((a * z + b) * z + c) * z), rtol=1e-9)
+    assert np.all(np.diff(amplitude) * (1 if upwards else -1) > 0)
+
+
+@pytest.mark.parametrize("band", [(0.0, 1.0), (1.0, 0.0)], ids=["up", "down"])
+@pytest.mark.parametrize("omega", [0.9, 1.2])
+def test_a_band_with_no_force_at_one_end(band, omega):
+    """There the response vanishes; points need not come closer to it than a user can see."""
+    curve = sh.follow(
+        NOMINAL.problem(), "force_amplitude", band, frequency=omega / TWO_PI, throw=True
+    )
+    rest = 0 if band[0] == 0 else -1
+    assert curve.force_amplitude.values[[0, -1]].tolist() == list(band)
+    assert float(curve.amplitude[rest, 0]) == 0.0
+    np.testing.assert_allclose(
+        np.sort(folds_of(curve, "force_amplitude")), NOMINAL.folds_in_force(omega), rtol=1e-9
+    )
+    # The same curve takes some 60 points the other way.
+    assert int(curve.n_points) < 150
+    assert curve.force_amplitude.values[curve.force_amplitude.values > 0].min() > 1e-9
+
+
+def check_solutions(result, name, oscillator, reference):
+    """All solutions on a grid are the roots of the cubic, each once."""
+    assert result.amplitude.dims == (name, "solution", "dof")
+    for i, value in enumerate(result[name].values):
+        expected = reference(float(value))
+        assert int(result.n_solutions[i]) == len(expected), value
+        found = result.amplitude.values[i, :, 0]
+        assert np.isnan(found[len(expected) :]).all()
+        assert not result.converged.values[i, len(expected) :].any()
+        assert result.converged.values[i, : len(expected)].all()
+        # Required: 1e-9.
+        np.testing.assert_allclose(np.sort(found[: len(expected)]), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("oscillator", [NOMINAL, SOFTENING], ids=["hardening", "softening"])
+@pytest.mark.parametrize("down", [False, True])
+def test_solutions_at_given_frequencies(oscillator, down):
+    folds = oscillator.folds_in_frequency()
+    near = [f * (1 + s * d) for f in folds for d in (1e-3, 1e-6, 1e-9) for s in (-1, 1)]
+    grid = np.sort(np.append(near, np.linspace(0.55, 2.4, 30))) / TWO_PI
+    result = sh.frf(oscillator.problem(), BAND[::-1] if down else BAND, at=grid, throw=True)
+    assert result.sizes["solution"] == 3
+    check_solutions(
+        result, "frequency", oscillator, lambda hertz: oscillator.amplitudes(TWO_PI * hertz)
+    )
+
+
+@pytest.mark.parametrize(("oscillator", "omega"), [(NOMINAL, 1.2), (SOFTENING, 0.92)])
+@pytest.mark.parametrize("down", [False, True])
+def test_solutions_at_given_forces(oscillator, omega, down):
+    folds = oscillator.folds_in_force(omega)
+    band = (0.01, 1.8 * folds[1])
+    near = [f * (1 + s * d) for f in folds for d in (1e-3, 1e-6, 1e-9) for s in (-1, 1)]
+    grid = np.sort(np.append(near, np.linspace(0.05, 1, 12) * band[1]))
+    result = sh.follow(
+        oscillator.problem(),
+        "force_amplitude",
+        band[::-1] if down else band,
+        at=grid,
+        frequency=omega / TWO_PI,
+        throw=True,
+    )
+    check_solutions(
+        result, "force_amplitude", oscillator, lambda force: oscillator.amplitudes(omega, force)
+    )
+
+
+def test_a_fold_itself_on_the_grid():
+    """There the solutions merge: one or two of them beside the far one, all close to it."""
+    fold = NOMINAL.folds_in_force(1.2)[0]
+    result = sh.follow(
+        NOMINAL.problem(), "force_amplitude", (0.01, 1), at=[fold], frequency=1.2 / TWO_PI
+    )
+    expected = NOMINAL.amplitudes(1.2, fold * (1 + 1e-14))
+    count = int(result.n_solutions[0])
+    assert 1 <= count <= 3
+    assert result.converged.values[0, :count].all()
+    for found in result.amplitude.values[0, :count, 0]:
+        # The root of the distance: 1e-15 of the force is 3e-8 of the amplitude.
+        assert np.abs(expected / found - 1).min() < 1e-6
+
+
+@pytest.mark.parametrize("share", [1e-2, 1e-4, 1e-5])
+@pytest.mark.parametrize("cubic", [0.1, -0.01])
+@pytest.mark.parametrize("down", [False, True])
+def test_a_cusp(cubic, share, down):
+    """Just beyond it two folds, ``share^(3/2)`` apart; just before it none, and no false event."""
+    oscillator = Duffing(cubic=cubic)
+    omega, force = oscillator.cusp()
+    for side in (1, -1):
+        near = replace(oscillator, force=force * (1 + side * share))
+        curve = sh.frf(near.problem(), BAND[::-1] if down else BAND, throw=True)
+        found = np.sort(TWO_PI * folds_of(curve, "frequency"))
+        assert len(found) == (2 if side > 0 else 0)
+        if side > 0:
+            # Required: 1e-9.
+            np.testing.assert_allclose(found, near.folds_in_frequency(), rtol=1e-9)
+        else:
+            assert not near.folds_in_frequency()
+        at = omega * (1 + side * np.sign(cubic) * share)
+        expected = oscillator.folds_in_force(at)
+        assert len(expected) == (2 if side > 0 else 0)
+        band = (0.5 * force, 2 * force)
+        curve = sh.follow(
+            oscillator.problem(),
+            "force_amplitude",
+            band[::-1] if down else band,
+            frequency=at / TWO_PI,
+            throw=True,
+        )
+        np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), expected, rtol=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    damping_ratio=st.floats(0.003, 0.2),
+    bend=st.floats(-0.2, 4).filter(lambda bend: abs(bend) > 1e-3),
+    mass=st.floats(1e-3, 1e3),
+    natural=st.floats(0.1, 1e3),
+    length=st.floats(1e-4, 10),
+)
+def test_random_oscillators(damping_ratio, bend, mass, natural, length):
+    """``bend``, the share of the linear stiffness that the spring has at its linear peak."""
+    stiffness = mass * natural**2
+    damping = 2 * damping_ratio * mass * natural
+    cubic = bend * stiffness / (0.75 * length**2)
+    oscillator = Duffing(mass, damping, stiffness, cubic, damping * natural * length)
+    _, force = oscillator.cusp()
+    # Closer to a cusp the reference itself loses its digits.
+    assume(abs(force / oscillator.force - 1) > 1e-3)
+    folds = oscillator.folds_in_frequency()
+    assert len(folds) in (0, 2)
+    top = max([natural, oscillator.maximum()[1], *folds])
+    bottom = min([natural, oscillator.maximum()[1], *folds])
+    band = 0.7 * bottom / TWO_PI, 1.5 * top / TWO_PI
+    grid = np.linspace(*band, 12)[1:-1]
+    if folds:
+        grid = np.sort(np.append(grid, [np.mean(folds) / TWO_PI]))
+    assume(all(abs(TWO_PI * f / fold - 1) > 1e-6 for f in grid for fold in folds))
+    result = sh.frf(oscillator.problem(), band, at=grid, throw=True)
+    # Required: 1e-9.
+    np.testing.assert_allclose(np.sort(TWO_PI * folds_of(result, "frequency")), folds, rtol=1e-9)
+    check_solutions(
+        result, "frequency", oscillator, lambda hertz: oscillator.amplitudes(TWO_PI * hertz)
+    )
+    assert int(result.n_peaks) == 1
+    assert float(result.peak_amplitude[0]) == pytest.approx(oscillator.maximum()[0], rel=1e-9)
+
+
+@pytest.mark.parametrize(("length", "time"), [(1e3, 1e3), (1.0, 1e3), (1e6, 1.0)])
+def test_units_do_not_matter(length, time):
+    """Millimetres and milliseconds: the same points, folds and amplitudes."""
+    scaled = Duffing(
+        1.0, 0.05 / time, 1 / time**2, 0.1 / time**2 / length**2, 0.18 * length / time**2
+    )
+    one = sh.frf(NOMINAL.problem(), BAND, throw=True)
+    other = sh.frf(scaled.problem(), tuple(f / time for f in BAND), throw=True)
+    assert int(other.n_points) == int(one.n_points)
+    # Required: 1e-9.
+    np.testing.assert_allclose(other.event_frequency * time, one.event_frequency, rtol=1e-9)
+    np.testing.assert_allclose(other.peak_frequency * time, one.peak_frequency, rtol=1e-9)
+    np.testing.assert_allclose(other.peak_amplitude / length, one.peak_amplitude, rtol=1e-9)
+    folds = np.array(NOMINAL.folds_in_force(1.2)) * length / time**2
+    for band in ((folds[0] / 10, 3 * folds[1]), (3 * folds[1], folds[0] / 10)):
+        curve = sh.follow(
+            scaled.problem(), "force_amplitude", band, frequency=1.2 / TWO_PI / time, throw=True
+        )
+        np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), folds, rtol=1e-9)
+
+
+def test_over_the_cubic_stiffness_through_zero():
+    """The sign changes on the way; at 0 the response is that of the linear oscillator."""
+    oscillator = replace(NOMINAL, force=0.1)
+    omega, band = 1.1, (-0.05, 1.0)
+    grid = np.linspace(*band, 22)
+    grid[1] = 0.0
+
+    def reference(cubic):
+        if cubic == 0:
+            return np.array([0.1 / np.hypot(1 - omega**2, 0.05 * omega)])
+        return replace(oscillator, cubic=cubic).amplitudes(omega)
+
+    assert [len(reference(cubic)) for cubic in (*band, 0.1)] == [1, 1, 3]
+    for ends in (band, band[::-1]):
+        options = dict(frequency=omega / TWO_PI, throw=True)
+        result = sh.follow(oscillator.problem(), "cubic_stiffness", ends, at=grid, **options)
+        check_solutions(result, "cubic_stiffness", oscillator, reference)
+        assert result.event_kind.values.tolist() == ["fold", "fold"]
+        for fold in result.event_cubic_stiffness.values:
+            # A fold is where solutions appear: their number differs on its two sides.
+            beside = [len(reference(fold * (1 + side * 1e-9))) for side in (-1, 1)]
+            assert sorted(beside) == [1, 3]
+
+
+def test_a_band_that_ends_between_the_folds():
+    """Only one end of the band is on the path: it ends there, or comes back and says so."""
+    inside = np.mean(PUBLISHED_FOLDS) / TWO_PI
+    high, low = NOMINAL.amplitudes(TWO_PI * inside)[[2, 0]]
+    for start, expected in zip(BAND, (high, low), strict=True):
+        curve = sh.frf(NOMINAL.problem(), (start, inside))
+        assert "end of the band was reached" in str(curve.status.values)
+        # Required: 1e-9.
+        assert float(curve.amplitude[-1, 0]) == pytest.approx(expected, rel=1e-9)
+        assert int(curve.n_events) == 0
+    # From between the folds: to the end, or around a fold and back to the start.
+    for end in BAND:
+        curve = sh.frf(NOMINAL.problem(), (inside, end))
+        last = float(curve.frequency[-1])
+        assert last in (inside, end)
+        assert ("turned back" in str(curve.status.values)) == (last == inside)
+        assert ("end of the band was reached" in str(curve.status.values)) == (last == end)
+        assert curve.converged.all()
+
+
+def test_too_few_points_say_so():
+    curve = sh.frf(NOMINAL.problem(), BAND, max_points=12)
+    assert "largest number of points" in str(curve.status.values)
+    assert curve.sizes["point"] <= 12
+    grid = sh.frf(NOMINAL.problem(), BAND, at=[0.1, 0.19, 0.3], max_points=12)
+    assert "largest number of points" in str(grid.status.values)
+
+
+# Several harmonics, several degrees of freedom, beside friction.
+
+
+def motion(coefficient, harmonics, tau):
+    """Displacements (n_samples, n_dof) from coefficients (n_dof, n_harmonics, 2)."""
+    angle = np.multiply.outer(tau, np.array(harmonics, dtype=float))
+    return np.cos(angle) @ coefficient[..., 0].T + np.sin(angle) @ coefficient[..., 1].T
+
+
+def project(force, harmonics, tau):
+    """Coefficients (n_harmonics, 2) of samples (n_samples,) over a period."""
+    angle = np.multiply.outer(np.array(harmonics, dtype=float), tau)
+    share = np.where(np.array(harmonics) == 0, 1, 2) / len(tau)
+    return np.stack([np.cos(angle) @ force * share, np.sin(angle) @ force * share], axis=-1)
+
+
+def independent_residual(model, harmonics, force, coefficient, omega):
+    """Residual and the largest of all force terms, samples for the springs, Gauss for friction."""
+    mass, damping, stiffness = (
+        matrix.toarray()
+        for matrix in (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
+    )
+    orders = np.array(harmonics, dtype=float)
+    cosine, sine = coefficient[..., 0], coefficient[..., 1]
+    elastic = np.einsum("ij,jhc->ihc", stiffness, coefficient)
+    inertia = -np.einsum("ij,jhc->ihc", mass, coefficient) * (orders[:, None] * omega) ** 2
+    speed = np.stack([sine, -cosine], axis=-1) * (orders[:, None] * omega)
+    viscous = np.einsum("ij,jhc->ihc", damping, speed)
+    total = elastic + inertia + viscous - force
+    largest = max(np.abs(part).max() for part in (elastic, inertia, viscous, force))
+    tau = TWO_PI * np.arange(256) / 256
+    order = np.array([n for n in harmonics for _ in range(1 if n == 0 else 2)], dtype=float)
+    is_sine = np.array([s for n in harmonics for s in ((False,) if n == 0 else (False, True))])
+    place = np.searchsorted(harmonics, order), is_sine.astype(int)
+    for j, dofs in enumerate(model.contacts):
+        relative = coefficient[dofs[0]] - (coefficient[dofs[1]] if len(dofs) == 2 else 0)
+        y = motion(relative[None], harmonics, tau)[:, 0]
+        spring = project(model.cubic_stiffness[j] * y**3, harmonics, tau)
+        if model.contact_stiffness[j] > 0:
+            limit = model.friction_coefficient[j] * model.normal_load[j]
+            slider, _, _ = slider_coefficients(
+                order, is_sine, relative[place], model.contact_stiffness[j], limit
+            )
+            spring[place] += slider
+        largest = max(largest, np.abs(spring).max())
+        total[dofs[0]] += spring
+        if len(dofs) == 2:
+            total[dofs[1]] -= spring
+    return total, largest
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2), (0, 1, 2, 3, 5), (2, 4), (0, 3)])
+def test_force_coefficients_against_quadrature(harmonics):
+    rng = np.random.default_rng([3, *harmonics])
+    size = len(harmonics)
+    model = sh.Model(
+        np.eye(2), 0.1 * np.eye(2), np.eye(2), contacts=[(0, 1), (1,)], cubic_stiffness=[2.0, -5.0]
+    )
+    first = max(1, harmonics[0]) if harmonics[0] else harmonics[1]
+    problem = sh.HarmonicBalance(model, sh.PointForce(harmonic=first), harmonics)
+    for _ in range(5):
+        coefficient = rng.normal(size=(2, size, 2))
+        if harmonics[0] == 0:
+            coefficient[:, 0, 1] = 0
+        keep = np.array([(n > 0 or not s) for n in harmonics for s in (False, True)])
+        unknowns = coefficient.reshape(2, -1)[:, keep].ravel()
+        force = np.zeros((2, size, 2))
+        force[0, harmonics.index(first), 0] = 1
+        expected, largest = independent_residual(model, harmonics, force, coefficient, 1.3)
+        found = problem.evaluate(unknowns, 1.3).residual
+        # 256 samples hold all harmonics of the cube: round-off of sums of 256 terms.
+        np.testing.assert_allclose(
+            found, expected.reshape(2, -1)[:, keep].ravel(), rtol=0, atol=1e-13 * 256 * largest
+        )
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 3)])
+def test_derivatives_against_differences(harmonics):
+    rng = np.random.default_rng(len(harmonics))
+    model = sh.Model(
+        np.eye(2),
+        0.1 * np.eye(2),
+        np.eye(2),
+        contacts=[(0, 1), (1,)],
+        cubic_stiffness=[2.0, -5.0],
+        contact_stiffness=[1.0, 0.0],
+        friction_coefficient=0.5,
+        normal_load=0.3,
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    unknowns = rng.normal(size=problem.n_unknowns)
+    spring = problem.derivative("cubic_stiffness")(**problem.arguments(unknowns, 1.3))
+    spring = spring["jacobian"].toarray()
+    step = 0.5
+    for j in range(2):
+        ends = []
+        for side in (-1, 1):
+            values = np.array([2.0, -5.0])
+            values[j] += side * step
+            moved = problem.with_parameters(cubic_stiffness=values)
+            ends.append(moved.evaluate(unknowns, 1.3).residual)
+        # Linear in the parameter: a difference over any step is exact to round-off.
+        difference = (ends[1] - ends[0]) / (2 * step)
+        np.testing.assert_allclose(spring[:, j], difference, rtol=0, atol=1e-11)
+    free = problem.with_parameters(contact_stiffness=0.0)
+    jacobian = np.asarray(free.derivative("unknowns")(**free.arguments(unknowns, 1.3))["jacobian"])
+    evaluated = free.evaluate(unknowns, 1.3).jacobian
+    evaluated = evaluated.toarray() if hasattr(evaluated, "toarray") else np.asarray(evaluated)
+    for i in range(problem.n_unknowns):
+        column = np.zeros(problem.n_unknowns)
+        for share, weight in ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)):
+            moved = unknowns.copy()
+            moved[i] += share * 0.1
+            column += weight / 0.1 * free.evaluate(moved, 1.3).residual
+        # Five points differentiate a cubic without error: round-off over the step remains.
+        np.testing.assert_allclose(jacobian[:, i], column, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(evaluated[:, i], column, rtol=0, atol=1e-10)
+
+
+TWO_MASSES = dict(
+    mass_matrix=np.eye(2),
+    damping_matrix=0.04 * np.eye(2),
+    stiffness_matrix=np.array([[1.5, -0.5], [-0.5, 1.5]]),
+)
+
+
+def coefficients_of(result):
+    """Coefficients (n, n_dof, n_harmonics, 2) and frequencies (n,) of all solutions found."""
+    ok = result.converged.values
+    frequency = np.broadcast_to(result.frequency.values.reshape(-1, *[1] * (ok.ndim - 1)), ok.shape)
+    coefficient = result.coefficient.transpose(..., "dof", "harmonic", "component").values
+    return coefficient[ok], frequency[ok]
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "contacts", "values"),
+    [
+        (
+            (1,),
+            [(0, 1), (1,)],
+            dict(
+                cubic_stiffness=[0.3, 0.0],
+                contact_stiffness=[0.0, 0.5],
+                friction_coefficient=0.5,
+                normal_load=[0.0, 0.4],
+            ),
+        ),
+        (
+            (1, 3),
+            [(0, 1)],
+            dict(
+                cubic_stiffness=0.3,
+                contact_stiffness=0.4,
+                friction_coefficient=0.5,
+                normal_load=0.2,
+            ),
+        ),
+        (
+            (1, 3),
+            [(0,), (0, 1)],
+            dict(
+                cubic_stiffness=[0.2, -0.01],
+                contact_stiffness=[0.4, 0.3],
+                friction_coefficient=0.5,
+                normal_load=[0.2, 0.3],
+            ),
+        ),
+    ],
+    ids=["beside", "on the same contact", "both"],
+)
+def test_springs_and_friction_together(harmonics, contacts, values):
+    """Every point returned balances the forces, by sums and quadrature that know no library."""
+    model = sh.Model(**TWO_MASSES, contacts=contacts, **values)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), harmonics)
+    grid = np.linspace(0.08, 0.5, 11)
+    result = sh.frf(problem, (0.07, 0.55), at=grid, throw=True)
+    assert (result.n_solutions > 0).all()
+    assert (result.n_solutions % 2 == 1).all()
+    assert {"onset of slip", "end of slip"} & set(result.event_kind.values)
+    force = np.zeros((2, len(harmonics), 2))
+    force[0, 0, 0] = 0.3
+    path = sh.frf(problem, (0.07, 0.55), throw=True)
+    for found in (result, path.isel(point=slice(None, None, 12))):
+        for coefficient, frequency in zip(*coefficients_of(found), strict=True):
+            residual, largest = independent_residual(
+                model, harmonics, force, coefficient, TWO_PI * frequency
+            )
+            # Quadrature finds switching angles to 1e-9 of a turn at worst.
+            assert np.abs(residual).max() < 1e-9 * largest
+    back = sh.frf(problem, (0.55, 0.07), at=grid, throw=True)
+    np.testing.assert_array_equal(back.n_solutions, result.n_solutions)
+    np.testing.assert_allclose(
+        np.sort(back.amplitude.max("dof"), axis=1),
+        np.sort(result.amplitude.max("dof"), axis=1),
+        rtol=1e-9,
+    )
+
+
+def test_friction_and_spring_of_one_blade_against_a_closed_form():
+    """The in-phase force of the contact gains 3/4 gamma A^3: solutions by a scan of A."""
+    kd, limit, cubic, force = 0.5, 0.1, 0.2, 0.3
+    blade = sh.single_blade(
+        mass=1,
+        stiffness=1,
+        damping=0.03,
+        contact_stiffness=kd,
+        friction_coefficient=0.5,
+        normal_load=limit / 0.5,
+        cubic_stiffness=cubic,
+    )
+    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=force))
+
+    def unbalance(amplitude, omega):
+        in_phase, quadrature = kd * amplitude, 0.0
+        if kd * amplitude > limit:
+            angle = np.arccos(1 - 2 * limit / (kd * amplitude))
+            in_phase = kd * amplitude / np.pi * (angle - np.sin(2 * angle) / 2)
+            quadrature = 4 * limit / np.pi * (1 - limit / (kd * amplitude))
+        real = (1 - omega**2) * amplitude + in_phase + 0.75 * cubic * amplitude**3
+        return np.hypot(real, 0.03 * omega * amplitude + quadrature) - force
+
+    grid = np.linspace(0.12, 0.4, 41)
+    result = sh.frf(problem, (0.1, 0.5), at=grid, throw=True)
+    scan = np.linspace(1e-4, 6, 20_001)
+    for i, hertz in enumerate(grid):
+        omega = TWO_PI * hertz
+        values = np.array([unbalance(a, omega) for a in scan[::10]])
+        places = np.flatnonzero(values[1:] * values[:-1] < 0)
+        expected = [
+            brentq(unbalance, scan[::10][p], scan[::10][p + 1], (omega,), 1e-300, 1e-15)
+            for p in places
+        ]
+        assert int(result.n_solutions[i]) == len(expected)
+        np.testing.assert_allclose(
+            np.sort(result.amplitude.values[i, :, 0])[: len(expected)], expected, rtol=1e-9
+        )
+    assert int(result.n_solutions.max()) == 3
+    kinds = result.event_kind.values.tolist()
+    assert kinds == ["fold", "fold", "end of slip"]
+    assert result.event_contact.values.tolist() == [-1, -1, 0]
+    stick = limit / kd
+    end = brentq(lambda omega: unbalance(stick * (1 + 1e-15), omega), 1.5, 3.2, rtol=1e-15)
+    # Required: 1e-9.
+    assert TWO_PI * float(result.event_frequency[-1]) == pytest.approx(end, rel=1e-9)
+
+
+def test_builders_take_cubic_stiffness():
+    """A tuned ring is one blade whose contact moves ``r`` times it: spring 3/4 gamma r^4 A^3."""
+    order, n_blades, cubic = 2, 7, 0.05
+    ratio = 2 * np.sin(np.pi * order / n_blades)
+    ring = sh.bladed_disk(
+        n_blades,
+        mass=1,
+        stiffness=1,
+        damping=0.05,
+        contact_stiffness=0,
+        friction_coefficient=0,
+        normal_load=0,
+        cubic_stiffness=cubic,
+    )
+    problem = sh.HarmonicBalance(ring, sh.EngineOrder(order, amplitude=0.18))
+    equal = Duffing(cubic=cubic * ratio**4)
+    curve = sh.frf(problem, BAND, throw=True)
+    folds = np.sort(TWO_PI * folds_of(curve, "frequency"))
+    np.testing.assert_allclose(folds, equal.folds_in_frequency(), rtol=1e-9)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(equal.maximum()[0], rel=1e-9)
+    assert "cubic_stiffness" in repr(ring)
+    per_contact = ring.with_parameters(cubic_stiffness=np.arange(7.0))
+    assert per_contact.parameters["cubic_stiffness"].tolist() == list(range(7))
+    over = sh.frf(NOMINAL.problem(), BAND, over={"cubic_stiffness": [0.0, 0.1, -0.01]})
+    assert over.n_events.values.tolist() == [0, 2, 2]
+    assert (over.status == "the end of the band was reached").all()
+    springless = NOMINAL.problem().with_parameters(cubic_stiffness=0.0)
+    mixed = sh.frf(springless, BAND, at=[0.19], over={"cubic_stiffness": [0.0, 0.1]}, throw=True)
+    assert mixed.n_solutions.values.ravel().tolist() == [1, 3]
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "1", 1j, [1.0, 2.0]], ids=repr)
+def test_bad_cubic_stiffness(value):
+    with pytest.raises((TypeError, ValueError), match="cubic_stiffness=") as caught:
+        sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=value)
+    assert "expected" in str(caught.value)
+
+
+def test_archives_keep_springs_and_solutions(tmp_path):
+    grid = np.array([1.0, 1.2, 1.5]) / TWO_PI
+    result = sh.frf(NOMINAL.problem(), BAND, at=grid)
+    loaded = sh.load(sh.save(result, tmp_path / "duffing.nc"))
+    assert loaded.identical(result)
+    problem = sh.rebuild(loaded)
+    assert problem.parameters["cubic_stiffness"].tolist() == [0.1]
+    assert sh.frf(problem, BAND, at=grid).identical(result)
