@@ -11,6 +11,7 @@ from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
+from symhbm.transient import transient
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -36,6 +37,7 @@ __all__ = [
     "save",
     "single_blade",
     "solve",
+    "transient",
 ]
 
 

@@ -151,7 +151,7 @@ def _peak(problem: HarmonicBalance, task: Task, peak: Peak) -> Table:
         peak_dof=np.int32(peak.dof),
         peak_kind=str(peak.kind),
         peak_residual_norm=np.float64(peak.residual_norm),
-        peak_coefficient=by_harmonic(problem, problem.coefficients(peak.unknowns)),
+        peak_coefficient=by_harmonic(problem.basis, problem.coefficients(peak.unknowns)),
     )
 
 

@@ -16,6 +16,8 @@ OWN_DIMENSIONS = (
     "component",
     "peak",
     "event",
+    "angle",
+    "multiplier",
 )
 
 
@@ -69,6 +71,24 @@ VARIABLES = {
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
     "status": Variable((), "1", "why the computation ended"),
+    "angle": Variable((), "rad", "angle of the period, omega t"),
+    "displacement": Variable(("dof",), "m", "displacement"),
+    "velocity": Variable(("dof",), "m s-1", "velocity"),
+    "friction_force": Variable(("contact",), "N", "friction force"),
+    "friction_force_coefficient": Variable(
+        ("contact", "harmonic", "component"), "N", "Fourier coefficient of the friction force"
+    ),
+    "event_angle": Variable((), "rad", "angle at which a contact changes its state"),
+    "multiplier_real": Variable((), "1", "Floquet multiplier of the period, real part"),
+    "multiplier_imag": Variable((), "1", "Floquet multiplier of the period, imaginary part"),
+    "neutral": Variable(
+        ("contact",), "1", "whether the contact never slips: one more multiplier, exactly 1"
+    ),
+    "work": Variable((), "J", "work of the exciting force per cycle"),
+    "viscous_dissipation": Variable((), "J", "energy dissipated by damping per cycle"),
+    "periodicity": Variable(
+        (), "1", "distance of states a period apart over the motion, in the norm of energy"
+    ),
 }
 
 TEXTS = ("peak_kind", "event_kind", "status", "component")

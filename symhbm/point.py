@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
+from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
@@ -30,7 +30,7 @@ def describe(
     converged = bool(evaluation.norm <= ACCEPTED)
     sampled = {} if problem.samples is None else _sampling(problem, unknowns, frequency)
     result = dict(
-        coefficient=by_harmonic(problem, coefficients),
+        coefficient=by_harmonic(problem.basis, coefficients),
         amplitude=largest_displacement(problem.basis, coefficients)[0],
         theta_0=friction.theta_0,
         theta_star=friction.theta_star,
@@ -77,9 +77,9 @@ def nothing(problem: HarmonicBalance, frequency: float, iterations: int = 0) -> 
     )
 
 
-def by_harmonic(problem: HarmonicBalance, coefficients: FloatArray) -> FloatArray:
-    """Coefficients as (n_dof, n_harmonics, 2); the sine of harmonic 0 is 0."""
-    result = np.zeros((len(coefficients), len(problem.harmonics), 2))
-    at = np.searchsorted(problem.harmonics, problem.basis.order)
-    result[:, at, problem.basis.is_sine.astype(int)] = coefficients
+def by_harmonic(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
+    """Coefficients (n, n_components) as (n, n_harmonics, 2); the sine of harmonic 0 is 0."""
+    result = np.zeros((len(coefficients), len(basis.harmonics), 2))
+    at = np.searchsorted(basis.harmonics, basis.order)
+    result[:, at, basis.is_sine.astype(int)] = coefficients
     return result

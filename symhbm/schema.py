@@ -61,6 +61,42 @@ def label_point(
     return with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
 
 
+_MOTION_AXES = {
+    "angle": "angle",
+    "displacement": "angle",
+    "velocity": "angle",
+    "friction_force": "angle",
+    "event_angle": "event",
+    "event_kind": "event",
+    "event_contact": "event",
+    "multiplier_real": "multiplier",
+    "multiplier_imag": "multiplier",
+}
+
+
+def label_motion(
+    problem: HarmonicBalance,
+    frequency: float,
+    motion: Table,
+    harmonics: tuple[int, ...],
+    status: str,
+) -> xr.Dataset:
+    """Dataset of one motion over its period; ``frequency`` in Hz, coefficients by ``harmonics``."""
+    nothing = Sweep({}, (), ())
+    variables = {
+        name: _variable(
+            name, nothing, value[None], (_MOTION_AXES[name],) if name in _MOTION_AXES else ()
+        )
+        for name, value in motion.items()
+    }
+    variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
+    coordinates: dict[str, tuple] = _coordinates(problem)
+    coordinates["harmonic"] = ("harmonic", np.array(harmonics), coordinates["harmonic"][2])
+    coordinates["frequency"] = ((), frequency, _attributes("frequency"))
+    coordinates["angle"] = variables.pop("angle")
+    return with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
+
+
 def _variable(name: str, sweep: Sweep, values: np.ndarray, axes: tuple[str, ...] = ()) -> tuple:
     """(dims, data, attributes) of a variable whose first axis runs over the parameter sets."""
     data = values.reshape(sweep.shape + values.shape[1:])

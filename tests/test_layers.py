@@ -56,6 +56,7 @@ ORDER = [
     "archive",
     "ensemble",
     "frf",
+    "transient",
     # roof
     "plot",
     "__init__",
@@ -69,7 +70,7 @@ ONLY_IN = {
         "switching_angles",
         "angle_solvers",
     },
-    "xarray": {"sweep", "provenance", "schema", "archive", "frf", "plot"},
+    "xarray": {"sweep", "provenance", "schema", "archive", "frf", "transient", "plot"},
     "matplotlib": {"plot"},
     "tqdm": {"ensemble"},
 }

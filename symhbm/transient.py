@@ -1,0 +1,112 @@
+"""The exact periodic motion in time, as a labelled dataset: the independent truth."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+
+from symhbm import check, schema
+from symhbm.exact_motion import ExactMotion, exact_motion
+from symhbm.fourier import FourierBasis, check_harmonics
+from symhbm.point import RADIANS, Table, by_harmonic
+from symhbm.residual import HarmonicBalance
+from symhbm.status import SolveError, Status
+
+_KINDS = {"slip": "onset of slip", "stick": "end of slip"}
+
+
+def transient(
+    problem: HarmonicBalance,
+    frequency: float,
+    *,
+    harmonics: Iterable[int] | None = None,
+    n_angles: int = 512,
+    throw: bool = False,
+) -> xr.Dataset:
+    """Find the exact periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(3) without truncation.
+
+    Between events the motion is linear and known to round-off, events are located to round-off,
+    and Newton's method with exact derivatives finds the motion that repeats itself.
+
+    Parameters
+    ----------
+    problem
+        What moves; its harmonics and its samples, if any, play no part.
+    frequency
+        Excitation frequency [Hz].
+    harmonics
+        Harmonics of the Fourier coefficients; by default those of the problem.
+    n_angles
+        Number of equidistant angles of the period at which the motion is given.
+    throw
+        Raise SolveError where no periodic motion was found.
+
+    Returns
+    -------
+    Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
+    coefficients, the changes of contact states along ``event``, Floquet multipliers, the work of
+    the exciting force and where it goes. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, and for cubic springs.
+    SolveError
+        If nothing converged and ``throw`` is True.
+    """
+    if not isinstance(problem, HarmonicBalance):
+        raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
+    frequency = check.scalar("frequency", frequency, "positive")
+    n_angles = check.integer("n_angles", n_angles, minimum=1)
+    orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
+    motion = exact_motion(problem, RADIANS * frequency)
+    result = schema.label_motion(
+        problem, frequency, _describe(problem, motion, orders, n_angles), orders, str(motion.status)
+    )
+    if throw and motion.status != Status.SUCCESS:
+        raise SolveError(f"frequency={frequency:g} Hz: {motion.status}", result)
+    return result
+
+
+def _describe(
+    problem: HarmonicBalance, motion: ExactMotion, harmonics: tuple[int, ...], n_angles: int
+) -> Table:
+    """All results by the names of the dataset; NaN where the motion is not periodic."""
+    basis = FourierBasis(harmonics)
+    angle = 2 * np.pi * np.arange(n_angles) / n_angles
+    displacement, velocity, friction = motion.at(angle)
+    response, force = motion.coefficients(harmonics)
+    neutral = np.zeros(problem.model.n_contacts, dtype=bool)
+    neutral[motion.neutral_contacts] = True
+    rubs = problem.model.contact_stiffness > 0
+    values = dict(
+        displacement=displacement,
+        velocity=velocity,
+        friction_force=friction,
+        coefficient=by_harmonic(basis, response),
+        friction_force_coefficient=by_harmonic(basis, force),
+        amplitude=motion.amplitude,
+        multiplier_real=motion.multipliers.real,
+        multiplier_imag=motion.multipliers.imag,
+        work=np.float64(motion.work),
+        dissipation=motion.friction_loss,
+        viscous_dissipation=np.float64(motion.damping_loss),
+        stick_fraction=motion.stick_fraction,
+    )
+    if not motion.converged:
+        values = {name: np.full_like(value, np.nan) for name, value in values.items()}
+    state = np.where(rubs, ~neutral, -1)
+    kinds = np.array([_KINDS[kind] for kind in motion.event_kind], dtype=object)
+    return values | dict(
+        angle=angle,
+        event_angle=motion.event_angle,
+        event_contact=motion.event_contact.astype(np.int32),
+        event_kind=kinds,
+        contact_state=np.where(motion.converged, state, -1).astype(np.int8),
+        neutral=neutral,
+        reversals=np.where(motion.converged, motion.reversals, -1).astype(np.int32),
+        periodicity=np.float64(motion.periodicity),
+        iterations=np.int32(motion.iterations),
+        converged=np.bool_(motion.converged),
+    )
