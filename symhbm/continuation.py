@@ -29,8 +29,7 @@ from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
 from symhbm.newton import TOLERANCE
-from symhbm.residual import Evaluation
-from symhbm.resonances import Modes, first_passed, modes
+from symhbm.resonances import Lookout
 from symhbm.status import Status
 
 FIRST_STEP = 0.02
@@ -73,8 +72,7 @@ class Path:
         self._max_points = max_points
         self._orientation = 0
         self._bend = np.zeros(len(self._begin))
-        self._last: Evaluation | None = None
-        self._known_modes: tuple[PathPoint, Modes | None] | None = None
+        self._lookout = Lookout(curve)
         self._counted = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
@@ -176,7 +174,7 @@ class Path:
         found, error = attempt
         length = to_end if at_end else step
         for _ in range(MAX_LOOKS):
-            share = first_passed(self._modes_at(base), self._modes(found.point, found.evaluation))
+            share = self._lookout.first_passed(base, found)
             if share is None:
                 break
             # A resonance that neither end of the step shows: look at it.
@@ -222,16 +220,6 @@ class Path:
             return None
         error = self._curve.distance(found.point, guess, scale)
         return None if error > LARGEST_PREDICTION_ERROR else (found, error)
-
-    def _modes(self, point: FloatArray, evaluation: Evaluation) -> Modes | None:
-        return modes(self._curve, point[:-1], float(point[-1]), evaluation.friction)
-
-    def _modes_at(self, base: PathPoint) -> Modes | None:
-        """The modes at the last point of the path."""
-        if self._known_modes is None or self._known_modes[0] is not base:
-            assert self._last is not None
-            self._known_modes = base, self._modes(base.state, self._last)
-        return self._known_modes[1]
 
     def _passed(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""
@@ -285,7 +273,6 @@ class Path:
         scale = self._curve.scale(found.point)
         before = before / np.linalg.norm(before / scale)
         after = after / np.linalg.norm(after / scale)
-        self._last = found.evaluation
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
         return PathPoint(
             unknowns=found.point[:-1],

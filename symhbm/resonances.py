@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
+from symhbm.corrector import Corrected
 from symhbm.curve import Curve
+from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
@@ -64,17 +66,40 @@ def modes(
     return Modes(*(np.array(parts) for parts in zip(*found, strict=True)))
 
 
-def first_passed(before: Modes | None, after: Modes | None) -> float | None:
-    """Share of the way between two points of the first resonance that neither shows."""
-    if before is None or after is None:
-        return None
-    left, right = before.detuning, after.detuning
-    width = np.minimum(before.width, after.width)
-    passed = (left * right < 0) & (np.minimum(np.abs(left), np.abs(right)) > SEEN * width)
-    passed &= before.excited | after.excited
-    if not passed.any():
-        return None
-    return float((left[passed] / (left - right)[passed]).min())
+class Lookout:
+    """Looks for resonances between the last point of a path and the next."""
+
+    def __init__(self, curve: Curve):
+        self._curve = curve
+        self._known: list[tuple[FloatArray, Modes | None]] = []
+
+    def first_passed(self, base: PathPoint, found: Corrected) -> float | None:
+        """Share of the way from a point to the next of the first resonance that neither shows."""
+        before = self._at(base.state, None, base.slip)
+        after = self._at(found.point, found.evaluation.friction, base.slip)
+        if before is None or after is None:
+            return None
+        left, right = before.detuning, after.detuning
+        width = np.minimum(before.width, after.width)
+        passed = (left * right < 0) & (np.minimum(np.abs(left), np.abs(right)) > SEEN * width)
+        passed &= before.excited | after.excited
+        if not passed.any():
+            return None
+        return float((left[passed] / (left - right)[passed]).min())
+
+    def _at(
+        self, state: FloatArray, friction: LocatedFriction | None, slip: NDArray[np.bool_]
+    ) -> Modes | None:
+        for known, found in self._known:
+            if np.array_equal(known, state):
+                return found
+        value = float(state[-1])
+        if friction is None:
+            friction = self._curve.at(value)[0].locate(state[:-1], slip)
+        found = modes(self._curve, state[:-1], value, friction)
+        # The end of a step is the start of the next one, or the step is tried again, shorter.
+        self._known = [(state, found), *self._known[:2]]
+        return found
 
 
 @lru_cache(maxsize=4)
