@@ -21,7 +21,9 @@ from symhbm.residual import HarmonicBalance
 LARGEST_SIZE = 300
 """Number of degrees of freedom above which modes cost more than the path."""
 SEEN = 2.0
-"""Distance from a resonance, in half widths, at which the response shows it."""
+"""Distance from a resonance ahead, in half widths, at which the path feels it."""
+AT = 0.3
+"""Distance from a resonance behind, in half widths, at which a point stands for it."""
 _SMALL = 1e-3
 """Share of a harmonic in a motion below which its own contact forces mean little."""
 _FAINT = 1e-9
@@ -81,11 +83,14 @@ class Lookout:
             return None
         left, right = before.detuning, after.detuning
         width = np.minimum(before.width, after.width)
-        passed = (left * right < 0) & (np.minimum(np.abs(left), np.abs(right)) > SEEN * width)
+        passed = (left * right < 0) & (np.abs(left) > SEEN * width) & (np.abs(right) > AT * width)
         passed &= before.excited | after.excited
         if not passed.any():
             return None
-        return float((left[passed] / (left - right)[passed]).min())
+        distance, width = np.abs(left[passed]), width[passed]
+        # The flank first, then the top: a mode may add on one side what it takes on the other.
+        aim = np.where(distance > 2 * SEEN * width, distance - 1.5 * SEEN * width, distance)
+        return float((aim / np.abs(left - right)[passed]).min())
 
     def _at(
         self, state: FloatArray, friction: LocatedFriction | None, slip: NDArray[np.bool_]
@@ -137,5 +142,7 @@ def _contacts(
     safe = np.where(moves, square, 1.0)
     small = np.mean(np.einsum("cii->ci", friction.matrix)[:, column], axis=1)
     share = np.where(moves, in_phase / safe, small * model.contact_stiffness)
-    spring = np.clip(share, 0.0, model.contact_stiffness) + 0.75 * model.cubic_stiffness * total
+    # The mean stiffness of a cube to its own motion is half that to a motion beside it.
+    cubic = model.cubic_stiffness * (0.75 * square + 1.5 * (total - square))
+    spring = np.clip(share, 0.0, model.contact_stiffness) + cubic
     return spring, np.where(moves, np.maximum(out_of_phase / safe, 0.0), 0.0)
