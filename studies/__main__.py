@@ -9,8 +9,10 @@ from studies.run import run
 
 STUDIES = (
     "fig03_single_blade",
+    "fig04_hysteresis_loop",
     "fig08_engine_orders",
     "harmonic_convergence",
+    "one_harmonic_validity",
     "laws_and_solvers",
 )
 

@@ -12,6 +12,7 @@ from symhbm.residual import HarmonicBalance
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
 from symhbm.transient import transient
+from symhbm.verify import verify
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -38,6 +39,7 @@ __all__ = [
     "single_blade",
     "solve",
     "transient",
+    "verify",
 ]
 
 

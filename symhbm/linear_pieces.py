@@ -102,8 +102,8 @@ class LinearPieces:
         self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
         # In the coordinates of the factor the generator has the norm of its frequencies.
         self._factor = factor
-        viscous = scipy.linalg.solve_triangular(factor, self.damping, lower=True) / frequency
-        viscous = scipy.linalg.solve_triangular(factor, viscous.T, lower=True)
+        viscous = np.linalg.solve(factor, self.damping) / frequency
+        viscous = np.linalg.solve(factor, viscous.T)
         self._viscous_norm = np.linalg.norm(viscous, 2)
         self._pieces: dict[bytes, Piece] = {}
 
@@ -136,8 +136,8 @@ class LinearPieces:
         n, n_orders = self.n_dof, len(self.orders)
         held = self.directions[stick] * self.contact_stiffness[stick, None]
         whole = self.stiffness + self.directions[stick].T @ held
-        norm = scipy.linalg.solve_triangular(self._factor, whole, lower=True)
-        norm = scipy.linalg.solve_triangular(self._factor, norm.T, lower=True)
+        norm = np.linalg.solve(self._factor, whole)
+        norm = np.linalg.solve(self._factor, norm.T)
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
         elastic = (self._elastic + self.push[:, stick] @ held) * width**2

@@ -46,6 +46,7 @@ ORDER = [
     "angle_solvers",
     "peaks",
     "point",
+    "audit",
     "walk",
     "branch",
     # third floor: labels
@@ -57,8 +58,12 @@ ORDER = [
     "ensemble",
     "frf",
     "transient",
+    "stored_points",
+    "verify",
     # roof
     "plot",
+    "cli",
+    "__main__",
     "__init__",
 ]
 ONLY_IN = {
@@ -70,9 +75,19 @@ ONLY_IN = {
         "switching_angles",
         "angle_solvers",
     },
-    "xarray": {"sweep", "provenance", "schema", "archive", "frf", "transient", "plot"},
+    "xarray": {
+        "sweep",
+        "provenance",
+        "schema",
+        "archive",
+        "frf",
+        "transient",
+        "stored_points",
+        "verify",
+        "plot",
+    },
     "matplotlib": {"plot"},
-    "tqdm": {"ensemble"},
+    "tqdm": {"ensemble", "verify"},
 }
 
 

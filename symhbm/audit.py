@@ -1,0 +1,144 @@
+"""Figures of one stored point: what its equations, its energy and its friction law say of it.
+
+What is stored is recomputed from the coefficients alone, the friction by a slider marched from
+reversal to reversal instead of the closed forms.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from symhbm.extremes import largest_displacement, turning_points
+from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.residual import Evaluation, HarmonicBalance
+
+
+class Figure(NamedTuple):
+    """What a figure of a verification means, and the largest value allowed by default."""
+
+    bound: float | None
+    long_name: str
+
+
+FIGURES = {
+    "residual_stored": Figure(1e-9, "residual of the stored coefficients, recomputed, relative"),
+    "residual_larger": Figure(None, "residual on a larger harmonic set, relative"),
+    "energy_error": Figure(1e-9, "work of the force less dissipation per cycle, relative"),
+    # At the onset of slip the stick fraction moves with the root of round-off.
+    "contact_mismatch": Figure(1e-6, "stored contact results against the recomputed friction law"),
+    "amplitude_mismatch": Figure(1e-9, "stored amplitude against the recomputed one, relative"),
+    "exact_difference": Figure(None, "amplitude against the exact periodic motion, relative"),
+}
+"""The figures of a verification, all dimensionless."""
+
+_EDGE = 1e-12
+"""Distance from the limit of slip, in logarithms, within which round-off decides the state."""
+_FORCE_SHARE = 1e-2
+"""Energies are relative at least to this share of the work of the largest force term: solutions are
+accepted with residuals of 1e-11 of that, which then stay below the bound."""
+_SPRING_SHARE = 1e-6
+"""The same of contact springs, of whose large forces closed forms leave round-off."""
+
+
+def point_figures(
+    stored: dict[str, FloatArray], problem: HarmonicBalance, larger: HarmonicBalance, omega: float
+) -> dict[str, float]:
+    """All figures but the exact difference of one point at the angular frequency ``omega``.
+
+    ``stored`` holds its variables by the names of the dataset, ``larger`` is a problem of the same
+    structure with the harmonics of `larger_set`.
+    """
+    coefficient, basis = stored["coefficient"], problem.basis
+    unknowns = unknowns_of(basis, basis.harmonics, coefficient)
+    evaluation = problem.evaluate(unknowns, omega)
+    larger = larger.with_parameters(**problem.parameters)
+    embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
+    amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
+    return {
+        "residual_stored": evaluation.norm,
+        "residual_larger": larger.evaluate(embedded, omega).norm,
+        "energy_error": _energy_error(
+            problem, unknowns, omega, stored["dissipation"], evaluation.magnitude
+        ),
+        "contact_mismatch": _contact_mismatch(problem, unknowns, evaluation, stored),
+        "amplitude_mismatch": relative_difference(stored["amplitude"], amplitude),
+    }
+
+
+def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
+    """The harmonics up to twice the highest and one, without those that symmetry forbids."""
+    divisor = int(np.gcd.reduce(harmonics))
+    numbers = [n // divisor for n in harmonics]
+    odd = all(n % 2 for n in numbers)
+    return tuple(divisor * n for n in range(int(odd), 2 * max(numbers) + 2, 1 + odd))
+
+
+def unknowns_of(
+    basis: FourierBasis, harmonics: tuple[int, ...], coefficient: FloatArray
+) -> FloatArray:
+    """Unknowns in a basis from (n_dof, n_harmonics, 2) of ``harmonics``, zero in all others."""
+    full = np.zeros((len(coefficient), len(basis.harmonics), 2))
+    full[:, np.searchsorted(basis.harmonics, harmonics)] = coefficient
+    return full[:, np.searchsorted(basis.harmonics, basis.order), basis.is_sine.astype(int)].ravel()
+
+
+def relative_difference(value: FloatArray, reference: FloatArray) -> float:
+    """Largest difference over the largest reference."""
+    return float(np.abs(value - reference).max() / (np.abs(reference).max() or 1.0))
+
+
+def _energy_error(
+    problem: HarmonicBalance,
+    unknowns: FloatArray,
+    omega: float,
+    dissipation: FloatArray,
+    magnitude: float,
+) -> float:
+    """Work of the force less what is lost, over the largest work the force could do."""
+    model, basis = problem.model, problem.basis
+    x = problem.coefficients(unknowns)
+    # Divided by the norm, products of coefficients are integrals over a period.
+    path = x @ basis.derivative_matrix.T / basis.norm
+    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
+    # Springs do work around a cycle where their matrix is not symmetric.
+    skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
+    viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
+    lost = float(np.sum(viscous * path)) + dissipation.sum()
+    largest = np.abs(force * path).sum() + np.abs(viscous * path).sum() + np.abs(dissipation).sum()
+    largest += _FORCE_SHARE * magnitude * np.abs(path).sum()
+    return float(abs(np.sum(force * path) - lost) / (largest or 1.0))
+
+
+def _contact_mismatch(
+    problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation, stored: dict
+) -> float:
+    """Largest difference of state (1), reversals (1), stick fraction, and dissipation over most."""
+    model, friction = problem.model, evaluation.friction
+    stiffness, limit = model.contact_stiffness, model.friction_coefficient * model.normal_load
+    relative = problem.relative(unknowns)
+    if not len(relative):
+        return 0.0
+    points = turning_points(problem.basis, relative)
+    # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
+    value = np.column_stack([points.value, points.value[:, 0]])
+    force, slipped = limit.copy(), np.zeros(len(limit))
+    for step in np.diff(value, axis=1).T:
+        trial = force + stiffness * step
+        force = np.clip(trial, -limit, limit)
+        slipped += np.abs(trial - force)
+    spread = value.max(axis=1) - value.min(axis=1)
+    rubs = stiffness > 0
+    lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+    if problem.samples is not None:
+        path = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
+        law = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
+        lost = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, path)
+    most = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+    state = np.where(rubs, friction.slip, -1) != stored["contact_state"]
+    mismatch = [
+        state & ~(np.abs(friction.excess) < _EDGE),
+        friction.reversals != stored["reversals"],
+        np.abs(friction.stick_fraction - stored["stick_fraction"]),
+        np.abs(lost - stored["dissipation"]) / np.where(most > 0, most, 1.0),
+    ]
+    return float(np.max(np.array(mismatch, dtype=float)))
