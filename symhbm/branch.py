@@ -101,12 +101,14 @@ def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
 def _path(walk: Walk, task: Task) -> Table:
     rows = [
         {"value": np.float64(task.shown(p.value))}
-        | _describe(walk.curve, p.unknowns, p.solves, p.value)
+        | _describe(walk.curve, task, p.unknowns, p.solves, p.value)
         for p in walk.points
     ]
     _note_missing(walk, rows)
     first = task.unit * task.band[0]
-    return _columns(rows, {"value": np.float64(first)} | _describe(walk.curve, None, 0, first))
+    return _columns(
+        rows, {"value": np.float64(first)} | _describe(walk.curve, task, None, 0, first)
+    )
 
 
 def _grid(walk: Walk, task: Task) -> Table:
@@ -114,14 +116,15 @@ def _grid(walk: Walk, task: Task) -> Table:
     assert task.at is not None
     values = [task.unit * float(value) for value in task.at]
     found = [
-        [_describe(walk.curve, *solution, value) for solution in walk.at(value)] for value in values
+        [_describe(walk.curve, task, *solution, value) for solution in walk.at(value)]
+        for value in values
     ]
     _note_missing(walk, [row for rows in found for row in rows])
     most = max(len(rows) for rows in found)
     padded = [
         row
         for rows, value in zip(found, values, strict=True)
-        for row in rows + [_describe(walk.curve, None, 0, value)] * (most - len(rows))
+        for row in rows + [_describe(walk.curve, task, None, 0, value)] * (most - len(rows))
     ]
     table = _columns(padded, padded[0])
     if not task.may_fold:
@@ -132,11 +135,13 @@ def _grid(walk: Walk, task: Task) -> Table:
     return {"value": task.at, "n_solutions": n_solutions} | several
 
 
-def _describe(curve: Curve, unknowns: FloatArray | None, solves: int, value: float) -> Table:
+def _describe(
+    curve: Curve, task: Task, unknowns: FloatArray | None, solves: int, value: float
+) -> Table:
     problem, omega = curve.at(value)
     if unknowns is None:
-        return nothing(problem, omega / RADIANS, solves)
-    return describe(problem, unknowns, omega / RADIANS, solves)
+        return nothing(problem, omega / RADIANS, solves, task.may_fold)
+    return describe(problem, unknowns, omega / RADIANS, solves, task.may_fold)
 
 
 def _note_missing(walk: Walk, rows: list[Table]) -> None:

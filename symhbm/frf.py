@@ -66,7 +66,8 @@ def solve(
     if angles is not None:
         check_angles(problem, angles)
     found = solve_point(problem, RADIANS * frequency)
-    point = describe(problem, found.unknowns, frequency, found.iterations)
+    may_fold = not problem.single_valued
+    point = describe(problem, found.unknowns, frequency, found.iterations, may_fold)
     status: str = found.status
     if found.converged and not point["converged"]:
         status = Status.NO_CONVERGENCE
@@ -74,10 +75,10 @@ def solve(
         result = solve_angles(problem, RADIANS * frequency, angles, found.unknowns)
         status, iterations = result.status, found.iterations + result.iterations
         if result.converged:
-            point = describe(problem, result.unknowns, frequency, iterations)
+            point = describe(problem, result.unknowns, frequency, iterations, may_fold)
             point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
         else:
-            point = nothing(problem, frequency, iterations)
+            point = nothing(problem, frequency, iterations, may_fold)
     result = schema.label_point(problem, frequency, point, str(status))
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

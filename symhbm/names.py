@@ -31,6 +31,10 @@ class Variable(NamedTuple):
 
 
 _STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
+_STABILITY = {
+    "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+    "flag_meanings": "unknown unstable stable",
+}
 
 VARIABLES = {
     "frequency": Variable((), "Hz", "excitation frequency"),
@@ -51,6 +55,8 @@ VARIABLES = {
     "sampling_error": Variable(
         (), "1", "error of the response by sampling the friction law, to first order, relative"
     ),
+    "growth_rate": Variable((), "s-1", "largest real part of the Floquet exponents"),
+    "stability": Variable((), "1", "whether the response is stable", _STABILITY),
     "converged": Variable((), "1", "whether the point solves the equations"),
     "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
     "peak_frequency": Variable((), "Hz", "frequency of the peak"),

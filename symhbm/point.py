@@ -9,6 +9,7 @@ from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
+from symhbm.stability import growth_rate, verdict
 
 RADIANS = 2 * np.pi
 
@@ -16,9 +17,16 @@ Table = dict[str, Any]
 
 
 def describe(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, iterations: int = 0
+    problem: HarmonicBalance,
+    unknowns: FloatArray,
+    frequency: float,
+    iterations: int = 0,
+    may_fold: bool = False,
 ) -> Table:
-    """All results at one point; ``frequency`` in Hz. A point that is no solution becomes NaN."""
+    """All results at one point; ``frequency`` in Hz. A point that is no solution becomes NaN.
+
+    ``may_fold`` adds the stability of one response among several.
+    """
     evaluation = problem.evaluate(unknowns, RADIANS * frequency)
     friction, model = evaluation.friction, problem.model
     coefficients = problem.coefficients(unknowns)
@@ -29,7 +37,7 @@ def describe(
     velocity = relative @ problem.basis.derivative_matrix.T
     converged = bool(evaluation.norm <= ACCEPTED)
     sampled = {} if problem.samples is None else _sampling(problem, unknowns, frequency)
-    result = dict(
+    result: Table = dict(
         coefficient=by_harmonic(problem.basis, coefficients),
         amplitude=largest_displacement(problem.basis, coefficients)[0],
         theta_0=friction.theta_0,
@@ -44,6 +52,11 @@ def describe(
             name: value if name == "residual_norm" else np.full_like(value, np.nan)
             for name, value in result.items()
         }
+    if may_fold:
+        omega = RADIANS * frequency
+        rate = growth_rate(problem, omega, evaluation) if converged else np.nan
+        result["growth_rate"] = np.float64(rate)
+        result["stability"] = np.int8(verdict(rate, omega))
     rubs = converged & (model.contact_stiffness > 0)
     return result | dict(
         contact_state=np.where(rubs, friction.slip, -1).astype(np.int8),
@@ -62,13 +75,15 @@ def _sampling(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) 
     return {"sampling_error": np.float64(error)}
 
 
-def nothing(problem: HarmonicBalance, frequency: float, iterations: int = 0) -> Table:
+def nothing(
+    problem: HarmonicBalance, frequency: float, iterations: int = 0, may_fold: bool = False
+) -> Table:
     """The entry of a point without a solution."""
-    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations)
+    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations, may_fold)
     for name, value in table.items():
         if value.dtype.kind == "f":
             table[name] = np.full_like(value, np.nan)
-    states = ("contact_state", "reversals")
+    states = ("contact_state", "reversals", *(("stability",) if may_fold else ()))
     flags = ("converged", "contact_model_valid")
     return (
         table

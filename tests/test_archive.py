@@ -243,3 +243,17 @@ def test_padding_of_events():
         assert ds.event_kind.values[i].tolist() == ["", ""]
         assert ds.event_contact.values[i].tolist() == [-1, -1]
         assert np.isnan(ds.event_frequency.values[i]).all()
+
+
+def test_archives_without_cubic_springs_are_read(tmp_path):
+    """Those of the first schema: no cubic springs, no word of what was followed."""
+    curve = sh.frf(BLADE, (15, 17), over={"normal_load": [2.0, 3.0]})
+    description = curve.attrs["problem"].replace('"samples": null, ', "")
+    old = curve.drop_vars("cubic_stiffness").assign_attrs(symhbm_schema=1, problem=description)
+    del old.attrs["followed"]
+    assert "samples" not in description
+    path = sh.save(old, tmp_path / "old.nc")
+    problem = sh.rebuild(sh.load(path).sel(normal_load=2.0))
+    assert problem.parameters["normal_load"].tolist() == [2.0]
+    assert problem.parameters["cubic_stiffness"].tolist() == [0.0]
+    assert problem.samples is None

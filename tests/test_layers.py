@@ -45,6 +45,7 @@ ORDER = [
     "exact_motion",
     "angle_solvers",
     "peaks",
+    "stability",
     "point",
     "audit",
     "walk",
