@@ -1,7 +1,4 @@
-"""Where one harmonic is enough on the tuned ring: engine orders and normal loads against the truth.
-
-The exact motion is marched over a fraction of its period (`studies.travelling_wave`).
-"""
+"""Where one harmonic is enough on the tuned ring: engine orders and normal loads against the truth."""
 
 import sys
 from collections.abc import Callable
@@ -15,7 +12,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy.optimize import minimize_scalar
 from tqdm import tqdm
 
@@ -224,7 +220,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         bar.set_ticks([1e-4, 1e-3, 1e-2, 1e-1, 1], labels=["0.01", "0.1", "1", "10", "100"])
         bar.ax.minorticks_off()
         handles = [
-            Line2D(
+            plt.Line2D(
                 [],
                 [],
                 color="black",
@@ -235,7 +231,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             for level, style in LEVELS.items()
         ]
         if not (dataset.peak_slips.all() and dataset.slips.all()):
-            handles.append(Line2D([], [], linestyle="", marker="$S$", color="black"))
+            handles.append(plt.Line2D([], [], linestyle="", marker="$S$", color="black"))
             handles[-1].set_label("nothing slips: one harmonic is exact")
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         figure.suptitle(
