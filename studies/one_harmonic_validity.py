@@ -1,4 +1,4 @@
-"""Where one harmonic is enough on the tuned ring: engine orders and normal loads against the truth."""
+"""Where one harmonic is enough on the tuned ring: engine orders and loads against the truth."""
 
 import sys
 from collections.abc import Callable
@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from scipy.optimize import minimize_scalar
 from tqdm import tqdm
 
@@ -220,7 +221,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         bar.set_ticks([1e-4, 1e-3, 1e-2, 1e-1, 1], labels=["0.01", "0.1", "1", "10", "100"])
         bar.ax.minorticks_off()
         handles = [
-            plt.Line2D(
+            Line2D(
                 [],
                 [],
                 color="black",
@@ -231,7 +232,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             for level, style in LEVELS.items()
         ]
         if not (dataset.peak_slips.all() and dataset.slips.all()):
-            handles.append(plt.Line2D([], [], linestyle="", marker="$S$", color="black"))
+            handles.append(Line2D([], [], linestyle="", marker="$S$", color="black"))
             handles[-1].set_label("nothing slips: one harmonic is exact")
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         figure.suptitle(
