@@ -45,11 +45,14 @@ class Modes(NamedTuple):
 def modes(
     curve: Curve, unknowns: FloatArray, value: float, friction: LocatedFriction
 ) -> Modes | None:
-    """Modes of the structure at a point of a curve, None for one too large."""
+    """Modes of the structure at a point of a curve, None for one too large or without inertia."""
     problem, frequency = curve.at(value)
     if problem.model.n_dof > LARGEST_SIZE:
         return None
-    stiffness, damping, springs, force = _reduced(problem)
+    try:
+        stiffness, damping, springs, force = _reduced(problem)
+    except np.linalg.LinAlgError:
+        return None  # a motion without inertia: no coordinates of unit mass
     size = np.linalg.norm(unknowns)
     found = []
     nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs

@@ -139,7 +139,9 @@ class Walk:
         )
 
         def distance(share: float) -> float:
-            return path.interpolate(np.array([share]))[0][0, -1] - value
+            ends = {0.0: here.value, 1.0: there.value}
+            at = ends[share] if share in ends else path.interpolate(np.array([share]))[0][0, -1]
+            return float(at) - value
 
         guess = path.interpolate(np.array([optimize.brentq(distance, 0.0, 1.0)]))[0][0]
         near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)

@@ -135,3 +135,27 @@ def test_hops_reach_the_end_alone():
     assert found is not None
     assert found.found.evaluation.norm <= 1e-11
     assert base.value < found.found.point[-1] < 30 * TURN
+
+
+def test_a_mass_matrix_that_is_singular():
+    """One of two degrees of freedom moves without inertia: the path does without modes."""
+    mass = np.ones((2, 2))
+    stiffness = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    model = sh.Model(mass, 0.02 * np.eye(2), stiffness)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.3), throw=True)
+    for i, frequency in enumerate(curve.frequency.values):
+        omega = TURN * frequency
+        exact = np.linalg.solve(stiffness - omega**2 * mass + 0.02j * omega * np.eye(2), [1, 0])
+        # Newton's tolerance times the condition of the balance.
+        np.testing.assert_allclose(curve.amplitude[i], np.abs(exact), rtol=1e-9)
+
+
+def test_grid_values_next_to_points_of_the_path():
+    """One unit in the last place beside a point: neither an error nor a gap."""
+    problem, band = duffing(), (0.5 / TURN, 2.0 / TURN)
+    path_points = sh.frf(problem, band)
+    inside = path_points.frequency.values[3:-3]
+    at = np.unique([np.nextafter(inside, 0), np.nextafter(inside, 1)])
+    grid = sh.frf(problem, band, at=at)
+    assert str(grid.status.values) == "the end of the band was reached"
+    assert set(grid.n_solutions.values) <= {1, 2, 3}
