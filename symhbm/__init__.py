@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.archive import ArchiveError, load, rebuild, save
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
-from symhbm.frf import follow, frf, solve
+from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
+from symhbm.solve import solve
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
 from symhbm.transient import transient

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.extremes import largest_displacement, turning_points
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FloatArray, FourierBasis, complete_harmonics
 from symhbm.residual import Evaluation, HarmonicBalance
 
 
@@ -45,13 +45,12 @@ def point_figures(
 ) -> dict[str, float]:
     """All figures but the exact difference of one point at the angular frequency ``omega``.
 
-    ``stored`` holds its variables by the names of the dataset, ``larger`` is a problem of the same
-    structure with the harmonics of `larger_set`.
+    ``stored`` holds its variables by the names of the dataset, ``larger`` is the same problem with
+    the harmonics of `larger_set`.
     """
     coefficient, basis = stored["coefficient"], problem.basis
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
-    larger = larger.with_parameters(**problem.parameters)
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
     amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
     return {
@@ -67,10 +66,7 @@ def point_figures(
 
 def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
     """The harmonics up to twice the highest and one, without those that symmetry forbids."""
-    divisor = int(np.gcd.reduce(harmonics))
-    numbers = [n // divisor for n in harmonics]
-    odd = all(n % 2 for n in numbers)
-    return tuple(divisor * n for n in range(int(odd), 2 * max(numbers) + 2, 1 + odd))
+    return complete_harmonics(harmonics, 2 * max(harmonics) + int(np.gcd.reduce(harmonics)))
 
 
 def unknowns_of(

@@ -6,11 +6,13 @@ import numpy as np
 
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.fourier import FloatArray
+from symhbm.harmonic_sets import HarmonicSets
 from symhbm.peaks import Peak
 from symhbm.point import RADIANS, Table, by_harmonic, describe, nothing
+from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
-from symhbm.walk import Walk
+from symhbm.stretches import Response, joined, status_of
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which lengths along it are no longer relative."""
@@ -23,7 +25,9 @@ class Task:
     ``name`` is ``"frequency"`` (in Hz) or a parameter, set for all blades or contacts or for that
     at ``index`` alone, at a constant ``frequency`` [Hz]. ``at``: values at which solutions are
     wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
-    ``may_fold``: whether there may be several solutions at one value.
+    ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
+    of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
+    make, relatively.
     """
 
     name: str
@@ -33,7 +37,9 @@ class Task:
     index: int | None = None
     each: bool = False
     may_fold: bool = False
+    stability: bool = False
     max_points: int = 5000
+    accuracy: float | None = None
 
     @property
     def unit(self) -> float:
@@ -61,111 +67,157 @@ class Branch:
     ``points``, ``peaks`` and ``events`` hold arrays by the names of the dataset, ``value`` for that
     of the moving parameter, each with the point, peak or event as the first axis and, for points
     on a grid where the curve may fold, the solution as the second; ``counts``, one number each.
+    ``harmonics`` are those of the coefficients.
     """
 
     points: Table
     peaks: Table
     events: Table
     status: str
+    harmonics: tuple[int, ...]
     counts: dict[str, int] = field(default_factory=dict)
 
 
-def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
-    """Follow the response of one problem."""
-    curve = task.curve(problem)
-    band = task.unit * task.band[0], task.unit * task.band[1]
-    walk = Walk(curve, band, task.max_points, task.each)
-    points = _path(walk, task) if task.at is None else _grid(walk, task)
-    events = [
-        dict(event_value=task.shown(p.value), event_kind=str(e.kind), event_contact=e.contact)
-        for p in walk.points
-        for e in p.events
-    ]
-    counts = dict(
-        n_points=len(walk.points),
-        n_peaks=len(walk.peaks),
-        n_events=len(events),
-        rejected_steps=walk.rejected,
-        linear_solves=walk.corrector.solves,
-    )
-    none = Peak(0.0, 0.0, 0, "", np.zeros(problem.n_unknowns), 0.0)  # type: ignore[arg-type]
-    return Branch(
-        points=points,
-        peaks=_columns([_peak(problem, task, p) for p in walk.peaks], _peak(problem, task, none)),
-        events=_columns(events, dict(event_value=0.0, event_kind="", event_contact=0)),
-        status=str(walk.status),
-        counts=counts,
-    )
+def compute_branch(
+    problem: HarmonicBalance, task: Task, sets: HarmonicSets | None = None
+) -> Branch:
+    """Follow the response of one problem; ``sets`` of its structure may be shared by several."""
+    return _Computation(problem, task, sets or HarmonicSets(problem)).branch()
 
 
-def _path(walk: Walk, task: Task) -> Table:
-    rows = [
-        {"value": np.float64(task.shown(p.value))}
-        | _describe(walk.curve, task, p.unknowns, p.solves, p.value)
-        for p in walk.points
-    ]
-    _note_missing(walk, rows)
-    first = task.unit * task.band[0]
-    return _columns(
-        rows, {"value": np.float64(first)} | _describe(walk.curve, task, None, 0, first)
-    )
+class _Computation:
+    def __init__(self, problem: HarmonicBalance, task: Task, sets: HarmonicSets):
+        self._task = task
+        self._refinement = Refinement(problem, sets, task.curve, task.accuracy)
+        band = task.unit * task.band[0], task.unit * task.band[1]
+        self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
+        self._status = status_of(self._stretches, task.accuracy)
+        rungs = [part.rung for part in self._stretches]
+        rungs += [response.rung for part in self._stretches for response in part.own()]
+        self._largest = max(rungs)
 
+    def branch(self) -> Branch:
+        """All results as arrays."""
+        task, along = self._task, joined(self._stretches)
+        points = self._path(along) if task.at is None else self._grid(task.at)
+        peaks = [
+            self._peak(stretch.rung, peak, error)
+            for stretch in self._stretches
+            for peak, error in zip(stretch.peaks, stretch.peak_errors, strict=True)
+        ]
+        peaks.sort(key=lambda row: (task.each * row["peak_dof"], row["peak_value"]))
+        events = [
+            dict(event_value=task.shown(p.value), event_kind=str(e.kind), event_contact=e.contact)
+            for p in along
+            for e in p.events
+        ]
+        counts = dict(
+            n_points=len(along),
+            n_peaks=len(peaks),
+            n_events=len(events),
+            rejected_steps=self._refinement.rejected,
+            linear_solves=self._refinement.solves,
+        )
+        problem = self._refinement.curve(self._largest).problem
+        none = Peak(0.0, 0.0, 0, "", np.zeros(problem.n_unknowns), 0.0)  # type: ignore[arg-type]
+        return Branch(
+            points=points,
+            peaks=_columns(peaks, self._peak(self._largest, none, 0.0)),
+            events=_columns(events, dict(event_value=0.0, event_kind="", event_contact=0)),
+            status=str(self._status),
+            harmonics=problem.harmonics,
+            counts=counts,
+        )
 
-def _grid(walk: Walk, task: Task) -> Table:
-    """Solutions at the values asked for; where the curve may fold, several at each."""
-    assert task.at is not None
-    values = [task.unit * float(value) for value in task.at]
-    found = [
-        [_describe(walk.curve, task, *solution, value) for solution in walk.at(value)]
-        for value in values
-    ]
-    _note_missing(walk, [row for rows in found for row in rows])
-    most = max(len(rows) for rows in found)
-    padded = [
-        row
-        for rows, value in zip(found, values, strict=True)
-        for row in rows + [_describe(walk.curve, task, None, 0, value)] * (most - len(rows))
-    ]
-    table = _columns(padded, padded[0])
-    if not task.may_fold:
-        return {"value": task.at} | table
-    shape = len(values), most
-    several = {name: array.reshape(shape + array.shape[1:]) for name, array in table.items()}
-    n_solutions = np.array([len(rows) for rows in found], dtype=np.int32)
-    return {"value": task.at, "n_solutions": n_solutions} | several
+    def _path(self, along: list[Response]) -> Table:
+        rows = [{"value": np.float64(self._task.shown(p.value))} | self._row(p) for p in along]
+        self._note_missing(rows)
+        first = self._task.unit * self._task.band[0]
+        return _columns(rows, {"value": np.float64(first)} | self._nothing(first))
 
+    def _grid(self, at: FloatArray) -> Table:
+        """Solutions at the values asked for; where the curve may fold, several at each."""
+        values = [self._task.unit * float(value) for value in at]
+        found = [[self._row(response) for response in self._at(value)] for value in values]
+        self._note_missing([row for rows in found for row in rows])
+        most = max(len(rows) for rows in found)
+        padded = [
+            row
+            for rows, value in zip(found, values, strict=True)
+            for row in rows + [self._nothing(value)] * (most - len(rows))
+        ]
+        table = _columns(padded, self._nothing(values[0]))
+        if not self._task.may_fold:
+            return {"value": at} | table
+        shape = len(values), most
+        several = {name: array.reshape(shape + array.shape[1:]) for name, array in table.items()}
+        n_solutions = np.array([len(rows) for rows in found], dtype=np.int32)
+        return {"value": at, "n_solutions": n_solutions} | several
 
-def _describe(
-    curve: Curve, task: Task, unknowns: FloatArray | None, solves: int, value: float
-) -> Table:
-    problem, omega = curve.at(value)
-    if unknowns is None:
-        return nothing(problem, omega / RADIANS, solves, task.may_fold)
-    return describe(problem, unknowns, omega / RADIANS, solves, task.may_fold)
+    def _at(self, value: float) -> list[Response]:
+        holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
+        stretch = max(holding, key=lambda part: part.rung)
+        found = [
+            self._refinement.settle(Response(value, stretch.rung, unknowns, np.nan, solves))
+            for unknowns, solves in stretch.walk.at(value)
+        ]
+        self._largest = max(self._largest, *(response.rung for response in found))
+        accuracy = self._task.accuracy or np.inf
+        if self._status == Status.REACHED_END and any(r.error > accuracy for r in found):
+            self._status = Status.ACCURACY_NOT_REACHED
+        return found
 
+    def _row(self, response: Response) -> Table:
+        if response.unknowns is None:
+            return self._nothing(response.value, response.solves)
+        problem, omega = self._refinement.curve(response.rung).at(response.value)
+        frequency, stability = omega / RADIANS, self._task.stability
+        row = describe(problem, response.unknowns, frequency, response.solves, stability)
+        return row | self._truncation(response.rung, response.error)
 
-def _note_missing(walk: Walk, rows: list[Table]) -> None:
-    if walk.status == Status.REACHED_END and not all(row["converged"] for row in rows):
-        walk.status = Status.POINTS_MISSING
+    def _nothing(self, value: float, solves: int = 0) -> Table:
+        problem, omega = self._refinement.curve(self._largest).at(value)
+        row = nothing(problem, omega / RADIANS, solves, self._task.stability)
+        return row | self._truncation(self._largest, np.nan)
 
+    def _truncation(self, rung: int, error: float) -> Table:
+        if self._task.accuracy is None:
+            return {}
+        highest = max(self._refinement.curve(rung).problem.harmonics)
+        return dict(highest_harmonic=np.int32(highest), truncation_error=np.float64(error))
 
-def _peak(problem: HarmonicBalance, task: Task, peak: Peak) -> Table:
-    return dict(
-        peak_value=np.float64(task.shown(peak.value)),
-        peak_amplitude=np.float64(peak.amplitude),
-        peak_dof=np.int32(peak.dof),
-        peak_kind=str(peak.kind),
-        peak_residual_norm=np.float64(peak.residual_norm),
-        peak_coefficient=by_harmonic(problem.basis, problem.coefficients(peak.unknowns)),
-    )
+    def _note_missing(self, rows: list[Table]) -> None:
+        if self._status == Status.REACHED_END and not all(row["converged"] for row in rows):
+            self._status = Status.POINTS_MISSING
+
+    def _peak(self, rung: int, peak: Peak, error: float) -> Table:
+        problem = self._refinement.curve(rung).problem
+        row = dict(
+            peak_value=np.float64(self._task.shown(peak.value)),
+            peak_amplitude=np.float64(peak.amplitude),
+            peak_dof=np.int32(peak.dof),
+            peak_kind=str(peak.kind),
+            peak_residual_norm=np.float64(peak.residual_norm),
+            peak_coefficient=by_harmonic(problem.basis, problem.coefficients(peak.unknowns)),
+        )
+        extra = self._truncation(rung, error)
+        return row | {f"peak_{name}": value for name, value in extra.items()}
 
 
 def _columns(rows: list, like: dict) -> Table:
-    """Rows of named values as named arrays; ``like`` gives names and shapes where there is none."""
+    """Rows of named values as named arrays; ``like`` gives names and the largest shapes.
+
+    Coefficients of harmonics that a row leaves out are 0, or as unknown as its others.
+    """
     table = {}
     for name, value in like.items():
         dtype = object if isinstance(value, str) else np.asarray(value).dtype
-        table[name] = np.empty((len(rows), *np.shape(value)), dtype=dtype)
+        table[name] = np.zeros((len(rows), *np.shape(value)), dtype=dtype)
         for i, row in enumerate(rows):
-            table[name][i] = row[name]
+            here = row[name]
+            if np.shape(here) != np.shape(value):
+                table[name][i] = np.nan if np.isnan(here).all() else 0.0
+                table[name][i][tuple(slice(size) for size in np.shape(here))] = here
+            else:
+                table[name][i] = here
     return table

@@ -88,6 +88,13 @@ def integer(name: str, value: object, minimum: int | None = None, maximum: int |
     return number
 
 
+def flag(name: str, value: object) -> bool:
+    """Return ``value``; raise TypeError unless it is True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}={shown(value)}: expected True or False")
+    return bool(value)
+
+
 def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
     """Raise a KeyError that lists the allowed names and the nearest one unless ``name`` is one."""
     allowed = list(allowed)

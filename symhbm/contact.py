@@ -75,6 +75,33 @@ def locate(
     )
 
 
+def stick_intervals(
+    basis: FourierBasis,
+    coefficients: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+    """Intervals in which contacts that slip stick in between; arguments as in `locate`.
+
+    Returns the contact, the angle where it begins to stick and the one where it begins to slip
+    [rad], each (n_intervals,), contact by contact and ascending. A contact that never slips has no
+    interval.
+    """
+    if basis.highest == 1:
+        friction = locate_one_harmonic(basis, coefficients, contact_stiffness, slip_limit)
+        contact = np.flatnonzero(~np.isnan(friction.theta_star)).repeat(2)
+        begin = friction.theta_0[contact] + np.tile([0.0, np.pi], len(contact) // 2)
+        return contact, begin, begin + np.pi * friction.stick_fraction[contact]
+    points = turning_points(basis, coefficients)
+    spread = points.value[:, 0] - points.value[np.arange(len(coefficients)), points.lowest]
+    _, slips = limit_excess(spread, contact_stiffness, slip_limit, None)
+    angle, _, _, origin = _march(basis, coefficients, points, contact_stiffness, slip_limit)
+    # The run of a contact that slips on a branch ends there.
+    ends = (origin[:, 1::2] != origin[:, 0::2]) & (slips & (points.count > 0))[:, None]
+    contact, branch = np.nonzero(ends)
+    return contact, origin[contact, 2 * branch], angle[contact, 2 * branch + 1]
+
+
 def _march(
     basis: FourierBasis,
     coefficients: FloatArray,

@@ -7,6 +7,7 @@ from concurrent.futures import BrokenExecutor, Executor, as_completed
 from tqdm import tqdm
 
 from symhbm.branch import Branch, Task, compute_branch
+from symhbm.harmonic_sets import HarmonicSets
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep
 
@@ -28,6 +29,7 @@ def compute(
     its time.
     """
     sets = sweep.sets()
+    harmonics = HarmonicSets(problem)
     branches: list[Branch | None] = [None] * len(sets)
     with tqdm(
         total=len(sets), unit="curve", delay=_BAR_DELAY, disable=not progress, leave=False
@@ -52,10 +54,11 @@ def compute(
                 )
         for i, branch in enumerate(branches):
             if branch is None:
-                branches[i] = _batch(problem, [sets[i]], task)[0]
+                branches[i] = compute_branch(problem.with_parameters(**sets[i]), task, harmonics)
                 bar.update()
     return [branch for branch in branches if branch is not None]
 
 
 def _batch(problem: HarmonicBalance, sets: Sequence[dict], task: Task) -> list[Branch]:
-    return [compute_branch(problem.with_parameters(**values), task) for values in sets]
+    harmonics = HarmonicSets(problem)
+    return [compute_branch(problem.with_parameters(**values), task, harmonics) for values in sets]

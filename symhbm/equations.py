@@ -82,7 +82,8 @@ class Equations:
             basis.derivative_matrix,
         )
         springs, springs_total = self._springs(basis, ca.mtimes(directions, x))
-        balance = elastic - inertia + viscous + ca.mtimes(friction + springs, directions).T - force
+        smooth = elastic - inertia + viscous + ca.mtimes(springs, directions).T
+        balance = smooth + ca.mtimes(friction, directions).T - force
         terms = forces(
             ca.fabs(x),
             ca.mtimes(ca.fabs(directions), ca.fabs(x)),
@@ -99,7 +100,8 @@ class Equations:
         names = list(symbol)
         inputs = list(symbol.values())
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
-        jacobian = ca.jacobian(self._balance, symbol["unknowns"])
+        jacobian = ca.jacobian(ca.reshape(smooth.T, -1, 1), symbol["unknowns"])
+        jacobian += self._friction_jacobian(directions)
         self._evaluate = ca.Function(
             "evaluate",
             inputs,
@@ -120,6 +122,14 @@ class Equations:
         self._derivatives: dict[str, ca.Function] = {}
         self._lock = threading.Lock()
         self._connect()
+
+    def _friction_jacobian(self, directions: Any) -> Any:
+        """Derivative of the friction forces by the unknowns: bilinear forces need no tracing."""
+        n_contacts, size = directions.shape[0], self._symbol["vector"].shape[0]
+        stiffness, matrix = self._symbol["contact_stiffness"], self._symbol["matrix"]
+        blocks = [stiffness[j] * matrix[:, j * size : (j + 1) * size] for j in range(n_contacts)]
+        spread = ca.kron(directions.T, ca.DM.eye(size))
+        return ca.mtimes([spread, ca.diagcat(*blocks), spread.T]) if blocks else 0
 
     def _springs(self, basis: FourierBasis, y: Any) -> tuple[Any, Any]:
         """Forces of the cubic springs and their magnitudes, ``(size, n_contacts)`` each."""

@@ -6,6 +6,7 @@ the exact derivative of the map over a period, or over half of it where the forc
 """
 
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from symhbm import check
 from symhbm.event_march import Cells, march
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.linear_pieces import LinearPieces, extremes
-from symhbm.periodic_orbit import TOLERANCE, balanced_start, energy_scale, periodic_state
+from symhbm.periodic_orbit import TOLERANCE, balanced_starts, energy_scale, periodic_state
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 
@@ -128,27 +129,26 @@ def exact_motion(
 ) -> ExactMotion:
     """Find the exact periodic motion at an angular ``frequency`` [rad/s].
 
-    ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default it comes from the
-    balance of a few harmonics. Friction is that of the model, whatever law the problem computes
-    with. A contact that never slips is centred between its limits.
+    ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default, and where it leads
+    nowhere, it comes from the balance of a few harmonics. Friction is that of the model, whatever
+    law the problem computes with. A contact that never slips is centred between its limits.
 
     Raises TypeError or ValueError for bad values, cubic springs, and a mass matrix that is not
     positive definite; ArithmeticError where contacts change their states without end.
     """
     frequency = check.scalar("frequency", frequency, "positive")
     pieces = LinearPieces(problem, frequency)
-    if start is None:
-        state = balanced_start(problem, pieces)
-    else:
+    starts = balanced_starts(problem, pieces)
+    if start is not None:
         given = check.array("start", start)
         expected = (2 * pieces.n_dof + pieces.n_contacts,)
         if given.shape != expected:
             raise ValueError(f"start: expected shape {expected}, got {given.shape}")
-        state = np.concatenate([given[: 2 * pieces.n_dof], given[2 * pieces.n_dof + pieces.active]])
+        starts = chain([pieces.of_active(given)], starts)
     # A step that overshoots all numbers is found by the march, and is one that is too long.
     with np.errstate(over="ignore", invalid="ignore"):
-        state, iterations, status = periodic_state(pieces, state)
-    return _describe(pieces, state, iterations, status)
+        state, iterations, status = periodic_state(pieces, starts)
+    return describe_motion(pieces, state, iterations, status)
 
 
 def _spread(pieces: LinearPieces, friction: FloatArray) -> FloatArray:
@@ -158,9 +158,10 @@ def _spread(pieces: LinearPieces, friction: FloatArray) -> FloatArray:
     return result
 
 
-def _describe(
+def describe_motion(
     pieces: LinearPieces, state: FloatArray, iterations: int, status: Status
 ) -> ExactMotion:
+    """All results of a motion from its ``state`` (2 n_dof + n_active,) at ``tau = 0``."""
     n, omega, active = pieces.n_dof, pieces.frequency, pieces.active
     run = march(pieces, state, 2 * np.pi)
     cells, scale = run.cells, energy_scale(pieces)

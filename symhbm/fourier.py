@@ -38,6 +38,16 @@ def check_harmonics(harmonics: Iterable[int]) -> tuple[int, ...]:
     return tuple(sorted(numbers))
 
 
+def complete_harmonics(harmonics: tuple[int, ...], highest: int) -> tuple[int, ...]:
+    """All harmonics up to ``highest`` that go with a set: odd multiples of its divisor, or all.
+
+    Symmetric contacts answer odd harmonics with odd ones.
+    """
+    divisor = int(np.gcd.reduce(harmonics))
+    odd = all(n // divisor % 2 for n in harmonics)
+    return tuple(range(divisor if odd else 0, highest + 1, divisor * (1 + odd)))
+
+
 @dataclass(frozen=True)
 class FourierBasis:
     """The functions ``cos(n tau), sin(n tau)`` of a set of harmonics, one per component."""

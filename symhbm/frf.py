@@ -1,4 +1,4 @@
-"""The front doors: one point, and responses over the frequency or over any other parameter."""
+"""The front doors to curves: responses over the frequency or over any other parameter."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -9,80 +9,17 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check, schema
-from symhbm.angle_solvers import check_angles, solve_angles
 from symhbm.branch import Task
 from symhbm.ensemble import compute
 from symhbm.fourier import FloatArray
+from symhbm.harmonic_sets import check_accuracy
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
-from symhbm.point import RADIANS, describe, nothing
-from symhbm.residual import HarmonicBalance
-from symhbm.start import solve_point
+from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
 Peaks = Literal["largest", "each"]
-
-
-def solve(
-    problem: HarmonicBalance,
-    frequency: float,
-    *,
-    angles: Literal["newton", "rootfinder", "ipopt"] | None = None,
-    throw: bool = False,
-) -> xr.Dataset:
-    """Solve Eq. (9) at one ``frequency`` [Hz], from nothing.
-
-    Parameters
-    ----------
-    problem
-        What to solve.
-    frequency
-        Excitation frequency [Hz].
-    angles
-        Solve Eqs. (4)-(11) with the switching angles as unknowns, by Newton's method, CasADi's
-        ``rootfinder`` or IPOPT, started from the solution with located angles and checked against
-        it. By default the located angles are the result.
-    throw
-        Raise SolveError where nothing converged.
-
-    Returns
-    -------
-    Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
-    values are NaN and ``status`` says why, also where the form with angles as unknowns does not
-    apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
-    the others.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the frequency is not positive and finite; for angles as unknowns, if there is no such
-        solver, a harmonic is even, or friction is sampled.
-    SolveError
-        If nothing converged and ``throw`` is True.
-    """
-    _check_problem(problem)
-    frequency = check.scalar("frequency", frequency, "positive")
-    if angles is not None:
-        check_angles(problem, angles)
-    found = solve_point(problem, RADIANS * frequency)
-    may_fold = not problem.single_valued
-    point = describe(problem, found.unknowns, frequency, found.iterations, may_fold)
-    status: str = found.status
-    if found.converged and not point["converged"]:
-        status = Status.NO_CONVERGENCE
-    if status == Status.SUCCESS and angles is not None:
-        result = solve_angles(problem, RADIANS * frequency, angles, found.unknowns)
-        status, iterations = result.status, found.iterations + result.iterations
-        if result.converged:
-            point = describe(problem, result.unknowns, frequency, iterations, may_fold)
-            point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
-        else:
-            point = nothing(problem, frequency, iterations, may_fold)
-    result = schema.label_point(problem, frequency, point, str(status))
-    if throw and status != Status.SUCCESS:
-        raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
-    return result
 
 
 def frf(
@@ -91,6 +28,8 @@ def frf(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    accuracy: float | None = None,
+    stability: bool = False,
     peaks: Peaks = "largest",
     executor: Executor | None = None,
     throw: bool = False,
@@ -115,6 +54,15 @@ def frf(
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
         pattern) and any other, for example ``sample``. Several names give their product, names
         that share a dimension go in pairs.
+    accuracy
+        Error of the displacements, relative to their amplitudes, that the harmonics left out may
+        make. Every point then has as many harmonics as that takes, the problem's set being the
+        smallest, and tells its ``highest_harmonic`` and the ``truncation_error`` expected. By
+        default all points have the harmonics of the problem.
+    stability
+        Add ``growth_rate`` and ``stability`` of every response, which those of cubic springs have
+        anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
+        period.
     peaks
         Of the largest response of all degrees of freedom, or of ``"each"`` of them.
     executor
@@ -137,10 +85,11 @@ def frf(
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
-    _check_problem(problem)
+    check_problem(problem)
     band = _check_band("frequency", frequency, "positive", " in Hz")
     task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
-    return _run(problem, task, over, peaks, executor, throw, progress, max_points)
+    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
+    return _run(problem, task, options, over, executor, throw, progress)
 
 
 def follow(
@@ -153,6 +102,8 @@ def follow(
     frequency: float,
     contact: int | None = None,
     dof: int | None = None,
+    accuracy: float | None = None,
+    stability: bool = False,
     peaks: Peaks = "largest",
     executor: Executor | None = None,
     throw: bool = False,
@@ -178,7 +129,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    peaks, executor, throw, progress, max_points
+    accuracy, stability, peaks, executor, throw, progress, max_points
         As in `frf`; peaks are maxima over the parameter.
 
     Returns
@@ -193,7 +144,7 @@ def follow(
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
-    _check_problem(problem)
+    check_problem(problem)
     check.known(parameter, problem.parameters)
     if isinstance(problem.parameters[parameter], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
@@ -210,33 +161,36 @@ def follow(
     )
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    return _run(problem, task, over, peaks, executor, throw, progress, max_points)
+    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
+    return _run(problem, task, options, over, executor, throw, progress)
 
 
 def _run(
     problem: HarmonicBalance,
     described: dict[str, Any],
+    options: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
-    peaks: Peaks,
     executor: Executor | None,
     throw: bool,
     progress: bool,
-    max_points: int,
 ) -> xr.Dataset:
-    max_points = check.integer("max_points", max_points, minimum=2)
     if isinstance(executor, type) or (
         executor is not None and not callable(getattr(executor, "submit", None))
     ):
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+    peaks = options["peaks"]
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
     springs = "cubic_stiffness" in (described["name"], *sweep.values)
+    may_fold = springs or not problem.single_valued
     task = Task(
         **described,
         each=peaks == "each",
-        may_fold=springs or not problem.single_valued,
-        max_points=max_points,
+        may_fold=may_fold,
+        stability=check.flag("stability", options["stability"]) or may_fold,
+        max_points=check.integer("max_points", options["max_points"], minimum=2),
+        accuracy=check_accuracy(problem, options["accuracy"]),
     )
     task.curve(problem)
     branches = compute(problem, sweep, executor, progress, task)
@@ -245,11 +199,6 @@ def _run(
     if throw and bad:
         raise SolveError(f"{len(bad)} of {len(branches)} curves: {bad[0]}", result)
     return result
-
-
-def _check_problem(problem: object) -> None:
-    if not isinstance(problem, HarmonicBalance):
-        raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
 
 
 def _check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:

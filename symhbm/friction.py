@@ -11,7 +11,7 @@ where the matrix ``A`` and the vector ``b`` depend on the angles alone. The forc
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import casadi as ca
 import numpy as np
@@ -55,6 +55,11 @@ class LocatedFriction:
     theta_star: FloatArray
     stick_fraction: FloatArray
     reversals: NDArray[np.int_]
+
+    def split(self, count: int) -> list["LocatedFriction"]:
+        """The events of ``count`` batches of as many contacts each."""
+        parts = [np.split(getattr(self, field.name), count) for field in fields(self)]
+        return [LocatedFriction(*each) for each in zip(*parts, strict=True)]
 
 
 def limit_excess(

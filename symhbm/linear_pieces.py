@@ -122,6 +122,10 @@ class LinearPieces:
         self.largest_force = float(np.abs(force).max())
         self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and not self.static.any()
 
+    def of_active(self, state: FloatArray) -> FloatArray:
+        """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
+        return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
+
     def piece(self, stick: np.ndarray) -> Piece:
         """Series with the contacts ``stick`` (n_active,) sticking."""
         key = stick.tobytes()

@@ -57,6 +57,10 @@ VARIABLES = {
     ),
     "growth_rate": Variable((), "s-1", "largest real part of the Floquet exponents"),
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
+    "highest_harmonic": Variable((), "1", "highest harmonic of the response; those above are 0"),
+    "truncation_error": Variable(
+        (), "1", "estimated error of the displacements by the harmonics left out, relative"
+    ),
     "converged": Variable((), "1", "whether the point solves the equations"),
     "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
     "peak_frequency": Variable((), "Hz", "frequency of the peak"),
@@ -66,6 +70,10 @@ VARIABLES = {
     "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
     "peak_coefficient": Variable(
         ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"
+    ),
+    "peak_highest_harmonic": Variable((), "1", "highest harmonic of the response at the peak"),
+    "peak_truncation_error": Variable(
+        (), "1", "estimated error of the peak by the harmonics left out, relative"
     ),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
     "event_kind": Variable((), "1", "onset of slip, end of slip, or fold"),
@@ -94,6 +102,9 @@ VARIABLES = {
     "viscous_dissipation": Variable((), "J", "energy dissipated by damping per cycle"),
     "periodicity": Variable(
         (), "1", "distance of states a period apart over the motion, in the norm of energy"
+    ),
+    "integration_tolerance": Variable(
+        (), "1", "error of a step of the integrator that is allowed, relative to the motion"
     ),
 }
 

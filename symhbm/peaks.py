@@ -99,7 +99,7 @@ def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatA
 
     The response is ``1/(pole - value)``.
     """
-    amplitude, slope = _amplitude_and_slope(problem, point.unknowns, direction[:-1])
+    amplitude, slope = amplitude_and_slope(problem, point.unknowns, direction[:-1])
     dof = leading(amplitude)
     value = point.value + float(amplitude[dof] / slope[dof] * direction[-1])
     nothing = np.full_like(point.unknowns, np.nan)
@@ -111,7 +111,7 @@ def leading(amplitude: FloatArray) -> int:
     return int(np.argmax(amplitude >= (1 - TIE) * amplitude.max()))
 
 
-def _amplitude_and_slope(
+def amplitude_and_slope(
     problem: HarmonicBalance, unknowns: FloatArray, derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Largest displacements of motions ``(..., n_unknowns)`` and their slopes, ``(..., n_dof)``."""
@@ -145,7 +145,7 @@ class _Finder:
         self.lost = 0
 
     def station(self, state: FloatArray, direction: FloatArray) -> _Summit:
-        found = _amplitude_and_slope(self.problem, state[:-1], direction[:-1])
+        found = amplitude_and_slope(self.problem, state[:-1], direction[:-1])
         return _Summit(state, direction, *found)
 
     def at_event(self, left: _Summit, right: _Summit) -> None:
@@ -276,7 +276,7 @@ class _Finder:
         one_root = roots[0] != roots[1]
         shares = np.array([0.0, 1.0]) if one_root else _SHARES
         value, slope = path.interpolate(shares)
-        slopes = _amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]
+        slopes = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]
         if not one_root:
             return slopes
         # slope = a + c t + d t^2, t the root of the distance: both ends and the mean are known.

@@ -1,6 +1,7 @@
 """The periodic motion among all motions: Newton's method on the map over a period or half a one."""
 
 import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,35 +11,51 @@ from symhbm.event_march import March, march
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.linear_pieces import LinearPieces, extremes
-from symhbm.newton import newton
+from symhbm.newton import NewtonResult, newton
 from symhbm.residual import HarmonicBalance
-from symhbm.start import linear_response
+from symhbm.start import linear_response, solve_point
 from symhbm.status import Status
 
 TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
 _ITERATIONS = 60
+_SHARES = 0.5 ** np.arange(4)
+"""Of a step of Newton's method: shorter ones end at a corner, another start is cheaper by then."""
 _PERIODS = 10
 """Marched where no step of Newton's method leads on: every one comes closer to the response."""
 _SMALLEST = 1e-12
 """Singular values below this share of the largest one are those of motions that are free."""
 
 
-def balanced_start(problem: HarmonicBalance, pieces: LinearPieces) -> FloatArray:
-    """State (2 n_dof + n_active,) at ``tau = 0`` by the balance of a few harmonics."""
-    harmonics = (1, 3, 5, 7) if pieces.antiperiodic else range(6)
-    harmonics = {*harmonics, *pieces.orders.tolist()}
-    balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
-    unknowns = linear_response(balance, pieces.frequency)
+def balanced_starts(problem: HarmonicBalance, pieces: LinearPieces) -> Iterator[FloatArray]:
+    """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
+
+    Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
+    without slip for the exact one; the path on which the force grows goes through that corner.
+    """
+    for highest, solve in ((7, _from_stuck), (1, solve_point)):
+        harmonics = range(1, highest + 1, 2) if pieces.antiperiodic else range(highest)
+        harmonics = {1, *harmonics, *pieces.orders.tolist()}
+        balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
+        unknowns = np.zeros(balance.n_unknowns)
+        with contextlib.suppress(ArithmeticError):
+            unknowns = solve(balance, pieces.frequency).unknowns
+        yield pieces.of_active(state_of(balance, unknowns))
+
+
+def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
+    unknowns = linear_response(balance, frequency)
     if unknowns is None:
         unknowns = np.zeros(balance.n_unknowns)
-    with contextlib.suppress(ArithmeticError):
-        unknowns = newton(partial(balance.evaluate, frequency=pieces.frequency), unknowns).unknowns
-    law = balance.locate(unknowns)
-    relative = balance.relative(unknowns)[pieces.active]
-    stick = np.einsum("cij,cj->ci", law.matrix[pieces.active], relative)
-    friction = pieces.contact_stiffness[:, None] * stick
-    friction += pieces.limit[:, None] * law.vector[pieces.active]
+    return newton(partial(balance.evaluate, frequency=frequency), unknowns)
+
+
+def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+    """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
+    law, model = balance.locate(unknowns), balance.model
+    stick = np.einsum("cij,cj->ci", law.matrix, balance.relative(unknowns))
+    friction = model.contact_stiffness[:, None] * stick
+    friction += (model.friction_coefficient * model.normal_load)[:, None] * law.vector
     x, slope = (balance.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1))
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 
@@ -58,10 +75,15 @@ class _Trial:
     norm: float
 
 
-def periodic_state(pieces: LinearPieces, state: FloatArray) -> tuple[FloatArray, int, Status]:
-    """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended."""
+def periodic_state(
+    pieces: LinearPieces, starts: Iterator[FloatArray]
+) -> tuple[FloatArray, int, Status]:
+    """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended.
+
+    ``starts`` (2 n_dof + n_active,) are states; each is for where the one before leads nowhere.
+    """
     if not pieces.largest_force:
-        return np.zeros_like(state), 0, Status.SUCCESS
+        return np.zeros(2 * pieces.n_dof + len(pieces.active)), 0, Status.SUCCESS
     length, sign = (np.pi, -1.0) if pieces.antiperiodic else (2 * np.pi, 1.0)
     n, scale = 2 * pieces.n_dof, energy_scale(pieces)
 
@@ -74,10 +96,13 @@ def periodic_state(pieces: LinearPieces, state: FloatArray) -> tuple[FloatArray,
             state = _centred(pieces, run, state)
         return _Trial(state, run, residual, float(np.linalg.norm(scale * residual)))
 
-    try:
-        now = attempt(state)
-    except ArithmeticError:
-        now = attempt(np.zeros_like(state))
+    def begin(state: FloatArray) -> _Trial:
+        try:
+            return attempt(state)
+        except ArithmeticError:
+            return attempt(np.zeros_like(state))
+
+    now = begin(next(starts))
     for iteration in range(_ITERATIONS):
         near = now.norm <= TOLERANCE * np.linalg.norm(scale * now.state)
         if now.norm == 0:
@@ -85,7 +110,7 @@ def periodic_state(pieces: LinearPieces, state: FloatArray) -> tuple[FloatArray,
         step = _newton_step(pieces, now, sign, scale)
         if step is None:
             return now.state, iteration, Status.SYSTEM_SINGULAR
-        for share in 0.5 ** np.arange(1 if near else 8):
+        for share in _SHARES[: 1 if near else None]:
             with contextlib.suppress(ArithmeticError):
                 trial = attempt(now.state + share * step)
                 if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * now.norm:
@@ -94,6 +119,10 @@ def periodic_state(pieces: LinearPieces, state: FloatArray) -> tuple[FloatArray,
         else:
             if near:
                 return now.state, iteration, Status.SUCCESS
+            start = next(starts, None)
+            if start is not None:
+                now = begin(start)
+                continue
             for _ in range(_PERIODS):
                 now = attempt(sign * now.run.end)
     return now.state, _ITERATIONS, Status.NO_CONVERGENCE

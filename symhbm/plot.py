@@ -53,6 +53,8 @@ def response(
 ) -> Figure:
     """Draw amplitude in dB (re 1 m) over the moving parameter, one line per parameter set.
 
+    Unstable responses are dotted lines, or hollow circles.
+
     Parameters
     ----------
     dataset
@@ -60,7 +62,7 @@ def response(
     dof
         The degree of freedom to show; by default the largest response of all.
     peaks
-        Mark the located peaks of what is shown: circles are smooth, triangles corners, dotted
+        Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
         lines unbounded. Squares are folds.
     ax
         Axes to draw into; by default a new figure.
@@ -133,10 +135,11 @@ def _decibel(amplitude: np.ndarray) -> np.ndarray:
 
 
 class _Points(NamedTuple):
-    """What to draw of one curve: its points [dB] and the peaks and folds on it."""
+    """What to draw of one curve: its points [dB], which are unstable, and its peaks and folds."""
 
     value: np.ndarray
     level: np.ndarray
+    unstable: np.ndarray
     marks: list[tuple[str, float, float]]
 
 
@@ -157,35 +160,43 @@ def _points(curve: xr.Dataset, name: str, dof: int | None, followed: dict) -> _P
         for kind, at in zip(curve["event_kind"].values, curve[f"event_{name}"].values, strict=True):
             if kind == "fold":
                 marks.append((kind, float(at), float(level[np.argmin(np.abs(value - at))])))
-    return _Points(value, level, marks)
+    stability = curve["stability"].values if "stability" in curve else np.ones(level.shape)
+    return _Points(value, level, stability == 0, marks)
 
 
 def _line(ax: Axes, curve: xr.Dataset, points: _Points, label: str, color, style) -> None:
-    value, level = points.value, points.level
+    value, level, unstable = points.value, points.level, points.unstable
     if "solution" in curve["amplitude"].dims:
-        ax.plot(value, level, ".", color=color, markersize=3.5)
+        ax.plot(value, np.where(unstable, np.nan, level), ".", color=color, markersize=3.5)
+        hollow = np.where(unstable, level, np.nan)
+        ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")
         ax.plot([], [], ".", color=color, label=label)
         return
     inside = np.isfinite(value)
-    value, level = value[inside], level[inside]
+    value, level, unstable = value[inside], level[inside], unstable[inside]
     if np.all(np.diff(value) > 0) or np.all(np.diff(value) < 0):
         # The line runs through its own peaks, however far apart the points are.
         tops = [(at, top) for _, at, top in points.marks if np.isfinite(top)]
         value = np.append(value, [at for at, _ in tops])
         level = np.append(level, [top for _, top in tops])
+        unstable = np.append(unstable, np.zeros(len(tops), dtype=bool))
         _, first = np.unique(value, return_index=True)
-        value, level = value[first], level[first]
+        value, level, unstable = value[first], level[first], unstable[first]
+    place = np.arange(len(level), dtype=float)
     if len(level) > 2 and np.all(np.isfinite(level)):
         # Monotone between its points: nothing is drawn above a peak or below a trough.
-        number = np.arange(len(level))
-        fine = np.linspace(0, len(level) - 1, 12 * len(level) + 1)
-        fine = np.union1d(fine, number)
+        fine = np.union1d(np.linspace(0, len(level) - 1, 12 * len(level) + 1), place)
         if np.all(np.diff(value) > 0):
-            fine = np.union1d(np.interp(fine, number, value), value)
-            value, level = fine, PchipInterpolator(value, level)(fine)
+            finer = np.union1d(np.interp(fine, place, value), value)
+            level, place = PchipInterpolator(value, level)(finer), np.interp(finer, value, place)
+            value = finer
         else:
-            value, level = (PchipInterpolator(number, along)(fine) for along in (value, level))
-    ax.plot(value, level, color=color, linestyle=style, label=label)
+            value, level = (PchipInterpolator(place, along)(fine) for along in (value, level))
+            place = fine
+    dotted = unstable[np.floor(place).astype(int)] | unstable[np.ceil(place).astype(int)]
+    ax.plot(value, np.where(dotted, np.nan, level), color=color, linestyle=style, label=label)
+    if dotted.any():
+        ax.plot(value, np.where(dotted, level, np.nan), color=color, linestyle=":", linewidth=1.0)
 
 
 def _marks(ax: Axes, points: _Points, color) -> None:

@@ -21,11 +21,11 @@ def describe(
     unknowns: FloatArray,
     frequency: float,
     iterations: int = 0,
-    may_fold: bool = False,
+    stability: bool = False,
 ) -> Table:
     """All results at one point; ``frequency`` in Hz. A point that is no solution becomes NaN.
 
-    ``may_fold`` adds the stability of one response among several.
+    ``stability`` adds the growth of small motions beside the response.
     """
     evaluation = problem.evaluate(unknowns, RADIANS * frequency)
     friction, model = evaluation.friction, problem.model
@@ -52,9 +52,9 @@ def describe(
             name: value if name == "residual_norm" else np.full_like(value, np.nan)
             for name, value in result.items()
         }
-    if may_fold:
+    if stability:
         omega = RADIANS * frequency
-        rate = growth_rate(problem, omega, evaluation) if converged else np.nan
+        rate = growth_rate(problem, omega, evaluation, unknowns) if converged else np.nan
         result["growth_rate"] = np.float64(rate)
         result["stability"] = np.int8(verdict(rate, omega))
     rubs = converged & (model.contact_stiffness > 0)
@@ -76,14 +76,14 @@ def _sampling(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) 
 
 
 def nothing(
-    problem: HarmonicBalance, frequency: float, iterations: int = 0, may_fold: bool = False
+    problem: HarmonicBalance, frequency: float, iterations: int = 0, stability: bool = False
 ) -> Table:
     """The entry of a point without a solution."""
-    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations, may_fold)
+    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations, stability)
     for name, value in table.items():
         if value.dtype.kind == "f":
             table[name] = np.full_like(value, np.nan)
-    states = ("contact_state", "reversals", *(("stability",) if may_fold else ()))
+    states = ("contact_state", "reversals", *(("stability",) if stability else ()))
     flags = ("converged", "contact_model_valid")
     return (
         table

@@ -25,9 +25,16 @@ MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 
 
 def with_provenance(
-    dataset: xr.Dataset, problem: HarmonicBalance, sweep: Sweep, followed: Task | None = None
+    dataset: xr.Dataset,
+    problem: HarmonicBalance,
+    sweep: Sweep,
+    followed: Task | None = None,
+    harmonics: tuple[int, ...] | None = None,
 ) -> xr.Dataset:
-    """Add the parameters, the problem and where the numbers come from to a dataset."""
+    """Add the parameters, the problem and where the numbers come from to a dataset.
+
+    ``harmonics`` are those of its coefficients, by default those of the problem.
+    """
     for name, value in problem.parameters.items():
         units, long_name = PARAMETERS[name]
         attributes = {"units": units, "long_name": long_name}
@@ -53,13 +60,15 @@ def with_provenance(
         "symhbm_schema": SCHEMA_VERSION,
         "symhbm_version": version("symhbm"),
         "casadi_version": version("casadi"),
-        "problem": json.dumps(_description(problem)),
+        "problem": json.dumps(_description(problem, harmonics or problem.harmonics)),
         "swept": json.dumps(list(sweep.values)),
     }
     if followed:
         peaks = "each" if followed.each else "largest"
         description = {"name": followed.name, "index": followed.index, "peaks": peaks}
         dataset.attrs["followed"] = json.dumps(description)
+        if followed.accuracy is not None:
+            dataset.attrs["accuracy"] = followed.accuracy
     return dataset
 
 
@@ -89,10 +98,10 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     }
 
 
-def _description(problem: HarmonicBalance) -> dict[str, Any]:
+def _description(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, Any]:
     excitation = problem.excitation
     return {
-        "harmonics": list(problem.harmonics),
+        "harmonics": list(harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,
         "contacts": [list(dofs) for dofs in problem.model.contacts],

@@ -1,6 +1,6 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -193,6 +193,18 @@ class HarmonicBalance:
             return locate(*motion, slip)
         return locate_sampled(*motion, slip, samples=self.samples)
 
+    @staticmethod
+    def locate_each(
+        problems: Sequence["HarmonicBalance"], unknowns: Sequence[FloatArray]
+    ) -> list[LocatedFriction]:
+        """Events of all contacts at the unknowns of several problems of one structure, at once."""
+        first = problems[0]
+        relative = np.concatenate([p.relative(u) for p, u in zip(problems, unknowns, strict=True)])
+        stiffness = np.concatenate([p.model.contact_stiffness for p in problems])
+        limit = np.concatenate([p._slip_limit for p in problems])
+        located = locate(first.basis, relative, stiffness, limit)
+        return located.split(len(problems))
+
     def located(self) -> "HarmonicBalance":
         """The same problem with located switching angles."""
         other = object.__new__(HarmonicBalance)
@@ -200,13 +212,19 @@ class HarmonicBalance:
         return other
 
     def evaluate(
-        self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
+        self,
+        unknowns: FloatArray,
+        frequency: float,
+        slip: NDArray[np.bool_] | None = None,
+        friction: LocatedFriction | None = None,
     ) -> Evaluation:
         """Residual and derivatives at ``unknowns`` [m] and angular ``frequency`` [rad/s].
 
-        ``slip`` (n_contacts,) imposes contact states, see `symhbm.contact.locate`.
+        ``slip`` (n_contacts,) imposes contact states, see `symhbm.contact.locate`; ``friction``
+        are the events of the contacts where they are known.
         """
-        friction = self.locate(unknowns, slip)
+        if friction is None:
+            friction = self.locate(unknowns, slip)
         residual, magnitude, values, by_parameter = self._equations(
             unknowns, frequency, self._arguments, friction
         )
@@ -251,3 +269,9 @@ class HarmonicBalance:
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
         )
+
+
+def check_problem(problem: object) -> None:
+    """Raise TypeError unless ``problem`` is a HarmonicBalance."""
+    if not isinstance(problem, HarmonicBalance):
+        raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")

@@ -24,8 +24,8 @@ SEEN = 2.0
 """Distance from a resonance ahead, in half widths, at which the path feels it."""
 AT = 0.3
 """Distance from a resonance behind, in half widths, at which a point stands for it."""
-_SMALL = 1e-3
-"""Share of a harmonic in a motion below which its own contact forces mean little."""
+_LEADING = 0.5
+"""Share of a harmonic in the square of a motion from which it leads."""
 _FAINT = 1e-9
 """Resonant response, relative to the response, of a mode that nothing excites."""
 
@@ -50,19 +50,15 @@ def modes(
     if problem.model.n_dof > LARGEST_SIZE:
         return None
     try:
-        stiffness, damping, springs, force = _reduced(problem)
+        force = reduced(problem).force
     except np.linalg.LinAlgError:
         return None  # a motion without inertia: no coordinates of unit mass
     size = np.linalg.norm(unknowns)
     found = []
     nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs
     for n in (n for n in problem.harmonics if n > 0):
-        column = [problem.basis.component(n, sine) for sine in (False, True)]
-        spring, loss = _contacts(problem, unknowns, friction, column)
-        squares, shapes = np.linalg.eigh(stiffness + (springs * spring) @ springs.T)
-        natural = np.sqrt(np.maximum(squares, 1e-300))
-        viscous = damping + (springs * loss / (n * frequency)) @ springs.T
-        width = np.einsum("ik,ij,jk->k", shapes, viscous, shapes) / 2
+        column = _columns(problem, n)
+        natural, width, shapes = _resonances(problem, unknowns, frequency, friction, n)
         drive = np.abs(shapes.T @ force[:, column]).max(axis=1)
         loud = drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
         forced = force[:, column].any()
@@ -110,9 +106,25 @@ class Lookout:
         return found
 
 
+class Reduced(NamedTuple):
+    """Matrices, contact directions and force in coordinates of unit mass, and the way there.
+
+    ``stiffest`` is the highest natural frequency with all contacts stuck [rad/s], infinite with
+    springs that grow stiffer.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    springs: FloatArray
+    force: FloatArray
+    contact_stiffness: FloatArray
+    factor: FloatArray
+    stiffest: float
+
+
 @lru_cache(maxsize=4)
-def _reduced(problem: HarmonicBalance) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Stiffness, damping, contact directions and force in coordinates of unit mass."""
+def reduced(problem: HarmonicBalance) -> Reduced:
+    """A structure in coordinates of unit mass; LinAlgError where a motion has no inertia."""
     model = problem.model
     factor = cholesky(model.mass_matrix.toarray(), lower=True)
 
@@ -123,7 +135,32 @@ def _reduced(problem: HarmonicBalance) -> tuple[FloatArray, FloatArray, FloatArr
     stiffness, damping = (scaled(scaled(0.5 * (m + m.T)).T) for m in matrices)
     shape = problem.excitation.shape(model.n_dof, problem.basis)
     springs = scaled(model.directions.toarray().T)
-    return stiffness, damping, springs, scaled(problem.excitation.amplitude * shape)
+    force = scaled(problem.excitation.amplitude * shape)
+    highest = np.inf
+    if not model.has_cubic_springs:
+        whole = stiffness + (springs * model.contact_stiffness) @ springs.T
+        highest = float(np.sqrt(np.linalg.eigvalsh(whole)[-1]))
+    return Reduced(stiffness, damping, springs, force, model.contact_stiffness, factor, highest)
+
+
+def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
+    return [problem.basis.component(harmonic, sine) for sine in (False, True)]
+
+
+def _resonances(
+    problem: HarmonicBalance,
+    unknowns: FloatArray,
+    frequency: float,
+    friction: LocatedFriction,
+    harmonic: int,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Natural frequencies, half widths [rad/s] and shapes with the contacts as one harmonic has."""
+    stiffness, damping, springs, *_ = reduced(problem)
+    spring, loss = _contacts(problem, unknowns, friction, _columns(problem, harmonic))
+    squares, shapes = np.linalg.eigh(stiffness + (springs * spring) @ springs.T)
+    natural = np.sqrt(np.maximum(squares, 1e-300))
+    viscous = damping + (springs * loss / (harmonic * frequency)) @ springs.T
+    return natural, np.einsum("ik,ij,jk->k", shapes, viscous, shapes) / 2, shapes
 
 
 def _contacts(
@@ -131,21 +168,23 @@ def _contacts(
 ) -> tuple[FloatArray, FloatArray]:
     """Stiffness of the contacts in one harmonic and what they take out of it [N/m], (n_contacts,).
 
-    In the mean over its motion where there is one, else for a small one.
+    In the mean over its motion where that harmonic leads it, else for a small motion beside it:
+    what the other harmonics make a contact do is a force, and no stiffness.
     """
     model = problem.model
     relative = problem.relative(unknowns)
     y = relative[:, column]
     force = model.contact_stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
     force += (model.friction_coefficient * model.normal_load)[:, None] * friction.vector
-    in_phase = np.sum(force[:, column] * y, axis=1)
-    out_of_phase = force[:, column[0]] * y[:, 1] - force[:, column[1]] * y[:, 0]
     square, total = np.sum(y**2, axis=1), np.sum(relative**2, axis=1)
-    moves = square > _SMALL**2 * total
-    safe = np.where(moves, square, 1.0)
-    small = np.mean(np.einsum("cii->ci", friction.matrix)[:, column], axis=1)
-    share = np.where(moves, in_phase / safe, small * model.contact_stiffness)
+    leads = square > _LEADING * total
+    safe = np.where(leads, square, 1.0)
+    in_phase = np.sum(force[:, column] * y, axis=1) / safe
+    out_of_phase = (force[:, column[0]] * y[:, 1] - force[:, column[1]] * y[:, 0]) / safe
+    block = model.contact_stiffness[:, None, None] * friction.matrix[:, column][:, :, column]
+    share = np.where(leads, in_phase, (block[:, 0, 0] + block[:, 1, 1]) / 2)
+    loss = np.where(leads, out_of_phase, (block[:, 0, 1] - block[:, 1, 0]) / 2)
     # The mean stiffness of a cube to its own motion is half that to a motion beside it.
     cubic = model.cubic_stiffness * (0.75 * square + 1.5 * (total - square))
     spring = np.clip(share, 0.0, model.contact_stiffness) + cubic
-    return spring, np.where(moves, np.maximum(out_of_phase / safe, 0.0), 0.0)
+    return spring, np.maximum(loss, 0.0)

@@ -22,12 +22,16 @@ def label(
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
     """
     name = task.name
+    harmonics = max((branch.harmonics for branch in branches), key=len)
     along = "point" if task.at is None else name
     own_name = {"value": name, "event_value": f"event_{name}", "peak_value": f"peak_{name}"}
     variables: dict[str, tuple] = {}
     for table, axis in (("points", along), ("peaks", "peak"), ("events", "event")):
         for key in getattr(branches[0], table):
-            stacked = _stack([getattr(branch, table)[key] for branch in branches])
+            arrays = [getattr(branch, table)[key] for branch in branches]
+            if key.endswith("coefficient"):
+                arrays = [_widened(array, len(harmonics)) for array in arrays]
+            stacked = _stack(arrays)
             by_solution = table == "points" and key not in ("value", "n_solutions")
             axes = (
                 (axis, "solution")
@@ -43,22 +47,28 @@ def label(
     variables["status"] = _variable("status", sweep, status)
     if task.at is not None:
         variables[name] = (name, task.at, variables[name][2])
-    coordinates = _coordinates(problem) | {name: variables.pop(name)}
+    coordinates = _coordinates(problem, harmonics) | {name: variables.pop(name)}
     if task.frequency is not None:
         coordinates["frequency"] = ((), task.frequency, _attributes("frequency"))
-    return with_provenance(xr.Dataset(variables, coordinates), problem, sweep, task)
+    dataset = xr.Dataset(variables, coordinates)
+    return with_provenance(dataset, problem, sweep, task, harmonics)
 
 
 def label_point(
-    problem: HarmonicBalance, frequency: float, point: Table, status: str
+    problem: HarmonicBalance,
+    frequency: float,
+    point: Table,
+    status: str,
+    accuracy: float | None = None,
 ) -> xr.Dataset:
     """Dataset of one point; ``frequency`` in Hz."""
     nothing = Sweep({}, (), ())
     variables = {name: _variable(name, nothing, value[None]) for name, value in point.items()}
     variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
-    coordinates: dict[str, tuple] = _coordinates(problem)
+    coordinates: dict[str, tuple] = _coordinates(problem, problem.harmonics)
     coordinates["frequency"] = ((), frequency, _attributes("frequency"))
-    return with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
+    dataset = with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
+    return dataset if accuracy is None else dataset.assign_attrs(accuracy=accuracy)
 
 
 _MOTION_AXES = {
@@ -90,8 +100,7 @@ def label_motion(
         for name, value in motion.items()
     }
     variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
-    coordinates: dict[str, tuple] = _coordinates(problem)
-    coordinates["harmonic"] = ("harmonic", np.array(harmonics), coordinates["harmonic"][2])
+    coordinates: dict[str, tuple] = _coordinates(problem, harmonics)
     coordinates["frequency"] = ((), frequency, _attributes("frequency"))
     coordinates["angle"] = variables.pop("angle")
     return with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
@@ -119,14 +128,21 @@ def _stack(arrays: list[np.ndarray]) -> np.ndarray:
     return result
 
 
-def _coordinates(problem: HarmonicBalance) -> dict[str, tuple]:
+def _widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
+    """Coefficients (..., harmonic, component) of more harmonics: 0, or as unknown as the others."""
+    missing = n_harmonics - array.shape[-2]
+    nothing = np.where(np.isnan(array[..., :1, :]), np.nan, 0.0)
+    return np.concatenate([array, *[nothing] * missing], axis=-2)
+
+
+def _coordinates(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, tuple]:
     model = problem.model
     return {
         "dof": ("dof", np.arange(model.n_dof), {"long_name": "degree of freedom", "units": "1"}),
         "contact": ("contact", np.arange(model.n_contacts), {"long_name": "contact", "units": "1"}),
         "harmonic": (
             "harmonic",
-            np.array(problem.harmonics),
+            np.array(harmonics),
             {"long_name": "harmonic of the excitation frequency", "units": "1"},
         ),
         "component": (

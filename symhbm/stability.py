@@ -1,13 +1,17 @@
-"""Stability of responses with smooth laws by Hill's method.
+"""Stability of responses: by Hill's method with smooth laws, else by the monodromy.
 
 A small motion beside a response is ``exp(lambda t)`` times one of its period. Balanced in the
 harmonics of the response it gives ``(J + lambda D + lambda^2 M) p = 0``, whose matrix at
-``lambda = 0`` is the Jacobian of Eq. (9): stability changes at folds, exactly.
+``lambda = 0`` is the Jacobian of Eq. (9): stability changes at folds, exactly. Where contacts slip
+that holds for slow changes of the motion alone; the monodromy along it knows the others too.
 """
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
+from symhbm.fourier import FloatArray
+from symhbm.monodromy import multipliers
 from symhbm.residual import Evaluation, HarmonicBalance
 
 LARGEST_SIZE = 400
@@ -16,17 +20,54 @@ NEUTRAL = 1e-9
 """Growth over the frequency that is none: at a fold, or without damping."""
 
 
-def growth_rate(problem: HarmonicBalance, frequency: float, evaluation: Evaluation) -> float:
+def growth_rate(
+    problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
+) -> float:
     """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
 
-    NaN where a contact slips, whose memory Hill's method does not know, and for structures too
-    large.
+    ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
+    or too stiff, and without a mass matrix that can be inverted.
     """
-    model, basis = problem.model, problem.basis
-    if problem.n_unknowns > LARGEST_SIZE or _slides(problem, evaluation):
+    if problem.n_unknowns > LARGEST_SIZE:
         return np.nan
-    jacobian = evaluation.jacobian
-    matrix = jacobian.toarray() if sp.issparse(jacobian) else np.asarray(jacobian)
+    try:
+        jacobian = _jacobian(problem, evaluation)
+        if _slides(problem, evaluation):
+            values = multipliers(problem, frequency, unknowns)
+            if _agrees(jacobian, values):
+                largest = max(np.abs(values[0]), np.finfo(float).tiny)
+                return float(np.log(largest) * frequency / (2 * np.pi))
+        return _by_hill(problem, frequency, jacobian)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return np.nan
+
+
+def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
+    """Whether multipliers and balance see the same folds, which few harmonics keep apart.
+
+    Each takes one real multiplier through one, and the determinant through zero.
+    """
+    beyond = np.count_nonzero((values.imag == 0) & (values.real > 1))
+    return bool((beyond % 2 == 0) == (np.linalg.slogdet(jacobian)[0] > 0))
+
+
+def _jacobian(problem: HarmonicBalance, evaluation: Evaluation) -> FloatArray:
+    """Dense derivative of Eq. (9) by the unknowns, at given static forces of sticking contacts.
+
+    Eq. (9) centres the undetermined force of a contact that never slips; small motions leave it.
+    """
+    model, friction, jacobian = problem.model, evaluation.friction, evaluation.jacobian
+    matrix = jacobian.toarray() if sp.issparse(jacobian) else np.array(jacobian)
+    directions = model.directions.toarray()
+    unit = np.eye(problem.basis.n_components)
+    for j in np.flatnonzero(~friction.slip if problem.basis.order[0] == 0 else []):
+        spring = model.contact_stiffness[j] * np.outer(directions[j], directions[j])
+        matrix += np.kron(spring, unit - friction.matrix[j])
+    return matrix
+
+
+def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -> float:
+    model, basis = problem.model, problem.basis
     each = np.eye(basis.n_components)
     mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
     inertia = np.kron(mass, each)
@@ -35,7 +76,7 @@ def growth_rate(problem: HarmonicBalance, frequency: float, evaluation: Evaluati
     # In units of the frequency, so that both halves of the companion matrix are of one size.
     left = np.zeros((2 * size, 2 * size))
     left[:size, size:] = np.eye(size)
-    right = np.hstack([matrix / frequency**2, first / frequency])
+    right = np.hstack([jacobian / frequency**2, first / frequency])
     left[size:] = -np.linalg.solve(inertia, right)
     exponents = np.linalg.eigvals(left)
     # Copies of an exponent differ by harmonics; those cut off by the truncation are the far ones.

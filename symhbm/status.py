@@ -39,6 +39,10 @@ class Status(StrEnum):
         "the end of the band was reached, but some points are not converged "
         "(converged is false there, the values are NaN); try fewer harmonics or more damping"
     )
+    ACCURACY_NOT_REACHED = (
+        "not every response is as accurate as asked for, with the most harmonics that are tried; "
+        "truncation_error tells what each is; try an accuracy that asks for less"
+    )
     UNBOUNDED = (
         "the response grows without bound: no damping limits this resonance; "
         "add damping or friction, or end the band before it"
@@ -51,6 +55,10 @@ class Status(StrEnum):
     SYSTEM_SINGULAR = (
         "the equations are singular at this frequency: an undamped resonance lies here and the "
         "response is unbounded; add damping or move the frequency"
+    )
+    GROWS = (
+        "the motion grows without bound from the start, as cubic springs of negative stiffness "
+        "allow; try a start nearer to a motion, or a smaller force"
     )
     NOT_STARTED = "nothing was computed yet"
 

@@ -8,10 +8,10 @@ import xarray as xr
 
 from symhbm import check
 from symhbm.archive import ArchiveError, rebuild
-from symhbm.audit import FIGURES, larger_set, point_figures, relative_difference
-from symhbm.exact_motion import exact_motion
+from symhbm.audit import FIGURES, larger_set, point_figures, relative_difference, unknowns_of
 from symhbm.fourier import FloatArray
 from symhbm.names import VARIABLES
+from symhbm.periodic_motion import periodic_motion
 from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
 
@@ -56,9 +56,10 @@ class StoredPoints:
         # Flags do not hide what is stored.
         finite = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
         self.solved = np.asarray(self.stored["converged"], dtype=bool) | finite
-        self.larger = HarmonicBalance(
-            self.problem.model, self.problem.excitation, larger_set(harmonics)
-        )
+        self._highest = dataset.get("highest_harmonic")
+        if self._highest is not None:
+            self._highest = self._highest.transpose(*self.dims).values
+        self._sets: dict[tuple[int, ...], HarmonicBalance] = {harmonics: self.problem}
         self.place: tuple[int, ...] | None = None
 
     def problem_at(self, index: tuple[int, ...]) -> tuple[HarmonicBalance, float]:
@@ -78,23 +79,48 @@ class StoredPoints:
     def figures(self, index: tuple[int, ...]) -> dict[str, float]:
         """All figures of one point but the exact difference; infinite where there is none."""
         figures = dict.fromkeys(name for name in FIGURES if name != "exact_difference")
+        harmonics = self._harmonics(index)
         stored = {name: values[index] for name, values in self.stored.items()}
+        stored["coefficient"] = stored["coefficient"][:, : len(harmonics)]
         # Damaged numbers lead anywhere: to no parameter set, no motion, or out of range.
         try:
             with np.errstate(all="ignore"):
                 problem, omega = self.problem_at(index)
-                figures |= point_figures(stored, problem, self.larger, omega)
+                same, larger = (
+                    self._with(problem, each) for each in (harmonics, larger_set(harmonics))
+                )
+                figures |= point_figures(stored, same, larger, omega)
         except (ValueError, ArithmeticError):
             pass
         return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
 
+    def _harmonics(self, index: tuple[int, ...]) -> tuple[int, ...]:
+        """The harmonics of one point: it may have fewer than the dataset."""
+        harmonics = self.problem.harmonics
+        if self._highest is None or self._highest[index] not in harmonics:
+            return harmonics
+        return tuple(n for n in harmonics if n <= self._highest[index])
+
+    def _with(self, problem: HarmonicBalance, harmonics: tuple[int, ...]) -> HarmonicBalance:
+        """A problem with other harmonics."""
+        if harmonics == problem.harmonics:
+            return problem
+        if harmonics not in self._sets:
+            self._sets[harmonics] = HarmonicBalance(problem.model, problem.excitation, harmonics)
+        return self._sets[harmonics].with_parameters(**problem.parameters)
+
     def exact_difference(self, index: tuple[int, ...]) -> float:
-        """Difference from the exact amplitude; NaN where no exact motion is found."""
+        """Difference from the exact amplitude; NaN where no exact motion is found.
+
+        What is stored chooses among the motions that cubic springs make, and tells nothing else.
+        """
         try:
             problem, omega = self.problem_at(index)
+            near = None
             if problem.model.has_cubic_springs:
-                return np.nan
-            motion = exact_motion(problem, omega)
+                balance, coefficient = problem.located(), self.stored["coefficient"][index]
+                near = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
+            motion = periodic_motion(problem, omega, near)
         except (ValueError, ArithmeticError):
             return np.nan
         if not motion.converged:

@@ -1,4 +1,4 @@
-"""The exact periodic motion in time, as a labelled dataset: the independent truth."""
+"""The periodic motion in time, as a labelled dataset: the independent truth."""
 
 from collections.abc import Iterable
 
@@ -6,10 +6,13 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check, schema
-from symhbm.exact_motion import ExactMotion, exact_motion
-from symhbm.fourier import FourierBasis, check_harmonics
+from symhbm.audit import unknowns_of
+from symhbm.exact_motion import ExactMotion
+from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.periodic_motion import periodic_motion
 from symhbm.point import RADIANS, Table, by_harmonic
-from symhbm.residual import HarmonicBalance
+from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.shooting import TOLERANCE
 from symhbm.status import SolveError, Status
 
 _KINDS = {"slip": "onset of slip", "stick": "end of slip"}
@@ -21,23 +24,29 @@ def transient(
     *,
     harmonics: Iterable[int] | None = None,
     n_angles: int = 512,
+    start: xr.Dataset | None = None,
     throw: bool = False,
 ) -> xr.Dataset:
-    """Find the exact periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(3) without truncation.
+    """Find the periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(3) without truncation.
 
-    Between events the motion is linear and known to round-off, events are located to round-off,
-    and Newton's method with exact derivatives finds the motion that repeats itself.
+    Newton's method with exact derivatives finds the motion that repeats itself. With friction
+    alone it is linear between events and known to round-off, as its events are. With cubic springs
+    it is integrated step by step, to the relative tolerance ``integration_tolerance``.
 
     Parameters
     ----------
     problem
-        What moves; its harmonics and its samples, if any, play no part.
+        What moves; its samples play no part, nor do its harmonics but in the default start.
     frequency
         Excitation frequency [Hz].
     harmonics
         Harmonics of the Fourier coefficients; by default those of the problem.
     n_angles
         Number of equidistant angles of the period at which the motion is given.
+    start
+        A response nearby: one point of a result of `frf`, `follow`, `solve` or `transient`. Cubic
+        springs make several motions, stable or not, and the start chooses among them; by default
+        it is what `solve` finds. Friction alone makes one.
     throw
         Raise SolveError where no periodic motion was found.
 
@@ -51,22 +60,43 @@ def transient(
     Raises
     ------
     TypeError, ValueError
-        For bad arguments, and for cubic springs.
+        For bad arguments, and for a mass matrix that is not positive definite.
     SolveError
         If nothing converged and ``throw`` is True.
     """
-    if not isinstance(problem, HarmonicBalance):
-        raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
+    check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
     n_angles = check.integer("n_angles", n_angles, minimum=1)
     orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
-    motion = exact_motion(problem, RADIANS * frequency)
+    near = None if start is None else _response(problem, start)
+    motion = periodic_motion(problem, RADIANS * frequency, near)
     result = schema.label_motion(
         problem, frequency, _describe(problem, motion, orders, n_angles), orders, str(motion.status)
     )
     if throw and motion.status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {motion.status}", result)
     return result
+
+
+def _response(problem: HarmonicBalance, start: xr.Dataset) -> tuple[HarmonicBalance, FloatArray]:
+    """A stored response as the unknowns (n_unknowns,) [m] of a balance of its harmonics."""
+    if not isinstance(start, xr.Dataset):
+        raise TypeError(f"start={check.shown(start)}: expected an xarray Dataset")
+    missing = [name for name in ("coefficient", "harmonic") if name not in start.variables]
+    if missing:
+        raise ValueError(f"start: expected a response of this library, without {missing}")
+    coefficient, n_dof = start["coefficient"], problem.model.n_dof
+    given = [check.integer("harmonic of start", n, 0) for n in start["harmonic"].values.tolist()]
+    expected = {"dof": n_dof, "harmonic": len(set(given)), "component": 2}
+    if dict(coefficient.sizes) != expected:
+        raise ValueError(
+            f"start: expected one point, with coefficients of sizes {expected}, "
+            f"got {dict(coefficient.sizes)}"
+        )
+    values = check.array("start.coefficient", coefficient.transpose(*expected).values)
+    harmonics = sorted({*given, *problem.harmonics})
+    balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
+    return balance, unknowns_of(balance.basis, tuple(given), values)
 
 
 def _describe(
@@ -94,6 +124,8 @@ def _describe(
         viscous_dissipation=np.float64(motion.damping_loss),
         stick_fraction=motion.stick_fraction,
     )
+    if problem.model.has_cubic_springs:
+        values["integration_tolerance"] = np.float64(TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}
     state = np.where(rubs, ~neutral, -1)

@@ -39,8 +39,8 @@ def verify(
         Largest allowed value by name of `FIGURES`, in place of the default; None lifts it.
     exact
         How many points are compared with their exact periodic motion (up to a second each): those
-        of the largest amplitude and the largest ``residual_larger`` of each curve first. Cubic
-        springs allow none.
+        of the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
+        springs it is the motion closest to what is stored.
     progress
         Show a bar when it takes longer than a few seconds.
 

@@ -25,22 +25,33 @@ class Walk:
     """Points, peaks and status of a curve from the first to the last value of a ``band``.
 
     A resonance that nothing bounds ends a path; it is taken up again beyond. ``each`` asks for the
-    peaks of every degree of freedom instead of those of the largest response.
+    peaks of every degree of freedom instead of those of the largest response; ``guess``
+    (n_unknowns,) [m] may be a response close to that at the first value.
     """
 
-    def __init__(self, curve: Curve, band: tuple[float, float], max_points: int, each: bool):
+    def __init__(
+        self,
+        curve: Curve,
+        band: tuple[float, float],
+        max_points: int,
+        each: bool,
+        guess: FloatArray | None = None,
+    ):
         self.curve = curve
+        self.each = each
         self.corrector = Corrector(curve)
         self.points: list[PathPoint] = []
         self.peaks: list[Peak] = []
         self.rejected = 0
         self.status = Status.NO_START
         self._heading = 1 if band[1] > band[0] else -1
-        self._go(*band, max_points, each)
+        self._go(*band, max_points, guess)
 
-    def _go(self, start: float, end: float, max_points: int, each: bool) -> None:
+    def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
         lost = 0
-        found = self._solve_anew(start)
+        found = self._solve_anew(start) if guess is None else self._newton(guess, start)
+        if guess is not None and not found.converged:
+            found = self._solve_anew(start)
         if found.status == Status.SYSTEM_SINGULAR:
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
@@ -51,7 +62,7 @@ class Walk:
             self.points += segment
             self.rejected += path.rejected
             self.status = path.status
-            peaks, missing = find_peaks(segment, self.corrector, each)
+            peaks, missing = find_peaks(segment, self.corrector, self.each)
             self.peaks += peaks
             lost += missing
             if path.status != Status.UNBOUNDED:

@@ -721,3 +721,25 @@ def test_description_that_is_damaged(dataset, name, text):
 def test_parameter_that_is_missing(dataset, name):
     with refused("dataset", name, kind=sh.ArchiveError, allowed="description"):
         sh.rebuild(dataset.drop_vars(name))
+
+
+@pytest.mark.parametrize("value", ["no", None, 1])
+def test_stability_is_a_flag(value):
+    problem = sh.HarmonicBalance(
+        sh.single_blade(
+            mass=1,
+            stiffness=1e4,
+            damping=0.5,
+            contact_stiffness=1e4,
+            friction_coefficient=0.5,
+            normal_load=1,
+        ),
+        sh.PointForce(amplitude=1.0),
+    )
+    for call in (
+        lambda: sh.frf(problem, (10, 20), stability=value),
+        lambda: sh.solve(problem, 20.0, stability=value),
+        lambda: sh.follow(problem, "normal_load", (1, 2), frequency=20.0, stability=value),
+    ):
+        with pytest.raises(TypeError, match="stability"):
+            call()

@@ -461,6 +461,79 @@ def test_grazing(share):
         assert motion.friction_loss[0] > 0
 
 
+def onsets(problem, band):
+    """Frequencies [Hz] between the first and the last event, close to them, where little slips."""
+    events = np.unique(sh.frf(problem, band, progress=False).event_frequency.dropna("event"))
+    gap = np.array([1e-6, 1e-4, 1e-3])
+    return [*events[0] * (1 + gap), *events[-1] * (1 - gap)]
+
+
+@pytest.mark.parametrize("start", ["default", "stuck neighbour", "slipping neighbour"])
+@pytest.mark.parametrize("hertz", [314.8072332321196, 314.8286168381219])
+def test_just_beyond_the_onset_of_slip_of_a_ring(hertz, start):
+    """All contacts slip 3 to 5 % of the period; 26 events at once in every step."""
+    problem = ring(6)
+    neighbour = {"default": None, "stuck neighbour": 310.0, "slipping neighbour": 314.9}[start]
+    state = None if neighbour is None else exact_motion(problem, TURN * neighbour).state
+    motion = exact_motion(problem, TURN * hertz, state)
+    assert motion.converged
+    assert motion.periodicity < 1e-12
+    assert motion.iterations < 20
+    slip = 1 - motion.stick_fraction
+    assert slip.min() > 0.01
+    # A wave; an angle of onset is known to a root of the round-off of the state.
+    np.testing.assert_allclose(slip, slip[0], rtol=1e-6)
+    balance = sh.HarmonicBalance(problem.model, problem.excitation, range(1, 32, 2))
+    near = motion.coefficients(balance.harmonics)[0].ravel()
+    found = newton(partial(balance.evaluate, frequency=motion.frequency), near)
+    assert found.converged
+    wave = balance.coefficients(found.unknowns)
+    amplitude = largest_displacement(balance.basis, wave)[0]
+    np.testing.assert_allclose(amplitude, motion.amplitude, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("build", "band"),
+    [
+        (partial(blade, normal_load=10.0), (15, 30)),
+        (partial(ring, 1, normal_load=100.0), (70, 85)),
+        (partial(mistuned, 3, 20.0, sh.PointForce()), (240, 300)),
+        (partial(mistuned, 6, 100.0, sh.PointForce()), (240, 330)),
+    ],
+)
+def test_every_onset_of_slip(build, band):
+    """Frequencies a part in a million to one in a thousand inside of it."""
+    problem = build()
+    for hertz in onsets(problem, band):
+        motion = exact_motion(problem, TURN * hertz)
+        assert motion.converged
+        assert motion.periodicity < 1e-12
+        assert motion.iterations < 15
+        assert len(motion.event_angle)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_onsets_of_slip_of_any_ring(seed):
+    """Tuned or not, engine order or point force, onset and end of slip."""
+    rng = np.random.default_rng(seed)
+    n_blades = int(rng.choice([3, 6, 13, 24]))
+    order = int(rng.integers(1, min(6, n_blades // 2) + 1))
+    load = float(np.exp(rng.uniform(np.log(10), np.log(200))))
+    force = sh.EngineOrder(order) if rng.random() < 0.6 else sh.PointForce()
+    problem = mistuned(n_blades, load, force, (1, 3))
+    if rng.random() < 0.5:
+        values = {"contact_stiffness": 1e6, "friction_coefficient": 0.5, "normal_load": load}
+        values |= {"mass": 1.0, "stiffness": 1e4, "damping": 0.5}
+        problem = problem.with_parameters(**values)
+    resonance = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / n_blades) ** 2) / TURN
+    for hertz in onsets(problem, (0.85 * resonance, 1.1 * resonance)):
+        motion = exact_motion(problem, TURN * hertz)
+        assert motion.converged
+        assert motion.periodicity < 1e-12
+        assert motion.iterations < 40
+
+
 def test_one_blade_without_damping_needs_enough_friction():
     """At the resonance of slip, friction takes the power of the force from pi f0 / 4 on."""
     enough = exact_motion(blade(normal_load=2 * 0.79, damping=0.0), 100.0)
@@ -475,8 +548,8 @@ def test_rigid_contacts_approach_coulomb_friction(ratio, limit):
     """Den Hartog's closed form (1931) of motions without stops, at the rate of k_d^(-1/2)."""
     shape = np.sin(np.pi / ratio) / (ratio * (1 + np.cos(np.pi / ratio)))
     rigid = 1e-4 * np.sqrt(1 / (1 - ratio**2) ** 2 - (shape * limit) ** 2)
-    errors = []
-    for stiffness in (1e8, 1e10):
+    amplitudes = []
+    for stiffness in 1e8 * 4.0 ** np.arange(6):
         problem = blade(
             contact_stiffness=stiffness,
             friction_coefficient=1.0,
@@ -485,10 +558,15 @@ def test_rigid_contacts_approach_coulomb_friction(ratio, limit):
         )
         motion = exact_motion(problem, 100 * ratio)
         assert motion.converged
-        errors.append(abs(motion.amplitude[0] / rigid - 1))
-    assert errors[1] < 2e-3
-    # 100 times the stiffness, a tenth of the error; the next order is a hundredth of that.
-    assert errors[0] / errors[1] == pytest.approx(10, rel=0.02)
+        amplitudes.append(motion.amplitude[0])
+    errors = np.array(amplitudes) / rigid - 1
+    # Four times the stiffness, half of the error; the next order is a thousandth of it here.
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 2, rtol=0.01)
+    limits = np.array(amplitudes)
+    for order in range(1, len(limits)):
+        # Richardson's extrapolation in powers of k_d^(-1/2).
+        limits = (2**order * limits[1:] - limits[:-1]) / (2**order - 1)
+    assert limits[0] == pytest.approx(rigid, rel=1e-8)
 
 
 def test_order_zero_and_no_force_rest():

@@ -1,10 +1,11 @@
-"""Stability of smooth responses: Hill's exponents against closed forms and integrated motions."""
+"""Stability: Hill's exponents against closed forms and integrated motions, friction beside them."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import symhbm as sh
+from symhbm.monodromy import multipliers
 
 TURN = 2 * np.pi
 
@@ -15,16 +16,25 @@ def duffing(harmonics=(1,), **changes):
     return problem.with_parameters(**changes)
 
 
-@pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
-def test_the_branch_between_the_folds_is_unstable(band):
-    curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN), throw=True)
-    folds = [int(np.flatnonzero(curve.frequency == f)[0]) for f in curve.event_frequency]
+def check_folds(curve):
+    """Unstable between the two folds, stable elsewhere; at the folds themselves it is not known.
+
+    There the exponent is zero to round-off. Returns where the folds are.
+    """
+    at = curve.event_frequency.values[curve.event_kind.values == "fold"]
+    folds = [int(np.flatnonzero(curve.frequency == f)[0]) for f in at]
     assert len(folds) == 2
     expected = np.ones(curve.sizes["point"], dtype=int)
     expected[folds[0] + 1 : folds[1]] = 0
-    # At the folds themselves the exponent is zero to round-off: not known, or by chance.
     others = np.delete(np.arange(len(expected)), folds)
     assert curve.stability.values[others].tolist() == expected[others].tolist()
+    return folds
+
+
+@pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
+def test_the_branch_between_the_folds_is_unstable(band):
+    curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN), throw=True)
+    folds = check_folds(curve)
     # Zero: the folds are solved to 1e-12, and the exponent goes with the root of the distance.
     assert np.all(np.abs(curve.growth_rate.values[folds]) < 1e-5)
 
@@ -65,7 +75,9 @@ def test_against_the_integrated_variation(omega):
         assert np.exp(growth * period) == pytest.approx(largest, rel=1e-6)
 
 
-def test_slip_is_not_known():
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_folds_of_a_slipping_blade(harmonics):
+    """Stability changes at the folds of the path, however few the harmonics are."""
     model = sh.Model(
         [[1.0]],
         [[0.05]],
@@ -76,10 +88,85 @@ def test_slip_is_not_known():
         friction_coefficient=0.5,
         normal_load=[0.0, 0.1],
     )
-    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18)), (0.05, 0.4))
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), harmonics)
+    curve = sh.frf(problem, (0.05, 0.4), throw=True)
+    folds = check_folds(curve)
     slips = curve.contact_state.values[:, 1] == 1
-    assert slips.any()
     assert not slips.all()
-    assert set(curve.stability.values[slips]) == {-1}
-    assert np.isnan(curve.growth_rate.values[slips]).all()
-    assert set(curve.stability.values[~slips]) == {1}
+    assert slips[folds[0] : folds[1]].all()
+    # Zero, but for the harmonics left out.
+    assert np.all(np.abs(curve.growth_rate.values[folds]) < 3e-3)
+    assert np.all(curve.growth_rate.values[~slips] == pytest.approx(-0.025, rel=1e-9))
+
+
+def test_small_motions_leave_the_static_force_of_a_stuck_contact():
+    model = sh.Model(
+        np.eye(2),
+        np.diag([0.05, 0.3]),
+        [[1.0, -0.3], [-0.3, 0.8]],
+        contacts=[(0,), (0,)],
+        cubic_stiffness=[0.4, 0.0],
+        contact_stiffness=[0.0, 5.0],
+        friction_coefficient=1.0,
+        normal_load=1e3,
+    )
+    force = sh.HarmonicForce(cosine={0: [0.3, 0], 1: [0.3, 0], 2: [0.2, 0.1]})
+    problem = sh.HarmonicBalance(model, force, range(7))
+    point = sh.solve(problem, 0.3, throw=True)
+    # Without the sine of the mean.
+    unknowns = np.delete(point.coefficient.values.reshape(2, -1), 1, axis=1).ravel()
+    largest = np.abs(multipliers(problem, 0.3 * TURN, unknowns)[0])
+    assert float(point.growth_rate) == pytest.approx(0.3 * np.log(largest), rel=1e-6)
+
+
+def test_mass_that_cannot_be_inverted_is_not_known():
+    model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=0.4)
+    point = sh.solve(sh.HarmonicBalance(model, sh.PointForce(amplitude=0.1)), 0.1, throw=True)
+    assert np.isnan(point.growth_rate)
+    assert int(point.stability) == -1
+
+
+def test_too_stiff_to_follow_is_not_known():
+    problem = duffing(contact_stiffness=1e15, friction_coefficient=0.5, normal_load=0.01)
+    point = sh.solve(problem, 0.2, throw=True)
+    assert int(point.contact_state[0]) == 1
+    assert int(point.stability) == -1
+
+
+def test_friction_responses_are_stable_where_it_is_asked():
+    """Unique responses are stable; the rate is that of the exact motion's largest multiplier."""
+    blade = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), (1, 3, 5))
+    curve = sh.frf(problem, (15, 25), stability=True)
+    assert curve.stability.values.tolist() == [1] * curve.sizes["point"]
+    middle = curve.isel(point=curve.sizes["point"] // 2)
+    assert middle.contact_state.values == [1]
+    motion = sh.transient(problem, float(middle.frequency))
+    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
+    rate = np.log(float(largest)) * float(middle.frequency)
+    # Truncation of the motion moves the events it is judged by.
+    assert float(middle.growth_rate) == pytest.approx(rate, rel=1e-2)
+    assert float(sh.solve(problem, 20.0, stability=True).growth_rate) < 0
+    assert "stability" not in sh.frf(problem, (15, 25))
+    assert "stability" not in sh.solve(problem, 20.0)
+
+
+def test_instability_beside_odd_harmonics():
+    """A symmetric motion that small unsymmetric ones leave, which its own harmonics cannot tell."""
+    model = sh.Model([[1.0]], [[0.2]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=6.0), (1, 3, 5, 7, 9))
+    point = sh.solve(problem, 1 / TURN)
+    motion = sh.transient(problem, 1 / TURN, start=point)
+    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
+    # At one radian per second; five harmonics leave 3e-3 of the rate.
+    rate = np.log(float(largest)) / TURN
+    assert rate > 0.06
+    assert float(point.growth_rate) == pytest.approx(rate, rel=1e-2)
+    assert int(point.stability) == 0

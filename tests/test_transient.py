@@ -116,9 +116,16 @@ def test_bad_input(options, word):
         sh.transient(fig03.problem(), **options)
 
 
-def test_what_it_is_not_for():
-    duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    with pytest.raises(ValueError, match="cubic_stiffness"):
-        sh.transient(sh.HarmonicBalance(duffing, sh.PointForce()), 0.2)
+def test_a_model_is_no_problem():
     with pytest.raises(TypeError, match="problem="):
-        sh.transient(duffing, 0.2)  # type: ignore[arg-type]
+        sh.transient(fig03.problem().model, 20.0)  # type: ignore[arg-type]
+
+
+def test_start_from_a_response_nearby(ring):
+    """Friction alone makes one motion: the start decides how soon it is found."""
+    problem, motion = ring
+    for start in (motion, sh.solve(problem, 63.0), sh.solve(problem, 62.0)):
+        again = sh.transient(problem, 63.0, harmonics=(1, 3, 5), start=start, throw=True)
+        # A Newton step from 1e-11 of the motion, times ten for the weakest motion of the ring.
+        size = float(motion.amplitude.max())
+        np.testing.assert_allclose(again.amplitude, motion.amplitude, rtol=0, atol=1e-10 * size)

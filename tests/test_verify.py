@@ -106,8 +106,8 @@ def test_sound_archives_pass(tmp_path, case):
     assert found["passed"], summary(verified)
     assert found["n_checked"] == int(original.converged.sum()) > 0
     assert found["n_skipped"] == int((~original.converged).sum())
-    assert found["n_exact_failed"] == int(case in ("duffing", "cubic stiffness"))
-    assert found["n_exact"] == 1 - found["n_exact_failed"]
+    assert found["n_exact_failed"] == 0
+    assert found["n_exact"] == 1
     # Round-off, hundreds of times below the bound.
     assert float(verified.residual_stored.max()) < 2e-12
     for name in FIGURES:

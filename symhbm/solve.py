@@ -1,0 +1,112 @@
+"""The front door to one point."""
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from symhbm import check, schema
+from symhbm.angle_solvers import check_angles, solve_angles
+from symhbm.curve import FrequencyCurve
+from symhbm.harmonic_sets import HarmonicSets, check_accuracy
+from symhbm.newton import NewtonResult
+from symhbm.point import RADIANS, describe, nothing
+from symhbm.refinement import Refinement
+from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.start import solve_point
+from symhbm.status import SolveError, Status
+from symhbm.stretches import Response
+
+
+def solve(
+    problem: HarmonicBalance,
+    frequency: float,
+    *,
+    accuracy: float | None = None,
+    stability: bool = False,
+    angles: Literal["newton", "rootfinder", "ipopt"] | None = None,
+    throw: bool = False,
+) -> xr.Dataset:
+    """Solve Eq. (9) at one ``frequency`` [Hz], from nothing.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    frequency
+        Excitation frequency [Hz].
+    accuracy
+        Error of the displacements that the harmonics left out may make, as in `symhbm.frf`; the
+        dataset has the harmonics that takes. By default those of the problem.
+    stability
+        Add ``growth_rate`` and ``stability``, as in `symhbm.frf`.
+    angles
+        Solve Eqs. (4)-(11) with the switching angles as unknowns, by Newton's method, CasADi's
+        ``rootfinder`` or IPOPT, started from the solution with located angles and checked against
+        it. By default the located angles are the result.
+    throw
+        Raise SolveError where nothing converged.
+
+    Returns
+    -------
+    Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why, also where the form with angles as unknowns does not
+    apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
+    the others.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the frequency is not positive and finite; for angles as unknowns, if there is no such
+        solver, a harmonic is even, or friction is sampled.
+    SolveError
+        If nothing converged and ``throw`` is True.
+    """
+    check_problem(problem)
+    frequency = check.scalar("frequency", frequency, "positive")
+    if angles is not None:
+        check_angles(problem, angles)
+    target = check_accuracy(problem, accuracy)
+    problem, found, error = _solved(problem, RADIANS * frequency, target)
+    stability = check.flag("stability", stability) or not problem.single_valued
+    point = describe(problem, found.unknowns, frequency, found.iterations, stability)
+    status: str = found.status
+    if found.converged and not point["converged"]:
+        status = Status.NO_CONVERGENCE
+    if status == Status.SUCCESS and angles is not None:
+        result = solve_angles(problem, RADIANS * frequency, angles, found.unknowns)
+        status, iterations = result.status, found.iterations + result.iterations
+        if result.converged:
+            point = describe(problem, result.unknowns, frequency, iterations, stability)
+            point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
+        else:
+            point = nothing(problem, frequency, iterations, stability)
+    if target is not None:
+        point["highest_harmonic"] = np.int32(problem.basis.highest)
+        point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
+        if status == Status.SUCCESS and error > target:
+            status = Status.ACCURACY_NOT_REACHED
+    result = schema.label_point(problem, frequency, point, str(status), target)
+    if throw and status != Status.SUCCESS:
+        raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
+    return result
+
+
+def _solved(
+    problem: HarmonicBalance, frequency: float, accuracy: float | None
+) -> tuple[HarmonicBalance, NewtonResult, float]:
+    """The problem with the harmonics it takes, its solution and the error of that."""
+    if accuracy is None:
+        return problem, solve_point(problem, frequency), np.nan
+    refinement = Refinement(problem, HarmonicSets(problem), FrequencyCurve, accuracy)
+    problem = refinement.curve(0).problem
+    found = solve_point(problem, frequency)
+    if not found.converged:
+        return problem, found, np.nan
+    response = Response(frequency, 0, found.unknowns, np.nan, found.iterations)
+    response = refinement.settle(response)
+    problem = refinement.curve(response.rung).problem
+    assert response.unknowns is not None
+    found = replace(found, unknowns=response.unknowns, iterations=response.solves)
+    return problem, found, response.error
