@@ -231,7 +231,13 @@ class Path:
 
     def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
         """Next point beyond a corner nobody located, and the length of that step."""
-        found = hop(self.corrector, base, self._end, step)
+        found = hop(self.corrector, base, self._end, step / 4)
+        for _ in range(MAX_LOOKS):
+            share = None if found is None else self._lookout.first_passed(base, found.found)
+            if found is None or share is None:
+                break
+            # What looks like a corner may be the flank of a narrow resonance.
+            found = hop(self.corrector, base, self._end, share * found.length)
         if found is None:
             return None, 0.0
         self._orientation = found.found.sign

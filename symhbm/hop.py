@@ -31,12 +31,12 @@ class Hop(NamedTuple):
 
 
 def hop(corrector: Corrector, base: PathPoint, end: float, step: float) -> Hop | None:
-    """The farthest point ahead within ``step``, if possible in the contact states of ``base``.
+    """The farthest point ahead up to ``step``, if possible in the contact states of ``base``.
 
     Where states change, it is the first change: the point where that contact is on its limit.
     """
     for may_change in (False, True):
-        length = step / 4
+        length = step
         while length >= SMALLEST_STEP:
             found = _at_distance(corrector, base, end, length, may_change)
             if found is not None:
