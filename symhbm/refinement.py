@@ -244,7 +244,8 @@ class Refinement:
     def _unseen(self, rung: int, points: list[PathPoint]) -> list[int]:
         """The set with the resonances between points that harmonics left out would excite."""
         problems, frequencies = zip(*(self.curve(rung).at(p.value) for p in points), strict=True)
-        harmonics = self._audible(rung, problems[0], min(frequencies))
+        # A parameter that is followed makes the structure stiffer towards one of its ends.
+        harmonics = self._audible(rung, (problems[0], problems[-1]), min(frequencies))
         if not len(harmonics):
             return []
         unknowns = [point.unknowns for point in points]
@@ -260,10 +261,12 @@ class Refinement:
             asked.append(self._sets.rung(int(harmonics[passed].max())) if passed.any() else rung)
         return asked
 
-    def _audible(self, rung: int, problem: HarmonicBalance, slowest: float) -> np.ndarray:
-        """The harmonics left out that reach a mode."""
+    def _audible(
+        self, rung: int, problems: Sequence[HarmonicBalance], slowest: float
+    ) -> np.ndarray:
+        """The harmonics left out that reach a mode of one of some problems."""
         try:
-            stiffest = reduced(problem).stiffest
+            stiffest = max(reduced(problem).stiffest for problem in problems)
         except np.linalg.LinAlgError:
             return np.array([])
         beyond = np.array(self._sets.harmonics(self._sets.last))
