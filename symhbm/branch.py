@@ -1,10 +1,11 @@
 """One response curve as plain arrays: what a worker computes for one parameter set."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
+from symhbm.events import Event
 from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import HarmonicSets
 from symhbm.peaks import Peak
@@ -13,6 +14,7 @@ from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.stretches import Response, joined, status_of
+from symhbm.symmetry import Symmetry, find_symmetry
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which lengths along it are no longer relative."""
@@ -27,7 +29,7 @@ class Task:
     wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
     of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
-    make, relatively.
+    make, relatively. ``sector``: solve one sector where there are several that move alike.
     """
 
     name: str
@@ -40,11 +42,23 @@ class Task:
     stability: bool = False
     max_points: int = 5000
     accuracy: float | None = None
+    sector: bool = True
 
     @property
     def unit(self) -> float:
         """The value that continuation sees over that of the user."""
         return RADIANS if self.frequency is None else 1.0
+
+    def symmetry(self, problem: HarmonicBalance) -> Symmetry | None:
+        """Sectors of a problem that stay alike, and of which one tells all, None for none.
+
+        Only responses that are unique are as symmetric as the problem; small motions beside them,
+        and frictions forces over samples, are not.
+        """
+        unique = problem.single_valued and not self.may_fold and not self.stability
+        if not self.sector or not unique or self.index is not None or problem.samples is not None:
+            return None
+        return find_symmetry(problem.model, problem.excitation, problem.basis)
 
     def curve(self, problem: HarmonicBalance) -> Curve:
         """The equations to follow."""
@@ -88,6 +102,10 @@ def compute_branch(
 class _Computation:
     def __init__(self, problem: HarmonicBalance, task: Task, sets: HarmonicSets):
         self._task = task
+        self._symmetry = task.symmetry(problem)
+        if self._symmetry is not None:
+            sets = sets.of_sector(problem, self._symmetry)
+            problem = sets.problem.with_parameters(**problem.parameters)
         self._refinement = Refinement(problem, sets, task.curve, task.accuracy)
         band = task.unit * task.band[0], task.unit * task.band[1]
         self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
@@ -101,15 +119,16 @@ class _Computation:
         task, along = self._task, joined(self._stretches)
         points = self._path(along) if task.at is None else self._grid(task.at)
         peaks = [
-            self._peak(stretch.rung, peak, error)
+            row
             for stretch in self._stretches
             for peak, error in zip(stretch.peaks, stretch.peak_errors, strict=True)
+            for row in self._peaks(stretch.rung, peak, error)
         ]
         peaks.sort(key=lambda row: (task.each * row["peak_dof"], row["peak_value"]))
         events = [
             dict(event_value=task.shown(p.value), event_kind=str(e.kind), event_contact=e.contact)
             for p in along
-            for e in p.events
+            for e in self._events(p)
         ]
         counts = dict(
             n_points=len(along),
@@ -117,12 +136,13 @@ class _Computation:
             n_events=len(events),
             rejected_steps=self._refinement.rejected,
             linear_solves=self._refinement.solves,
+            n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
         )
         problem = self._refinement.curve(self._largest).problem
         none = Peak(0.0, 0.0, 0, "", np.zeros(problem.n_unknowns), 0.0)  # type: ignore[arg-type]
         return Branch(
             points=points,
-            peaks=_columns(peaks, self._peak(self._largest, none, 0.0)),
+            peaks=_columns(peaks, self._peaks(self._largest, none, 0.0)[0]),
             events=_columns(events, dict(event_value=0.0, event_kind="", event_contact=0)),
             status=str(self._status),
             harmonics=problem.harmonics,
@@ -190,6 +210,25 @@ class _Computation:
         if self._status == Status.REACHED_END and not all(row["converged"] for row in rows):
             self._status = Status.POINTS_MISSING
 
+    def _events(self, response: Response) -> list[Event]:
+        """The events of one point, of all contacts that do alike."""
+        if self._symmetry is None:
+            return list(response.events)
+        every = [replace(e, contact=j) for e in response.events for j in self._alike(e.contact)]
+        return sorted(every, key=lambda event: event.contact)
+
+    def _alike(self, contact: int) -> list[int]:
+        assert self._symmetry is not None
+        return self._symmetry.images(contact).tolist()
+
+    def _peaks(self, rung: int, peak: Peak, error: float) -> list[Table]:
+        """Rows of one peak: of each of the degrees of freedom that peak together, if asked for."""
+        row = self._peak(rung, peak, error)
+        if self._symmetry is None or not self._task.each:
+            return [row]
+        others = np.arange(self._symmetry.n_sectors) * self._symmetry.n_dof
+        return [row | {"peak_dof": np.int32(peak.dof + other)} for other in others]
+
     def _peak(self, rung: int, peak: Peak, error: float) -> Table:
         problem = self._refinement.curve(rung).problem
         row = dict(
@@ -198,7 +237,7 @@ class _Computation:
             peak_dof=np.int32(peak.dof),
             peak_kind=str(peak.kind),
             peak_residual_norm=np.float64(peak.residual_norm),
-            peak_coefficient=by_harmonic(problem.basis, problem.coefficients(peak.unknowns)),
+            peak_coefficient=by_harmonic(problem.basis, problem.everywhere(peak.unknowns)),
         )
         extra = self._truncation(rung, error)
         return row | {f"peak_{name}": value for name, value in extra.items()}

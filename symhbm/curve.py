@@ -137,11 +137,12 @@ class ParameterCurve(Curve):
         evaluation = problem.evaluate(unknowns, frequency, slip)
         inputs = problem.arguments(unknowns, frequency, slip)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
+        chosen = problem.own(self.name, self._chosen)
         excess_by_parameter: FloatArray | float = 0.0
         if self.name in _SIGNS and value != 0:
-            excess_by_parameter = _SIGNS[self.name] / value * self._chosen
+            excess_by_parameter = _SIGNS[self.name] / value * chosen
         return replace(
             evaluation,
-            by_parameter=by_entry @ np.atleast_1d(self._chosen),
+            by_parameter=by_entry @ np.atleast_1d(chosen),
             excess_by_parameter=excess_by_parameter,
         )

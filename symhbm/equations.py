@@ -13,6 +13,7 @@ from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.linear import DENSE_LIMIT
 from symhbm.model import FRICTION_PARAMETERS, Model
+from symhbm.symmetry import Symmetry
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
 FORCE_INPUTS = ("force_amplitude", "force_shape")
@@ -24,16 +25,37 @@ class Equations:
     ``residual`` maps the named inputs (unknowns, frequency, ``parameter_names`` and the contact
     data ``matrix`` and ``vector``) to the forces [N]. Calling the object evaluates residual,
     magnitude, stored entries of the Jacobian and the derivative by frequency. ``cubic`` adds the
-    cubic springs and their parameter, which cost time where there are none.
+    cubic springs and their parameter, which cost time where there are none. With a ``symmetry``
+    they are those of one sector: its unknowns, its equations and its contacts.
+
+    ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
+    coefficients of the relative displacements from the unknowns, contact by contact.
     """
 
-    def __init__(self, model: Model, basis: FourierBasis, cubic: bool = False):
+    def __init__(
+        self,
+        model: Model,
+        basis: FourierBasis,
+        cubic: bool = False,
+        symmetry: Symmetry | None = None,
+    ):
         self.cubic = cubic
+        size = basis.n_components
+        self.dofs, self.contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
+        self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
+        if symmetry is not None:
+            self.dofs, self.contacts = self.dofs[: symmetry.n_dof], symmetry.contacts
+            self.expansion = symmetry.expansion(basis)
+        directions = model.directions[self.contacts]
+        each = sp.eye_array(size)
+        self.directions = (sp.kron(directions, each) @ self.expansion).tocsr()
+        self.directions.eliminate_zeros()
+        self.directions_absolute = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
         springs = ("cubic_stiffness",) if cubic else ()
         contact_names = (*FRICTION_PARAMETERS, *springs)
         self.parameter_names = (*MATRIX_INPUTS, *contact_names, *FORCE_INPUTS)
-        n_dof, n_contacts, size = model.n_dof, model.n_contacts, basis.n_components
-        sparsity = {name: _sparsity(getattr(model, f"{name}_matrix")) for name in MATRIX_INPUTS}
+        n_dof, n_contacts = len(self.dofs), len(self.contacts)
+        sparsity = {name: _sparsity(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= dict.fromkeys(contact_names, n_contacts)
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
@@ -68,40 +90,42 @@ class Equations:
             friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
             return inertia, viscous, elastic, friction
 
-        directions = _constant(model.directions)
-        x = ca.reshape(symbol["unknowns"], size, n_dof).T
+        spread, spread_absolute = _constant(self.directions), _constant(self.directions_absolute)
+        whole = ca.mtimes(_constant(self.expansion), symbol["unknowns"])
+        x = ca.reshape(whole, size, model.n_dof).T
+        relative = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), size, n_contacts).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
         omega = symbol["frequency"]
         inertia, viscous, elastic, friction = forces(
             x,
-            ca.mtimes(directions, x),
+            relative,
             matrix,
             symbol["matrix"],
             symbol["vector"],
             omega,
             basis.derivative_matrix,
         )
-        springs, springs_total = self._springs(basis, ca.mtimes(directions, x))
-        smooth = elastic - inertia + viscous + ca.mtimes(springs, directions).T
-        balance = smooth + ca.mtimes(friction, directions).T - force
+        springs, springs_total = self._springs(basis, relative)
+        smooth = ca.vec((elastic - inertia + viscous).T) + ca.mtimes(spread.T, ca.vec(springs))
+        self._balance = smooth + ca.mtimes(spread.T, ca.vec(friction)) - ca.vec(force.T)
+        travel = ca.mtimes(spread_absolute, ca.fabs(symbol["unknowns"]))
         terms = forces(
             ca.fabs(x),
-            ca.mtimes(ca.fabs(directions), ca.fabs(x)),
+            ca.reshape(travel, size, n_contacts).T,
             {name: ca.fabs(value) for name, value in matrix.items()},
             ca.fabs(symbol["matrix"]),
             ca.fabs(symbol["vector"]),
             omega,
             np.abs(basis.derivative_matrix),
         )
-        total = terms[0] + terms[1] + terms[2] + ca.fabs(force)
-        total += ca.mtimes(terms[3] + springs_total, ca.fabs(directions)).T
-        self._balance = ca.reshape(balance.T, -1, 1)
+        total = ca.vec((terms[0] + terms[1] + terms[2] + ca.fabs(force)).T)
+        total += ca.mtimes(spread_absolute.T, ca.vec(terms[3] + springs_total))
 
         names = list(symbol)
         inputs = list(symbol.values())
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
-        jacobian = ca.jacobian(ca.reshape(smooth.T, -1, 1), symbol["unknowns"])
-        jacobian += self._friction_jacobian(directions)
+        jacobian = ca.jacobian(smooth, symbol["unknowns"])
+        jacobian += self._friction_jacobian(spread.T)
         self._evaluate = ca.Function(
             "evaluate",
             inputs,
@@ -123,12 +147,16 @@ class Equations:
         self._lock = threading.Lock()
         self._connect()
 
-    def _friction_jacobian(self, directions: Any) -> Any:
+    def rows(self, model: Model, name: str) -> Any:
+        """The rows of a matrix of the structure that are balanced here, by columns."""
+        matrix = getattr(model, f"{name}_matrix")
+        return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
+
+    def _friction_jacobian(self, spread: Any) -> Any:
         """Derivative of the friction forces by the unknowns: bilinear forces need no tracing."""
-        n_contacts, size = directions.shape[0], self._symbol["vector"].shape[0]
+        n_contacts, size = len(self.contacts), self._symbol["vector"].shape[0]
         stiffness, matrix = self._symbol["contact_stiffness"], self._symbol["matrix"]
         blocks = [stiffness[j] * matrix[:, j * size : (j + 1) * size] for j in range(n_contacts)]
-        spread = ca.kron(directions.T, ca.DM.eye(size))
         return ca.mtimes([spread, ca.diagcat(*blocks), spread.T]) if blocks else 0
 
     def _springs(self, basis: FourierBasis, y: Any) -> tuple[Any, Any]:
@@ -202,7 +230,7 @@ def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
     )
 
 
-def _constant(matrix: sp.csr_array) -> ca.DM:
-    columns = matrix.tocsc()
+def _constant(matrix: Any) -> ca.DM:
+    columns = sp.csc_array(matrix)
     columns.sort_indices()
     return ca.DM(_sparsity(columns), columns.data)

@@ -158,11 +158,10 @@ def brief_crossing(
                 return middle
             slope = excess_rate(corrector, middle.evaluation, middle.direction * scale)
             slope /= max(float(np.dot(normal, middle.direction)), 1e-3)
-            here = (
-                share,
-                float(outward[contact] * middle.evaluation.friction.excess[contact]),
-                float(outward[contact] * slope[contact]),
-            )
+            excess = float(outward[contact] * middle.evaluation.friction.excess[contact])
+            if not np.isfinite(excess):
+                break  # a contact that does not move but by round-off
+            here = share, excess, float(outward[contact] * slope[contact])
             left, right = (here, right) if here[2] > 0 else (left, here)
     return None
 

@@ -31,6 +31,7 @@ def frf(
     accuracy: float | None = None,
     stability: bool = False,
     peaks: Peaks = "largest",
+    sector: bool = True,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -65,6 +66,10 @@ def frf(
         period.
     peaks
         Of the largest response of all degrees of freedom, or of ``"each"`` of them.
+    sector
+        Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
+        under an engine order), and give the results of all; ``n_sectors`` tells their number. Not
+        with ``stability``, cubic springs or friction over samples.
     executor
         Where parameter sets are computed; by default in this process.
     throw
@@ -88,7 +93,9 @@ def frf(
     check_problem(problem)
     band = _check_band("frequency", frequency, "positive", " in Hz")
     task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
-    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
+    options = dict(
+        accuracy=accuracy, stability=stability, peaks=peaks, sector=sector, max_points=max_points
+    )
     return _run(problem, task, options, over, executor, throw, progress)
 
 
@@ -105,6 +112,7 @@ def follow(
     accuracy: float | None = None,
     stability: bool = False,
     peaks: Peaks = "largest",
+    sector: bool = True,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -129,7 +137,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, executor, throw, progress, max_points
+    accuracy, stability, peaks, sector, executor, throw, progress, max_points
         As in `frf`; peaks are maxima over the parameter.
 
     Returns
@@ -161,7 +169,9 @@ def follow(
     )
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
+    options = dict(
+        accuracy=accuracy, stability=stability, peaks=peaks, sector=sector, max_points=max_points
+    )
     return _run(problem, task, options, over, executor, throw, progress)
 
 
@@ -191,6 +201,7 @@ def _run(
         stability=check.flag("stability", options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=check_accuracy(problem, options["accuracy"]),
+        sector=check.flag("sector", options["sector"]),
     )
     task.curve(problem)
     branches = compute(problem, sweep, executor, progress, task)

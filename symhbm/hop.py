@@ -60,12 +60,15 @@ def _at_distance(
     if changed.any():
         if not may_change:
             return None
+        # A contact on its limit, or already beyond it, changes at once.
+        at_once = changed & (np.where(base.slip, base.excess, -base.excess) <= ON_LIMIT)
+        later = np.flatnonzero(changed & ~at_once)
         try:
-            value, result = _first_change(corrector, base, value, np.flatnonzero(changed))
+            value, result = _first_change(corrector, base, value, later)
         except ArithmeticError:
             return None
         on_limit = np.abs(result.evaluation.friction.excess) <= ON_LIMIT
-        slip = np.where(changed & on_limit, slip, base.slip)
+        slip = np.where(at_once | (changed & on_limit), slip, base.slip)
     row = heading * unit_parameter(len(scale))
     tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
     return None if tangent is None else Hop(tangent, slip, length, error)
@@ -86,8 +89,7 @@ def _first_change(
 
     shares = [1.0]
     for contact in contacts:
-        if abs(base.excess[contact]) > ON_LIMIT:
-            shares.append(optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+        shares.append(optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
     at = base.value + min(shares) * (value - base.value)
     return at, _solve(corrector, base, at)
 

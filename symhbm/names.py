@@ -84,6 +84,9 @@ VARIABLES = {
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
+    "n_sectors": Variable(
+        (), "1", "sectors that move alike, of which one was solved; 1: the whole structure"
+    ),
     "status": Variable((), "1", "why the computation ended"),
     "angle": Variable((), "rad", "angle of the period, omega t"),
     "displacement": Variable(("dof",), "m", "displacement"),

@@ -116,7 +116,7 @@ def amplitude_and_slope(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest displacements of motions ``(..., n_unknowns)`` and their slopes, ``(..., n_dof)``."""
     size = problem.basis.n_components
-    shape = (*unknowns.shape[:-1], problem.model.n_dof)
+    shape = (*unknowns.shape[:-1], problem.n_dof)
     coefficients = unknowns.reshape(-1, size)
     amplitude, angle = largest_displacement(problem.basis, coefficients)
     values = problem.basis.values(angle)
@@ -182,8 +182,9 @@ class _Finder:
         slopes = np.vstack([left.slope[watched], inside, right.slope[watched]])
         falls = np.count_nonzero((slopes[:-1] > 0) & (slopes[1:] <= 0), axis=0)
         level = np.abs(slopes).max(axis=0)
-        moving = level > _STILL * height[watched]
-        turns = (slopes[0] > 0) & (slopes[-1] <= 0) & moving
+        still = _STILL * height[watched]
+        moving = level > still
+        turns = (slopes[0] > still) & (slopes[-1] <= still) & moving
         same = slopes[0] * slopes[-1] > 0
         climb = slopes * np.sign(slopes[0])
         lowest = climb[1:-1].min(axis=0)

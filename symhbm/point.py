@@ -28,11 +28,11 @@ def describe(
     ``stability`` adds the growth of small motions beside the response.
     """
     evaluation = problem.evaluate(unknowns, RADIANS * frequency)
-    friction, model = evaluation.friction, problem.model
-    coefficients = problem.coefficients(unknowns)
+    friction, stiffness = evaluation.friction, problem.contact_stiffness
+    coefficients = problem.everywhere(unknowns)
     relative = problem.relative(unknowns)
-    force = model.contact_stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
-    force += (model.friction_coefficient * model.normal_load)[:, None] * friction.vector
+    force = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
+    force += problem.slip_limit[:, None] * friction.vector
     # Work of the friction force over a period: the integral of f dy.
     velocity = relative @ problem.basis.derivative_matrix.T
     converged = bool(evaluation.norm <= ACCEPTED)
@@ -57,14 +57,31 @@ def describe(
         rate = growth_rate(problem, omega, evaluation, unknowns) if converged else np.nan
         result["growth_rate"] = np.float64(rate)
         result["stability"] = np.int8(verdict(rate, omega))
-    rubs = converged & (model.contact_stiffness > 0)
-    return result | dict(
+    rubs = converged & (stiffness > 0)
+    states = dict(
         contact_state=np.where(rubs, friction.slip, -1).astype(np.int8),
         reversals=np.where(converged, friction.reversals, -1).astype(np.int32),
+    )
+    return _of_all_contacts(problem, result | states) | dict(
         converged=np.bool_(converged),
         contact_model_valid=np.bool_(converged),
         iterations=np.int32(iterations),
     )
+
+
+def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
+    """Results of the contacts of one sector as those of all: each lags, and does the same."""
+    symmetry = problem.symmetry
+    if symmetry is None:
+        return table
+    lags = symmetry.contact_lags()
+    spread = {
+        name: symmetry.spread_contacts(table[name])
+        for name in ("stick_fraction", "dissipation", "contact_state", "reversals")
+    }
+    for name in ("theta_0", "theta_star"):
+        spread[name] = (symmetry.spread_contacts(table[name]) + lags) % (2 * np.pi)
+    return table | spread
 
 
 def _sampling(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Table:

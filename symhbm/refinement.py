@@ -19,7 +19,7 @@ from symhbm.harmonic_sets import HarmonicSets
 from symhbm.newton import newton
 from symhbm.peaks import Peak
 from symhbm.residual import HarmonicBalance
-from symhbm.resonances import reduced
+from symhbm.resonances import LARGEST_SIZE, reduced
 from symhbm.status import Status
 from symhbm.stretches import Response, Stretch, agree, merged
 from symhbm.superharmonics import superharmonics
@@ -265,12 +265,14 @@ class Refinement:
         self, rung: int, problems: Sequence[HarmonicBalance], slowest: float
     ) -> np.ndarray:
         """The harmonics left out that reach a mode of one of some problems."""
+        beyond = [n for n in self._sets.harmonics(self._sets.last) if n > self._sets.top(rung)]
+        if problems[0].n_dof > LARGEST_SIZE:
+            return np.array([])
         try:
-            stiffest = max(reduced(problem).stiffest for problem in problems)
+            stiffest = [max(reduced(p, n).stiffest for p in problems) for n in beyond]
         except np.linalg.LinAlgError:
             return np.array([])
-        beyond = np.array(self._sets.harmonics(self._sets.last))
-        return beyond[(beyond > self._sets.top(rung)) & (beyond * slowest < stiffest)]
+        return np.array(beyond)[np.array(beyond) * slowest < np.array(stiffest)]
 
 
 def _widened(whole: Stretch, span: Span, poor: np.ndarray, by: int = _MARGIN) -> Span:

@@ -16,6 +16,10 @@ from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.friction import LocatedFriction
 from symhbm.model import CONTACT_PARAMETERS, Model
 from symhbm.sampled import locate_sampled
+from symhbm.symmetry import Symmetry, find_symmetry
+
+_COMMON = {*CONTACT_PARAMETERS, "force_amplitude"}
+"""Parameters whose values are compared sector by sector wherever they are set."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,20 @@ class HarmonicBalance:
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
         results state.
+    symmetry
+        Balance the first of the sectors that `symhbm.symmetry.find_symmetry` tells: the unknowns
+        are its coefficients alone, the contacts its own.
 
     Raises
     ------
     TypeError, ValueError
         For a bad harmonic set, an excitation that does not fit the model or the set, or samples
         too few for the harmonics.
+
+    Attributes
+    ----------
+    contact_stiffness, cubic_stiffness, slip_limit : (n_contacts,)
+        Of the contacts that are located [N/m, N/m^3, N].
 
     Notes
     -----
@@ -79,6 +91,7 @@ class HarmonicBalance:
         excitation: Excitation,
         harmonics: Iterable[int] = (1,),
         samples: int | None = None,
+        symmetry: Symmetry | None = None,
     ):
         if not isinstance(model, Model):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
@@ -90,7 +103,8 @@ class HarmonicBalance:
         if samples is not None:
             samples = check.integer("samples", samples, minimum=2 * self.basis.highest + 1)
         self.samples = samples
-        self._equations = Equations(model, self.basis, model.has_cubic_springs)
+        self.symmetry = symmetry
+        self._equations = Equations(model, self.basis, model.has_cubic_springs, symmetry)
         self._set_arguments()
 
     @property
@@ -99,9 +113,19 @@ class HarmonicBalance:
         return self.basis.harmonics
 
     @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom that are unknown: all, or those of one sector."""
+        return len(self._equations.dofs)
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contacts that are located: all, or those of one sector."""
+        return len(self._equations.contacts)
+
+    @property
     def n_unknowns(self) -> int:
         """Number of Fourier coefficients."""
-        return self.model.n_dof * self.basis.n_components
+        return self.n_dof * self.basis.n_components
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -125,7 +149,7 @@ class HarmonicBalance:
     def _with_springs(self, needed: bool) -> Equations:
         """The compiled equations, anew where cubic springs join those that have none."""
         if needed and not self._equations.cubic:
-            return Equations(self.model, self.basis, cubic=True)
+            return Equations(self.model, self.basis, True, self.symmetry)
         return self._equations
 
     @property
@@ -171,24 +195,57 @@ class HarmonicBalance:
         if of_force:
             other.excitation = self.excitation.with_parameters(**of_force)
         other._set_arguments()
+        if self.symmetry is not None and not {*values} <= _COMMON:
+            found = find_symmetry(other.model, other.excitation, self.basis)
+            if found != self.symmetry:
+                raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
         return other
 
     def coefficients(self, unknowns: FloatArray) -> FloatArray:
         """Unknowns as ``(n_dof, n_components)``."""
-        return unknowns.reshape(self.model.n_dof, self.basis.n_components)
+        return unknowns.reshape(self.n_dof, self.basis.n_components)
+
+    def everywhere(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients of all degrees of freedom of the structure, ``(.., n_components)``."""
+        whole = unknowns if self.symmetry is None else self._equations.expansion @ unknowns
+        return whole.reshape(self.model.n_dof, self.basis.n_components)
 
     def relative(self, unknowns: FloatArray) -> FloatArray:
         """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m]."""
-        return self._directions @ self.coefficients(unknowns)
+        relative = self._equations.directions @ unknowns
+        return relative.reshape(self.n_contacts, self.basis.n_components)
 
     def expand(self, contact: int, coefficients: FloatArray) -> FloatArray:
         """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""
-        direction = self._directions[[contact]].toarray()[0]
-        return (direction[:, None] * coefficients).ravel()
+        size = self.basis.n_components
+        return coefficients @ self._equations.directions[contact * size : (contact + 1) * size]
+
+    def structure(self, wave: int = 0) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
+
+        Of one sector, complex, as they act on a ``wave`` around the disk (turns over the number of
+        sectors by which each lags).
+        """
+        names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
+        whole = [getattr(self.model, name) for name in names]
+        if self.symmetry is None:
+            mass, damping, stiffness, directions = (matrix.toarray() for matrix in whole)
+        else:
+            phases, dofs = self.symmetry.phases(wave), self._equations.dofs
+            rows = [*(dofs,) * 3, self.symmetry.contacts]
+            mass, damping, stiffness, directions = (
+                (matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)
+            )
+        return mass, damping, stiffness, directions
+
+    def own(self, name: str, values: Any) -> FloatArray:
+        """Values of a named parameter of the blades or contacts that are balanced here."""
+        array = np.asarray(values, dtype=float)
+        return array if self.symmetry is None else self.symmetry.own(name, array)
 
     def locate(self, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None):
         """Events of all contacts at the unknowns, see `symhbm.contact.locate`."""
-        motion = self.basis, self.relative(unknowns), self.model.contact_stiffness, self._slip_limit
+        motion = self.basis, self.relative(unknowns), self.contact_stiffness, self.slip_limit
         if self.samples is None:
             return locate(*motion, slip)
         return locate_sampled(*motion, slip, samples=self.samples)
@@ -200,8 +257,8 @@ class HarmonicBalance:
         """Events of all contacts at the unknowns of several problems of one structure, at once."""
         first = problems[0]
         relative = np.concatenate([p.relative(u) for p, u in zip(problems, unknowns, strict=True)])
-        stiffness = np.concatenate([p.model.contact_stiffness for p in problems])
-        limit = np.concatenate([p._slip_limit for p in problems])
+        stiffness = np.concatenate([p.contact_stiffness for p in problems])
+        limit = np.concatenate([p.slip_limit for p in problems])
         located = locate(first.basis, relative, stiffness, limit)
         return located.split(len(problems))
 
@@ -229,8 +286,9 @@ class HarmonicBalance:
             unknowns, frequency, self._arguments, friction
         )
         # A sticking stretch is k_d (y - y_start): two large terms where the contact slips far.
-        spread = self._directions_absolute @ np.abs(self.coefficients(unknowns))
-        travel = spread.max(axis=1, initial=0.0) * self.model.contact_stiffness
+        spread = self._equations.directions_absolute @ np.abs(unknowns)
+        spread = spread.reshape(self.n_contacts, self.basis.n_components).max(axis=1, initial=0.0)
+        travel = spread * self.contact_stiffness
         stretches = 2 * travel * np.where(friction.slip, friction.stick_fraction, 0.0)
         return Evaluation(
             residual,
@@ -243,25 +301,26 @@ class HarmonicBalance:
     def amplification(self, unknowns: FloatArray, frequency: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one)."""
         force = abs(self.excitation.amplitude) * np.abs(self._arguments[-1]).max()
-        inertia = self.model.mass_matrix @ (self.coefficients(unknowns) * self.basis.order**2)
+        inertia = self.model.mass_matrix @ (self.everywhere(unknowns) * self.basis.order**2)
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
 
     def _set_arguments(self) -> None:
-        model, excitation = self.model, self.excitation
-        self._slip_limit = model.friction_coefficient * model.normal_load
-        self._directions = model.directions
-        self._directions_absolute = abs(model.directions)
-        named = {name: getattr(model, f"{name}_matrix").data for name in MATRIX_INPUTS}
-        named |= {name: getattr(model, name) for name in CONTACT_PARAMETERS}
+        model, excitation, equations = self.model, self.excitation, self._equations
+        named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
+        named |= {name: self.own(name, getattr(model, name)) for name in CONTACT_PARAMETERS}
+        self.contact_stiffness = named["contact_stiffness"]
+        self.cubic_stiffness = named["cubic_stiffness"]
+        self.slip_limit = named["friction_coefficient"] * named["normal_load"]
         named["force_amplitude"] = np.array([excitation.amplitude])
-        named["force_shape"] = excitation.shape(model.n_dof, self.basis).ravel()
+        named["force_shape"] = excitation.shape(model.n_dof, self.basis)[equations.dofs].ravel()
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float)
             for name in self._equations.parameter_names
         ]
 
     def __reduce__(self):
-        return HarmonicBalance, (self.model, self.excitation, self.harmonics, self.samples)
+        given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
+        return HarmonicBalance, given
 
     def __repr__(self) -> str:
         law = "" if self.samples is None else f", friction over {self.samples} samples"

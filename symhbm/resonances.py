@@ -47,21 +47,22 @@ def modes(
 ) -> Modes | None:
     """Modes of the structure at a point of a curve, None for one too large or without inertia."""
     problem, frequency = curve.at(value)
-    if problem.model.n_dof > LARGEST_SIZE:
+    if problem.n_dof > LARGEST_SIZE:
         return None
-    try:
-        force = reduced(problem).force
-    except np.linalg.LinAlgError:
-        return None  # a motion without inertia: no coordinates of unit mass
     size = np.linalg.norm(unknowns)
     found = []
     nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs
     for n in (n for n in problem.harmonics if n > 0):
-        column = _columns(problem, n)
+        try:
+            structure = reduced(problem, n)
+        except np.linalg.LinAlgError:
+            return None  # a motion without inertia: no coordinates of unit mass
+        cosine, sine = _columns(problem, n)
         natural, width, shapes = _resonances(problem, unknowns, frequency, friction, n)
-        drive = np.abs(shapes.T @ force[:, column]).max(axis=1)
+        force = structure.force[:, cosine] - 1j * structure.force[:, sine]
+        drive = np.abs(shapes.conj().T @ force)
         loud = drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
-        forced = force[:, column].any()
+        forced = force.any()
         excited = loud if forced else np.full(len(natural), nonlinear)
         found.append((natural - n * frequency, width, excited))
     return Modes(*(np.array(parts) for parts in zip(*found, strict=True)))
@@ -113,34 +114,42 @@ class Reduced(NamedTuple):
     springs that grow stiffer.
     """
 
-    stiffness: FloatArray
-    damping: FloatArray
-    springs: FloatArray
-    force: FloatArray
+    stiffness: NDArray
+    damping: NDArray
+    springs: NDArray
+    force: NDArray
     contact_stiffness: FloatArray
-    factor: FloatArray
+    factor: NDArray
     stiffest: float
 
 
-@lru_cache(maxsize=4)
-def reduced(problem: HarmonicBalance) -> Reduced:
-    """A structure in coordinates of unit mass; LinAlgError where a motion has no inertia."""
-    model = problem.model
-    factor = cholesky(model.mass_matrix.toarray(), lower=True)
+def reduced(problem: HarmonicBalance, harmonic: int) -> Reduced:
+    """A structure, as one harmonic moves it, in coordinates of unit mass.
 
-    def scaled(matrix: FloatArray) -> FloatArray:
+    LinAlgError where a motion has no inertia. One sector of a symmetric structure has Hermitian
+    matrices, those of its wave around the disk.
+    """
+    symmetry = problem.symmetry
+    return _reduced(problem, 0 if symmetry is None else symmetry.wave(harmonic))
+
+
+@lru_cache(maxsize=32)
+def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
+    mass, *matrices, directions = problem.structure(wave)
+    factor = cholesky(mass, lower=True)
+
+    def scaled(matrix: NDArray) -> NDArray:
         return solve_triangular(factor, matrix, lower=True)
 
-    matrices = (model.stiffness_matrix.toarray(), model.damping_matrix.toarray())
-    stiffness, damping = (scaled(scaled(0.5 * (m + m.T)).T) for m in matrices)
-    shape = problem.excitation.shape(model.n_dof, problem.basis)
-    springs = scaled(model.directions.toarray().T)
+    damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
+    shape = problem.excitation.shape(problem.model.n_dof, problem.basis)[: problem.n_dof]
+    springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     highest = np.inf
-    if not model.has_cubic_springs:
-        whole = stiffness + (springs * model.contact_stiffness) @ springs.T
+    if not problem.model.has_cubic_springs:
+        whole = stiffness + (springs * problem.contact_stiffness) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(whole)[-1]))
-    return Reduced(stiffness, damping, springs, force, model.contact_stiffness, factor, highest)
+    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, factor, highest)
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
@@ -153,14 +162,15 @@ def _resonances(
     frequency: float,
     friction: LocatedFriction,
     harmonic: int,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, NDArray]:
     """Natural frequencies, half widths [rad/s] and shapes with the contacts as one harmonic has."""
-    stiffness, damping, springs, *_ = reduced(problem)
+    stiffness, damping, springs, *_ = reduced(problem, harmonic)
     spring, loss = _contacts(problem, unknowns, friction, _columns(problem, harmonic))
-    squares, shapes = np.linalg.eigh(stiffness + (springs * spring) @ springs.T)
+    squares, shapes = np.linalg.eigh(stiffness + (springs * spring) @ springs.conj().T)
     natural = np.sqrt(np.maximum(squares, 1e-300))
-    viscous = damping + (springs * loss / (harmonic * frequency)) @ springs.T
-    return natural, np.einsum("ik,ij,jk->k", shapes, viscous, shapes) / 2, shapes
+    viscous = damping + (springs * loss / (harmonic * frequency)) @ springs.conj().T
+    width = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes).real / 2
+    return natural, width, shapes
 
 
 def _contacts(
@@ -171,20 +181,20 @@ def _contacts(
     In the mean over its motion where that harmonic leads it, else for a small motion beside it:
     what the other harmonics make a contact do is a force, and no stiffness.
     """
-    model = problem.model
+    stiffness = problem.contact_stiffness[:, None]
     relative = problem.relative(unknowns)
     y = relative[:, column]
-    force = model.contact_stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
-    force += (model.friction_coefficient * model.normal_load)[:, None] * friction.vector
+    force = stiffness * np.einsum("cij,cj->ci", friction.matrix, relative)
+    force += problem.slip_limit[:, None] * friction.vector
     square, total = np.sum(y**2, axis=1), np.sum(relative**2, axis=1)
     leads = square > _LEADING * total
     safe = np.where(leads, square, 1.0)
     in_phase = np.sum(force[:, column] * y, axis=1) / safe
     out_of_phase = (force[:, column[0]] * y[:, 1] - force[:, column[1]] * y[:, 0]) / safe
-    block = model.contact_stiffness[:, None, None] * friction.matrix[:, column][:, :, column]
+    block = stiffness[:, None] * friction.matrix[:, column][:, :, column]
     share = np.where(leads, in_phase, (block[:, 0, 0] + block[:, 1, 1]) / 2)
     loss = np.where(leads, out_of_phase, (block[:, 0, 1] - block[:, 1, 0]) / 2)
     # The mean stiffness of a cube to its own motion is half that to a motion beside it.
-    cubic = model.cubic_stiffness * (0.75 * square + 1.5 * (total - square))
-    spring = np.clip(share, 0.0, model.contact_stiffness) + cubic
+    cubic = problem.cubic_stiffness * (0.75 * square + 1.5 * (total - square))
+    spring = np.clip(share, 0.0, problem.contact_stiffness) + cubic
     return spring, np.maximum(loss, 0.0)

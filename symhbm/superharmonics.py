@@ -39,27 +39,30 @@ def superharmonics(
     ``unknowns`` (n_unknowns,) [m], ``frequencies`` in rad/s, ``harmonics`` (n_harmonics,),
     ``references`` (n_dof,) [m]. None for a structure too large for its modes, or without inertia.
     """
-    if not problems or problems[0].model.n_dof > LARGEST_SIZE:
+    if not problems or problems[0].n_dof > LARGEST_SIZE:
         return None
     relative = np.concatenate([p.relative(u) for p, u in zip(problems, unknowns, strict=True)])
-    models = [problem.model for problem in problems]
-    stiffness = np.concatenate([model.contact_stiffness for model in models])
-    limit = np.concatenate([model.friction_coefficient * model.normal_load for model in models])
+    stiffness = np.concatenate([problem.contact_stiffness for problem in problems])
+    limit = np.concatenate([problem.slip_limit for problem in problems])
     force, share = friction_beyond(problems[0].basis, relative, stiffness, limit, harmonics)
-    count = len(problems)
-    parts = zip(problems, np.split(force, count), np.split(share, count), strict=True)
-    try:
-        shaken = [_modes(reduced(problem), *part) for problem, *part in parts]
-    except np.linalg.LinAlgError:
-        return None
-    found = []
-    for (natural, width, shape, drive), omega, size in zip(
-        shaken, frequencies, references, strict=True
-    ):
-        exciting = harmonics[:, None] * omega
-        resonant = drive / np.maximum(2 * exciting * width, 1e-300)
-        largest = np.abs(shape / size[:, None]).max(axis=0)
-        found.append(Superharmonics(natural - exciting, resonant * largest))
+    symmetry = problems[0].symmetry
+    wave = np.array([0 if symmetry is None else symmetry.wave(int(n)) for n in harmonics])
+    count, found = len(problems), []
+    given = (problems, frequencies, references, np.split(force, count), np.split(share, count))
+    for problem, omega, size, push, spring in zip(*given, strict=True):
+        detuning = np.empty((len(harmonics), problem.n_dof))
+        response = np.empty_like(detuning)
+        for alike in (wave == w for w in np.unique(wave)):
+            try:
+                structure = reduced(problem, int(harmonics[alike][0]))
+            except np.linalg.LinAlgError:
+                return None
+            natural, width, shape, drive = _modes(structure, push[:, alike], spring[:, alike])
+            exciting = harmonics[alike, None] * omega
+            resonant = drive / np.maximum(2 * exciting * width, 1e-300)
+            detuning[alike] = natural - exciting
+            response[alike] = resonant * np.abs(shape / size[:, None]).max(axis=0)
+        found.append(Superharmonics(detuning, response))
     return found
 
 
@@ -104,7 +107,7 @@ def _cosines(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
 
 def _modes(
     structure: Reduced, force: np.ndarray, share: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, np.ndarray, FloatArray]:
     """Natural frequencies by harmonic, half widths [rad/s], shapes, and their forces by harmonic.
 
     The modes are those of the mean over the harmonics, their frequencies to first order beside it.
@@ -112,9 +115,10 @@ def _modes(
     springs = structure.springs
     held = structure.contact_stiffness[:, None] * share
     mean = held.mean(axis=1)
-    squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.T)
-    squares = squares + (held.T - mean) @ (springs.T @ vectors) ** 2
-    width = np.einsum("ik,ij,jk->k", vectors, structure.damping, vectors) / 2
-    shape = solve_triangular(structure.factor, vectors, lower=True, trans=1)
-    drive = np.abs(force.T @ (springs.T @ vectors))
+    squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.conj().T)
+    travel = springs.conj().T @ vectors
+    squares = squares + (held.T - mean) @ np.abs(travel) ** 2
+    width = np.einsum("ik,ij,jk->k", vectors.conj(), structure.damping, vectors).real / 2
+    shape = solve_triangular(structure.factor, vectors, lower=True, trans=2)
+    drive = np.abs(force.T @ travel.conj())
     return np.sqrt(np.maximum(squares, 0.0)), width, shape, drive

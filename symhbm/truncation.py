@@ -58,7 +58,7 @@ def truncations(
     ``frequencies`` in rad/s. An error is infinite where the response of the larger problem was not
     found.
     """
-    n_contacts = larger[0].model.n_contacts if larger else 0
+    n_contacts = larger[0].n_contacts if larger else 0
     size = max(1, _BATCH // max(1, n_contacts))
     result: list[Truncation] = []
     for i in range(0, len(problems), size):
@@ -70,7 +70,7 @@ def truncations(
 def embed(problem: HarmonicBalance, larger: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     """Unknowns of a problem among those of one with more harmonics."""
     inside = np.isin(larger.basis.order, problem.basis.order)
-    result = np.zeros((larger.model.n_dof, larger.basis.n_components))
+    result = np.zeros((larger.n_dof, larger.basis.n_components))
     result[:, inside] = problem.coefficients(unknowns)
     return result.ravel()
 

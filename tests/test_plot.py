@@ -3,6 +3,7 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 
 mpl.use("Agg")
 
@@ -10,6 +11,7 @@ import matplotlib.pyplot as plt
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from symhbm.plot import drawing
 
 
 @pytest.fixture(autouse=True)
@@ -66,13 +68,100 @@ def test_many_curves_get_a_colour_bar():
     )
     figure = sh.plot.response(family)
     assert len(figure.axes) == 2
-    assert "F_n" in figure.axes[1].get_ylabel()
+    ax, bar = figure.axes
+    assert ax.get_legend() is None
+    assert "F_n" in bar.get_ylabel()
+    assert bar.get_yscale() == "log"
+    # Equal ratios of loads are equal steps of the colours: 16 of 256, rounded down.
+    every = [drawing.FAMILY(i) for i in range(256)]
+    found = [every.index(tuple(line.get_color())) for line in ax.lines]
+    assert np.all(np.abs(np.diff(found) - 255 / 15) <= 1)
 
 
-def test_bad_input(family):
-    with pytest.raises(ValueError, match="dof=3"):
-        sh.plot.response(family, dof=3)
-    with pytest.raises(KeyError, match="one point"):
-        sh.plot.response(sh.solve(fig03.problem(), 20.0))
-    with pytest.raises(KeyError, match="amplitude"):
-        sh.plot.response(family.drop_vars("amplitude"))
+def test_many_curves_of_two_parameters():
+    """Colours tell one, line styles the other."""
+    over = {"normal_load": np.linspace(1, 9, 9), "damping": [0.5, 1.0]}
+    family = sh.frf(fig03.problem(), (10, 12), over=over, at=[10, 11])
+    ax, _ = sh.plot.response(family, peaks=False).axes
+    assert len(ax.lines) == 18
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [t.get_text() for t in legend.get_texts()] == ["$c$ = 0.5 N s/m", "$c$ = 1 N s/m"]
+    first = [line for line in ax.lines if line.get_linestyle() == "-"]
+    assert len(first) == 9
+    for line, load in zip(first, family.normal_load, strict=True):
+        expected = family.amplitude.sel(normal_load=load, damping=0.5).max("dof")
+        np.testing.assert_array_equal(line.get_ydata(), 20 * np.log10(expected))
+
+
+def test_samples_are_thin_lines_alike():
+    loads = xr.DataArray(np.linspace(1, 9, 5), dims="sample")
+    family = sh.frf(fig03.problem(), (10, 30), over={"normal_load": loads})
+    (ax,) = sh.plot.response(family).axes
+    assert len(ax.lines) == 5
+    assert ax.get_legend() is None
+    assert len({str(line.get_color()) for line in ax.lines}) == 1
+    for line, top in zip(ax.lines, family.peak_amplitude.max("peak").values, strict=True):
+        assert line.get_alpha() < 1
+        assert line.get_ydata().max() == pytest.approx(20 * np.log10(top), abs=1e-12)
+
+
+BAD = {
+    "response dof": (sh.plot.response, {"dof": 3}, ValueError, "dof=3"),
+    "response ax": (sh.plot.response, {"ax": 3}, TypeError, "ax=3"),
+    "envelope": (sh.plot.envelope, {}, KeyError, "'sample' is no dimension"),
+    "disk": (sh.plot.disk, {}, ValueError, "1 DOF: expected at least three"),
+    "hysteresis": (sh.plot.hysteresis, {"contact": 1}, ValueError, "contact=1"),
+    "hysteresis fraction": (sh.plot.hysteresis, {"contact": 0.5}, ValueError, r"contact=0\.5"),
+    "map contact": (sh.plot.stick_map, {"contact": -1}, ValueError, "contact=-1"),
+    "map word": (sh.plot.stick_map, {"contact": "all"}, ValueError, "contact='all'"),
+    "map over": (sh.plot.stick_map, {"over": "mass"}, KeyError, "'mass' is no swept dimension"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_arguments(family, name):
+    function, options, error, words = BAD[name]
+    with pytest.raises(error, match=words):
+        function(family, **options)
+    assert plt.get_fignums() == []
+
+
+MISSING = {
+    "amplitude": (sh.plot.response, sh.plot.envelope),
+    "coefficient": (sh.plot.disk, sh.plot.hysteresis),
+    "normal_load": (sh.plot.hysteresis,),
+    "stick_fraction": (sh.plot.stick_map,),
+}
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_missing_variables(family, name):
+    for function in MISSING[name]:
+        with pytest.raises(KeyError, match=f"'{name}' is no variable"):
+            function(family.drop_vars(name))
+        with pytest.raises(TypeError, match="dataset=3"):
+            function(3)
+    assert plt.get_fignums() == []
+
+
+def test_dimensions_that_were_selected(family):
+    """What was of one contact or one blade is not taken for another's."""
+    for function, dim in (
+        (sh.plot.response, "dof"),
+        (sh.plot.hysteresis, "dof"),
+        (sh.plot.disk, "dof"),
+        (sh.plot.hysteresis, "contact"),
+        (sh.plot.stick_map, "contact"),
+    ):
+        with pytest.raises(KeyError, match=f"'{dim}' is no dimension"):
+            function(family.isel({dim: 0}))
+
+
+def test_one_point_is_no_curve():
+    point = sh.solve(fig03.problem(), 20.0)
+    for function in (sh.plot.response, sh.plot.envelope):
+        with pytest.raises(KeyError, match="one point"):
+            function(point)
+    with pytest.raises(KeyError, match="frequency"):
+        sh.plot.stick_map(point)

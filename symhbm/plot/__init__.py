@@ -1,0 +1,21 @@
+"""Figures from datasets."""
+
+from symhbm.plot.contact import hysteresis
+from symhbm.plot.curves import response
+from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS
+from symhbm.plot.ensemble import blades, envelope
+from symhbm.plot.map import stick_map
+from symhbm.plot.shapes import disk
+
+__all__ = [
+    "LINE_STYLES",
+    "MOST_LEGEND_ENTRIES",
+    "STYLE",
+    "SYMBOLS",
+    "blades",
+    "disk",
+    "envelope",
+    "hysteresis",
+    "response",
+    "stick_map",
+]

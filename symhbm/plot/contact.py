@@ -1,0 +1,252 @@
+"""Contacts: hysteresis loops, and where they stick."""
+
+import json
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.interpolate import CubicHermiteSpline
+
+from symhbm import check
+from symhbm.audit import unknowns_of
+from symhbm.contact import stick_intervals
+from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.plot.drawing import (
+    MOST_LEGEND_ENTRIES,
+    Family,
+    canvas,
+    check_variables,
+    figure_of,
+    moving,
+    scaled,
+)
+
+N_ANGLES = 512
+
+
+class Loop(NamedTuple):
+    """Hysteresis loop of one contact over a period, closed.
+
+    ``angle`` (n,) [rad], ``displacement`` (n,) [m], ``force`` (n,) [N]; ``onset`` and ``end``
+    number the points where slip begins and ends. ``limit`` is ``mu F_n`` [N].
+    """
+
+    angle: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    onset: np.ndarray
+    end: np.ndarray
+    limit: float
+
+    @property
+    def area(self) -> float:
+        """Enclosed area [J]: exact, as the force is linear in the displacement between events."""
+        middle = (self.force[1:] + self.force[:-1]) / 2
+        return float((middle * np.diff(self.displacement)).sum())
+
+
+def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
+    """Draw the friction force of a contact over its relative displacement through a period.
+
+    The area of a loop is the energy dissipated per cycle. Triangles are onsets of slip, circles its
+    ends. Of a result of the balance it is the force of the slider marched over the motion, not the
+    few terms of its series that the balance sees. Several points or parameter sets are a family;
+    points that did not converge are left out, and the title tells how many.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.transient`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
+    contact
+        The contact to show.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset without the motion, one without a converged point, and bad arguments.
+    """
+    loops, dataset, dims = hysteresis_loops(dataset, contact)
+    found = [loop for loop in loops.values() if loop is not None]
+    if not found:
+        raise ValueError("dataset: expected a converged point, all motions are NaN")
+    largest = max(float(np.abs(loop.displacement).max()) for loop in found)
+    factor, unit = scaled(largest, "m")
+    family = Family(dataset, dims)
+    with canvas(ax) as ax:
+        for member in family:
+            loop = loops.get(tuple(member.place[dim] for dim in dims))
+            if loop is None:
+                continue
+            x = factor * loop.displacement
+            few = len(found) <= MOST_LEGEND_ENTRIES
+            width = 1.4 if few else 0.8
+            ax.plot(x, loop.force, color=member.color, linestyle=member.style, linewidth=width)
+            if few:
+                look: Any = dict(color=member.color, linestyle="", markersize=5, zorder=3)
+                ax.plot(x[loop.onset], loop.force[loop.onset], "^", **look)
+                ax.plot(x[loop.end], loop.force[loop.end], "o", markerfacecolor="white", **look)
+        notes = []
+        if len(loops) == 1:
+            ax.fill(factor * found[0].displacement, found[0].force, color="0.94", zorder=0)
+            for level in (-found[0].limit, found[0].limit):
+                ax.axhline(level, color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
+            lost, joule = scaled(found[0].area, "J")
+            notes.append(f"contact {contact}: {lost * found[0].area:.4g} {joule} per cycle")
+        if len(found) < len(loops):
+            missing = len(loops) - len(found)
+            notes.append(f"left out, not converged: {missing} of {len(loops)} points")
+        ax.set_title("\n".join(notes))
+        ax.set_xlabel(f"relative displacement [{unit}]")
+        ax.set_ylabel("friction force [N]")
+        family.explain(ax)
+    return figure_of(ax)
+
+
+def hysteresis_loops(
+    dataset: xr.Dataset, contact: int = 0
+) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
+    """Loops by their place in the dimensions listed, None where nothing converged.
+
+    Also returns the dataset, without what pads its paths. Arguments and errors as of `hysteresis`.
+    """
+    check_variables(dataset, "frequency", "contact_stiffness", "friction_coefficient")
+    check_variables(dataset, "normal_load")
+    check.known("problem", dataset.attrs, "attribute of the dataset")
+    for dim in ("dof", "contact"):
+        check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
+    pairs = json.loads(dataset.attrs["problem"])["contacts"]
+    contact = check.integer("contact", contact, 0, len(pairs) - 1)
+    dofs = pairs[contact]
+    if "angle" in dataset.dims:
+        check_variables(dataset, "displacement", "velocity", "friction_force", "event_angle")
+        return {(): _stored_loop(dataset, contact, dofs)}, dataset, []
+    check_variables(dataset, "coefficient", "harmonic")
+    return _marched_loops(dataset, contact, dofs)
+
+
+def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:
+    first = values.isel(dof=dofs[0], drop=True)
+    return first if len(dofs) == 1 else first - values.isel(dof=dofs[1], drop=True)
+
+
+def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> Loop | None:
+    """Loop of a motion stored over its period, with its events among the points."""
+    angle, turn = dataset["angle"].values, 2 * np.pi
+    omega = turn * float(dataset["frequency"])
+    y = _relative(dataset["displacement"], dofs).values
+    slope = _relative(dataset["velocity"], dofs).values / omega
+    force = dataset["friction_force"].isel(contact=contact).values
+    if not np.isfinite(y).all():
+        return None
+    closed = np.append(angle, angle[0] + turn)
+    motion = CubicHermiteSpline(closed, np.append(y, y[0]), np.append(slope, slope[0]))
+    parameters = (dataset[name].values for name in ("friction_coefficient", "normal_load"))
+    limit = float(np.prod([value[contact] for value in parameters]))
+    mine = dataset["event_contact"].values == contact
+    event = angle[0] + (dataset["event_angle"].values[mine] - angle[0]) % turn
+    begins = dataset["event_kind"].values[mine] == "onset of slip"
+    # At its events the slider is at its limit, on the side of the force nearby.
+    side = np.sign(np.interp(event, closed, np.append(force, force[0])))
+    points = np.concatenate([closed, event])
+    order = np.argsort(points, kind="stable")
+    position = np.argsort(order)[len(closed) :]
+    return Loop(
+        points[order],
+        np.concatenate([y, y[:1], motion(event)])[order],
+        np.concatenate([force, force[:1], side * limit])[order],
+        position[begins],
+        position[~begins],
+        limit,
+    )
+
+
+def _marched_loops(
+    dataset: xr.Dataset, contact: int, dofs: list[int]
+) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
+    about = moving(dataset)
+    if dataset.sizes.get("solution") == 1:
+        dataset = dataset.isel(solution=0)
+    if "point" in dataset["coefficient"].dims and dataset[about.name].dims == ("point",):
+        dataset = dataset.isel(point=np.isfinite(dataset[about.name].values))
+        dataset = dataset.swap_dims(point=about.name)
+    coefficient = _relative(dataset["coefficient"], dofs)
+    dims = [str(dim) for dim in coefficient.dims if dim not in ("harmonic", "component")]
+    values = coefficient.transpose(*dims, "harmonic", "component").values
+    shape, flat = values.shape[:-2], values.reshape(-1, *values.shape[-2:])
+    harmonics = tuple(dataset["harmonic"].values.tolist())
+    basis = FourierBasis(harmonics)
+    motions = unknowns_of(basis, harmonics, flat).reshape(len(flat), -1)
+    like = coefficient.isel(harmonic=0, component=0, drop=True)
+    stiffness, friction, load = (
+        _of_contact(dataset, name, contact, like, dims)
+        for name in ("contact_stiffness", "friction_coefficient", "normal_load")
+    )
+    there = dataset[about.name].notnull()
+    if "solution" in dims and "n_solutions" in dataset:
+        number = xr.DataArray(np.arange(dataset.sizes["solution"]), dims="solution")
+        there = there & (number < dataset["n_solutions"])
+    known = np.flatnonzero(np.isfinite(motions).all(axis=1))
+    limit = (friction * load)[known]
+    stiffness, motions = stiffness[known], motions[known]
+    owner, begin, end = stick_intervals(basis, motions, stiffness, limit)
+    found: list[Loop | None] = [None] * len(flat)
+    for row, number in enumerate(known):
+        mine = owner == row
+        found[number] = _march(
+            basis, motions[row], float(stiffness[row]), float(limit[row]), begin[mine], end[mine]
+        )
+    # What only fills up a table is no point.
+    is_point = there.broadcast_like(like).transpose(*dims).values.ravel()
+    every = zip(np.ndindex(*shape), found, is_point, strict=True)
+    return {place: loop for place, loop, point in every if point}, dataset, dims
+
+
+def _of_contact(
+    dataset: xr.Dataset, name: str, contact: int, like: xr.DataArray, dims: list[str]
+) -> FloatArray:
+    """Values of a parameter of one contact at all points, flattened in the order of ``dims``."""
+    followed = json.loads(dataset.attrs.get("followed", "{}"))
+    value = dataset[name]
+    if followed.get("name") == name and followed["index"] not in (None, contact):
+        value = dataset[f"{name}_nominal"]
+    if "contact" in value.dims:
+        value = value.isel(contact=contact, drop=True)
+    return value.broadcast_like(like).transpose(*dims).values.ravel()
+
+
+def _march(
+    basis: FourierBasis,
+    motion: FloatArray,
+    stiffness: float,
+    limit: float,
+    begin: FloatArray,
+    end: FloatArray,
+) -> Loop:
+    """Loop of a motion (n_components,) that sticks from each ``begin`` to each ``end`` [rad]."""
+    turn = 2 * np.pi
+    first = begin[0] if len(begin) else 0.0
+    angle = first + turn * np.arange(N_ANGLES + 1) / N_ANGLES
+    angle = np.sort(np.concatenate([angle, begin, end]))
+    y = basis.values(angle) @ motion
+    if not len(begin):
+        # A force that never reaches its limit is centred between its extremes.
+        force = stiffness * (y - (y.max() + y.min()) / 2) if limit > 0 else np.zeros(len(y))
+        none = np.empty(0, dtype=int)
+        return Loop(angle, y, force, none, none, limit)
+    start = basis.values(begin) @ motion
+    side = -np.sign(basis.values(begin, 2) @ motion)
+    run = np.searchsorted(begin, angle, side="right") - 1
+    sticks = angle <= end[run]
+    # Slip goes on in the direction in which it ends.
+    force = np.where(
+        sticks,
+        side[run] * limit + stiffness * (y - start[run]),
+        limit * np.roll(side, -1)[run],
+    )
+    # The last angle is the first of the next turn.
+    force[-1] = force[0]
+    return Loop(angle, y, force, np.searchsorted(angle, end), np.searchsorted(angle, begin), limit)

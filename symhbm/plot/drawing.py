@@ -1,0 +1,256 @@
+"""What figures share: style, colours, labels, and how a dataset falls into curves."""
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatter
+
+from symhbm import check
+from symhbm.names import PARAMETERS, VARIABLES
+
+STYLE: Any = {
+    "figure.figsize": (6.4, 4.2),
+    "figure.dpi": 110,
+    "savefig.dpi": 200,
+    "font.size": 10,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "grid.color": "0.88",
+    "grid.linewidth": 0.6,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "mathtext.fontset": "dejavusans",
+}
+SYMBOLS = {
+    "frequency": ("$f$", "Hz"),
+    "contact_stiffness": ("$k_d$", "N/m"),
+    "friction_coefficient": (r"$\mu$", ""),
+    "normal_load": ("$F_n$", "N"),
+    "engine_order": ("EO", ""),
+    "cubic_stiffness": (r"$\gamma$", "N/m³"),
+    "force_amplitude": ("$f_0$", "N"),
+    "mass": ("$m$", "kg"),
+    "damping": ("$c$", "N s/m"),
+    "stiffness": ("$k$", "N/m"),
+}
+LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+MOST_LEGEND_ENTRIES = 14
+WIDE = 30
+"""Ratio of values from which a scale is logarithmic."""
+OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+"""Place of a legend that covers no curve."""
+FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
+"""Colours whose lightness falls steadily, so that they differ in greyscale too."""
+
+
+@contextmanager
+def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator[Axes]:
+    """Axes to draw into, in the style of the library; a figure of our own is closed on errors.
+
+    ``size`` [inch] is that of a figure of our own.
+    """
+    if ax is not None and not isinstance(ax, Axes):
+        raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
+    with plt.rc_context(STYLE):
+        own = None
+        if ax is None:
+            own, ax = plt.subplots(layout="constrained", figsize=size)
+        try:
+            yield ax
+        except BaseException:
+            if own is not None:
+                plt.close(own)
+            raise
+
+
+def figure_of(ax: Axes) -> Figure:
+    """Figure that holds the axes, also those of a part of it."""
+    figure = ax.get_figure()
+    while figure is not None and not isinstance(figure, Figure):
+        figure = figure.figure
+    assert figure is not None
+    return figure
+
+
+def check_variables(dataset: xr.Dataset, *names: str) -> None:
+    """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    for name in names:
+        check.known(name, [str(n) for n in dataset.variables], "variable of the dataset")
+
+
+def check_dims(array: xr.DataArray, allowed: Sequence[str], what: str) -> None:
+    """Raise ValueError where an array of the dataset has other dimensions than those allowed."""
+    more = [str(dim) for dim in array.dims if dim not in allowed]
+    if more:
+        raise ValueError(
+            f"dataset: expected {what}, got the dimension{'s' * (len(more) > 1)} "
+            f"{', '.join(more)} as well; select one value of each first, for example "
+            f"dataset.isel({more[0]}=0)"
+        )
+
+
+def one_solution(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset without the dimension ``solution``; ValueError where there are several."""
+    if "solution" not in dataset.dims:
+        return dataset
+    if dataset.sizes["solution"] > 1:
+        raise ValueError(
+            "dataset: expected one solution at each value, got the dimension solution; "
+            "select one first, for example dataset.isel(solution=0)"
+        )
+    return dataset.isel(solution=0)
+
+
+class Moving(NamedTuple):
+    """The parameter that moves along a curve, the dimension it moves along, and which peaks."""
+
+    name: str
+    along: str
+    each: bool
+
+
+def moving(dataset: xr.Dataset) -> Moving:
+    """What moves in a result of `symhbm.frf` or `symhbm.follow`; the frequency in all others."""
+    followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+    along = "point" if "point" in dataset.dims else followed["name"]
+    return Moving(followed["name"], along, followed.get("peaks") == "each")
+
+
+def decibel(amplitude: Any) -> Any:
+    """Level in dB re 1 m."""
+    with np.errstate(divide="ignore"):
+        return 20 * np.log10(amplitude)
+
+
+def is_wide(values: np.ndarray) -> bool:
+    """Whether values ask for a logarithmic scale."""
+    return bool(values.min() > 0 and values.max() / values.min() > WIDE)
+
+
+def scaled(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit with an SI prefix in which ``largest`` has one to three digits."""
+    prefixes = ("n", "µ", "m", "", "k", "M")
+    power = int(np.floor(np.log10(largest) / 3)) if np.isfinite(largest) and largest > 0 else 0
+    power = min(max(power, -3), 2)
+    return 10.0 ** (-3 * power), prefixes[power + 3] + unit
+
+
+def axis_label(name: str) -> str:
+    """Meaning, symbol and unit of a parameter, or the name of a dimension of the user's own."""
+    symbol, unit = SYMBOLS.get(name, ("", ""))
+    about = VARIABLES["frequency"].long_name if name == "frequency" else name.replace("_", " ")
+    about = PARAMETERS[name][1] if name in PARAMETERS else about
+    if name == "engine_order":
+        symbol = ""
+    text = f"{about} {symbol}".strip()
+    return f"{text} [{unit}]" if unit else text
+
+
+def value_label(dataset: xr.Dataset, dim: str, index: int) -> str:
+    """Symbol, value and unit of one value of a dimension; its number where it has no values."""
+    symbol, unit = SYMBOLS.get(dim, (dim.replace("_", " "), ""))
+    if dim not in dataset.coords:
+        return f"{symbol} {index}"
+    value = dataset[dim].values[index]
+    text = f"{value:g}" if isinstance(value, (int, float, np.number)) else str(value)
+    return f"{symbol} = {text} {unit}".rstrip()
+
+
+def shades(number: int) -> np.ndarray:
+    """Colours of a family of curves, light to dark; black for one."""
+    return FAMILY(np.linspace(0, 1, number)) if number > 1 else np.array([[0.0, 0.0, 0.0, 1.0]])
+
+
+def numbers_along(dataset: xr.Dataset, dim: str) -> np.ndarray:
+    """Values of a dimension where they are numbers, else their positions."""
+    values = dataset[dim].values if dim in dataset.coords else np.empty(0, dtype=object)
+    return values.astype(float) if values.dtype.kind in "iuf" else np.arange(dataset.sizes[dim])
+
+
+class Member(NamedTuple):
+    """One curve of a family: its place in the dataset, and how it looks."""
+
+    place: dict[str, int]
+    color: Any
+    style: Any
+    label: str
+
+
+class Family:
+    """Curves over the dimensions ``dims`` of a dataset: few have a legend, many a colour bar.
+
+    Where there are many, the longest dimension gives the colours and the others the line styles.
+    """
+
+    def __init__(self, dataset: xr.Dataset, dims: Sequence[str]):
+        self._dataset, self._dims = dataset, list(dims)
+        sizes = [dataset.sizes[dim] for dim in dims]
+        self._many = int(np.prod(sizes)) > MOST_LEGEND_ENTRIES
+        self._ramp = self._dims[int(np.argmax(sizes))] if self._many else None
+        self._values = np.empty(0)
+        self._norm = Normalize()
+        if self._ramp is not None:
+            self._values = numbers_along(dataset, self._ramp)
+            kind = LogNorm if is_wide(self._values) else Normalize
+            self._norm = kind(self._values.min(), self._values.max())
+
+    def __iter__(self) -> Iterator[Member]:
+        sizes = [self._dataset.sizes[dim] for dim in self._dims]
+        colors = shades(int(np.prod(sizes)))
+        others: dict[tuple[int, ...], int] = {}
+        for number, index in enumerate(np.ndindex(*sizes)):
+            place = dict(zip(self._dims, index, strict=True))
+            color, turn = colors[number], number
+            if self._ramp is not None:
+                color = FAMILY(self._norm(self._values[place[self._ramp]]))
+                key = tuple(i for dim, i in place.items() if dim != self._ramp)
+                turn = others.setdefault(key, len(others))
+            label = ", ".join(
+                value_label(self._dataset, dim, i) for dim, i in place.items() if dim != self._ramp
+            )
+            yield Member(place, color, LINE_STYLES[turn % len(LINE_STYLES)], label)
+
+    def explain(self, ax: Axes) -> None:
+        """Add the legend, or the colour bar and a legend of line styles."""
+        styles = {member.label: member for member in self if member.label}
+        if self._ramp is not None:
+            colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._ramp))
+        if not 0 < len(styles) <= MOST_LEGEND_ENTRIES:
+            return
+        handles = [
+            Line2D(
+                [],
+                [],
+                color="black" if self._many else member.color,
+                linestyle=member.style,
+                label=member.label,
+            )
+            for member in styles.values()
+        ]
+        where: Any = dict(loc="best") if self._many else OUTSIDE
+        ax.legend(handles=handles, handlelength=2.8, **where)
+
+
+def colorbar(ax: Axes, mappable: ScalarMappable, label: str) -> Any:
+    """Colour bar beside axes; logarithmic ones show digits within a decade, too."""
+    bar = figure_of(ax).colorbar(mappable, ax=ax, label=label)
+    if isinstance(mappable.norm, LogNorm):
+        bar.ax.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    return bar

@@ -1,0 +1,247 @@
+"""Ensembles: the band of responses of many samples, and values blade by blade."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from symhbm import check
+from symhbm.fourier import FloatArray
+from symhbm.plot.curves import Points, check_curves, label_axes, read_points, shown_amplitude
+from symhbm.plot.drawing import (
+    OUTSIDE,
+    Moving,
+    canvas,
+    check_dims,
+    decibel,
+    figure_of,
+    is_wide,
+    one_solution,
+    scaled,
+)
+
+N_VALUES = 1201
+"""Values of the common grid of paths: more than a figure has pixels."""
+TUNED = "#d55e00"
+
+
+def envelope(
+    dataset: xr.Dataset,
+    *,
+    tuned: xr.Dataset | None = None,
+    dof: int | None = None,
+    quantiles: ArrayLike = (0.05, 0.95),
+    samples: int = 0,
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw where the responses of an ensemble lie: extremes, quantiles and median in dB re 1 m.
+
+    On a grid (``at=``) they are those of the values at the grid. Paths are read off a common grid
+    of 1201 values, monotone between their points and through their peaks, which may be some per
+    cent off between points. What did not converge is left out, and the legend tells how much.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf` or `symhbm.follow` with the dimension ``sample``.
+    tuned
+        One curve to compare with, of the same moving parameter.
+    dof
+        The degree of freedom to show; by default the largest response of all.
+    quantiles : (2,)
+        Lower and upper quantile of the inner band.
+    samples
+        How many samples, from the first on, are drawn as thin lines.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset that is no ensemble of curves, one that folds, and bad arguments.
+    """
+    about, dof = check_curves(dataset, dof)
+    check.known("sample", [str(dim) for dim in dataset.dims], "dimension of the dataset")
+    dataset = one_solution(dataset)
+    check_dims(dataset["amplitude"], ("sample", about.along, "dof"), "one ensemble")
+    edges = check.array("quantiles", quantiles, "non-negative")
+    if edges.shape != (2,) or not edges[0] < edges[1] <= 1:
+        raise ValueError(
+            f"quantiles={check.shown(quantiles)}: expected a lower and an upper one from 0 to 1"
+        )
+    samples = check.integer("samples", samples, 0, dataset.sizes["sample"])
+    reference = None if tuned is None else _tuned(tuned, about, dof)
+    value, amplitude = _on_common_grid(dataset, about, dof)
+    known = np.isfinite(amplitude).any(axis=0)
+    rows = np.full((5, len(value)), np.nan)
+    if known.any():
+        at = [0.0, edges[0], 0.5, edges[1], 1.0]
+        rows[:, known] = np.nanquantile(amplitude[:, known], at, axis=0)
+    lowest, low, middle, high, highest = decibel(rows)
+    with canvas(ax) as ax:
+        text = f"smallest to largest of {len(amplitude)}"
+        ax.fill_between(value, lowest, highest, color="0.87", linewidth=0, label=text)
+        text = f"{100 * edges[0]:g} to {100 * edges[1]:g} %"
+        ax.fill_between(value, low, high, color="0.68", linewidth=0, label=text)
+        for number in range(samples):
+            label = "single samples" if number == 0 else None
+            level = decibel(amplitude[number])
+            ax.plot(value, level, color="#0072b2", linewidth=0.5, alpha=0.7, label=label)
+        ax.plot(value, middle, color="black", label="median")
+        if reference is not None:
+            ax.plot(*reference, color=TUNED, linestyle=(0, (5, 1.5)), label="tuned")
+        left_out = _left_out(amplitude, about.along != "point")
+        if left_out:
+            ax.plot([], [], " ", label=left_out)
+        label_axes(ax, dataset, about.name, dof)
+        ax.legend(**OUTSIDE)
+    return figure_of(ax)
+
+
+def _on_common_grid(
+    dataset: xr.Dataset, about: Moving, dof: int | None
+) -> tuple[FloatArray, FloatArray]:
+    """Values (n,) and amplitudes (n_samples, n) [m]; NaN where a sample has none."""
+    if about.along != "point":
+        amplitude = shown_amplitude(dataset, dof).transpose("sample", about.along)
+        return dataset[about.name].values, amplitude.values
+    every = dataset[about.name].values
+    low, high = np.nanmin(every), np.nanmax(every)
+    wide = about.name != "frequency" and is_wide(every[np.isfinite(every)])
+    value = (np.geomspace if wide else np.linspace)(low, high, N_VALUES)
+    value[[0, -1]] = low, high
+    curves = [read_points(dataset.isel(sample=i), about, dof) for i in range(len(every))]
+    return value, np.array([_read_off(points, value) for points in curves])
+
+
+def _read_off(points: Points, value: FloatArray) -> FloatArray:
+    """Amplitude [m] of a path at other values; NaN outside of it and where points are missing."""
+    if not points.is_function:
+        raise ValueError(
+            "dataset: expected curves that do not fold, which have one amplitude at each value; "
+            "compute the ensemble on a grid, with at="
+        )
+    points = points.through_peaks()
+    known = ~np.isnan(points.level)
+    if known.sum() < 2:
+        return np.full(len(value), np.nan)
+    amplitude = 10 ** (points.level[known] / 20)
+    result = PchipInterpolator(points.value[known], amplitude, extrapolate=False)(value)
+    gap = np.interp(value, points.value, (~known).astype(float)) > 0
+    return np.where(gap, np.nan, result)
+
+
+def _tuned(tuned: xr.Dataset, about: Moving, dof: int | None) -> tuple[FloatArray, FloatArray]:
+    """Values and levels [dB] of the curve to compare with."""
+    try:
+        other, dof = check_curves(tuned, dof)
+        check_dims(tuned["amplitude"], (other.along, "dof", "solution"), "one curve")
+        tuned = one_solution(tuned)
+    except (KeyError, TypeError, ValueError) as error:
+        raise type(error)(f"tuned: {error.args[0]}") from None
+    if other.name != about.name:
+        raise ValueError(f"tuned: expected a curve over {about.name}, got one over {other.name}")
+    points = read_points(tuned, other, dof)
+    if other.along != "point" or not points.is_function or len(points.value) < 2:
+        return points.value, points.level
+    value = points.through_peaks().value
+    value = np.union1d(np.linspace(value[0], value[-1], N_VALUES), value)
+    return value, decibel(_read_off(points, value))
+
+
+def _left_out(amplitude: FloatArray, on_grid: bool) -> str:
+    missing = np.isnan(amplitude)
+    whole = missing.all(axis=1)
+    some = missing.any(axis=1) & ~whole
+    parts = [f"{whole.sum()} of {len(amplitude)} samples"] if whole.any() else []
+    if some.any():
+        count = f"{missing[some].sum()} points"
+        count = count if on_grid else f"{100 * missing[some].mean():.2g} % of the band"
+        parts.append(f"{count} in {some.sum()} sample{'s' * bool(some.sum() > 1)}")
+    return "left out, not converged:\n" + ",\n".join(parts) if parts else ""
+
+
+def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
+    """Draw bars by blade; of an ensemble the range, the quartiles and the median of each.
+
+    The sample with the largest absolute value of all is marked. Samples with a NaN are left out,
+    and the legend tells how many.
+
+    Parameters
+    ----------
+    values
+        An array over ``dof`` or ``contact``, and ``sample`` where there are several: amplitudes,
+        amplification factors, energies. Its ``long_name`` and ``units`` become the label.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For anything but such an array, and one without a finite value.
+    """
+    if not isinstance(values, xr.DataArray) or values.dtype.kind not in "iuf":
+        raise TypeError(f"values={check.shown(values)}: expected a DataArray of numbers")
+    dim = "contact" if "contact" in values.dims else "dof"
+    if set(values.dims) not in ({dim}, {dim, "sample"}):
+        raise ValueError(
+            f"values: expected the dimension dof or contact, and sample at most, "
+            f"got {tuple(map(str, values.dims))}"
+        )
+    several = "sample" in values.dims
+    table = values.transpose(..., dim).values.astype(float).reshape(-1, values.sizes[dim])
+    finite = np.isfinite(table)
+    known = np.array(finite.all(axis=1) if several else finite.any(axis=1))
+    if not known.any():
+        raise ValueError("values: expected finite numbers, all samples hold NaN or infinity")
+    units = str(values.attrs.get("units", "1"))
+    units = "" if units == "1" else units
+    factor = 1.0
+    if units in ("m", "N", "J"):
+        factor, units = scaled(float(np.abs(table[finite]).max()), units)
+    place = np.arange(table.shape[1])
+    with canvas(ax) as ax:
+        if several:
+            _boxes(ax, place, factor * table, known, values)
+        else:
+            ax.bar(place, np.where(finite[0], factor * table[0], np.nan), width=0.7, color="0.35")
+            for blank in place[~finite[0]]:
+                ax.annotate("?", (blank, 0), ha="center", va="bottom")
+        about = str(values.attrs.get("long_name", values.name or "value"))
+        ax.set_ylabel(f"{about} [{units}]" if units else about)
+        ax.set_xlabel("contact" if dim == "contact" else "blade")
+        step = -(-len(place) // 26)
+        labels = values[dim].values if dim in values.coords else place
+        ax.set_xticks(place[::step], labels[::step])
+        ax.grid(axis="x", visible=False)
+        if table[known].min() < 0 < table[known].max():
+            ax.axhline(0, color="0.3", linewidth=0.8)
+    return figure_of(ax)
+
+
+def _boxes(
+    ax: Axes, place: np.ndarray, table: FloatArray, known: np.ndarray, values: xr.DataArray
+) -> None:
+    low, first, middle, third, high = np.quantile(table[known], [0, 0.25, 0.5, 0.75, 1], axis=0)
+    look: Any = dict(width=0.7, linewidth=0)
+    text = f"smallest to largest of {known.sum()}"
+    ax.bar(place, high - low, bottom=low, color="0.87", label=text, **look)
+    ax.bar(place, third - first, bottom=first, color="0.6", label="25 to 75 %", **look)
+    look = dict(color="black", markersize=13, markeredgewidth=1.8)
+    ax.plot(place, middle, linestyle="", marker="_", label="median", **look)
+    worst = int(np.argmax(np.where(known, np.nan_to_num(np.abs(table)).max(axis=1), -1)))
+    name = values["sample"].values[worst] if "sample" in values.coords else worst
+    label = f"sample {name}, the largest"
+    ax.plot(place, table[worst], "o:", color=TUNED, markersize=3.5, linewidth=0.8, label=label)
+    if not known.all():
+        ax.plot([], [], " ", label=f"left out, NaN: {(~known).sum()} of {len(known)}")
+    ax.use_sticky_edges = False
+    ax.margins(y=0.04)
+    handles, labels = ax.get_legend_handles_labels()
+    order = np.argsort([isinstance(handle, Line2D) for handle in handles], kind="stable")
+    ax.legend([handles[i] for i in order], [labels[i] for i in order], **OUTSIDE)

@@ -1,0 +1,185 @@
+"""Maps of where contacts stick."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from symhbm import check
+from symhbm.fourier import FloatArray
+from symhbm.plot.drawing import (
+    Moving,
+    axis_label,
+    canvas,
+    check_dims,
+    check_variables,
+    colorbar,
+    figure_of,
+    is_wide,
+    moving,
+    numbers_along,
+    one_solution,
+)
+
+N_VALUES = 600
+"""Values of the common grid of paths: about the pixels of a figure."""
+
+
+def stick_map(
+    dataset: xr.Dataset,
+    *,
+    contact: int | str = "mean",
+    over: str | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw the share of the period that contacts stick, over the moving and a swept parameter.
+
+    Each cell is one value. A line divides cells that slip from those that do not. Hatched cells
+    hold nothing: their points did not converge, or the path does not reach them. Paths are read
+    off a common grid of 600 values, linearly between their points.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf` or `symhbm.follow`, over a grid (``at=``) or paths.
+    contact
+        One contact, or the ``"mean"`` or the ``"least"`` of all that have a friction element.
+    over
+        The swept parameter or dimension; by default the only one there is.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset that is no family of curves, one that folds, and bad arguments.
+    """
+    check_variables(dataset, "stick_fraction", "frequency")
+    about = moving(dataset)
+    for dim in (about.along, "contact"):
+        dims = [str(d) for d in dataset["stick_fraction"].dims]
+        check.known(dim, dims, "dimension of stick_fraction")
+    dataset = one_solution(dataset)
+    over = _swept(dataset, about, over)
+    fraction, title = _chosen(dataset, contact)
+    values = numbers_along(dataset, over)
+    order = np.argsort(values, kind="stable")
+    if np.any(np.diff(values[order]) == 0):
+        raise ValueError(f"over={over!r}: expected different values, some are there twice")
+    table = fraction.transpose(over, about.along).values[order]
+    moved = dataset[about.name]
+    if about.along == "point":
+        each = moved.broadcast_like(fraction).transpose(over, "point").values[order]
+        moved_values, table = _on_common_grid(each, table)
+    else:
+        moved_values = moved.values
+    y = values[order]
+    wide_x = about.name != "frequency" and is_wide(moved_values)
+    wide_y = over in dataset.coords and is_wide(y)
+    with canvas(ax) as ax:
+        ax.patch.set(facecolor="0.93", edgecolor="0.6", hatch="////", linewidth=0)
+        ax.grid(False)
+        shown = np.ma.masked_invalid(table)
+        edges = _edges(moved_values, wide_x), _edges(y, wide_y)
+        mesh = ax.pcolormesh(*edges, shown, cmap="viridis", vmin=0, vmax=1, rasterized=True)
+        _outline(ax, *edges, table)
+        if wide_x:
+            ax.set_xscale("log")
+        if wide_y:
+            ax.set_yscale("log")
+        ax.set_xlabel(axis_label(about.name))
+        ax.set_ylabel(axis_label(over))
+        labels = dataset[over].values[order] if over in dataset.coords else y
+        if labels.dtype.kind in "iu" and not wide_y:
+            ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+        if labels.dtype.kind not in "iuf":
+            ax.set_yticks(y, [str(label) for label in labels])
+        colorbar(ax, mesh, "share of the period that sticks").ax.grid(False)
+        missing = int(np.isnan(table).sum())
+        if missing:
+            title += f"; hatched: {100 * missing / table.size:.2g} % without values"
+        ax.set_title(title)
+    return figure_of(ax)
+
+
+def _swept(dataset: xr.Dataset, about: Moving, over: str | None) -> str:
+    dims = [str(d) for d in dataset["stick_fraction"].dims if d not in (about.along, "contact")]
+    if over is None:
+        if not dims:
+            raise ValueError("over=None: expected a dataset of several parameter sets, this is one")
+        over = dims[0]
+    check.known(over, dims, "swept dimension of the dataset")
+    check_dims(dataset["stick_fraction"], (about.along, "contact", over), "one swept dimension")
+    return over
+
+
+def _chosen(dataset: xr.Dataset, contact: int | str) -> tuple[xr.DataArray, str]:
+    """Stick fraction of one contact or of all, and its name."""
+    fraction = dataset["stick_fraction"]
+    if not isinstance(contact, str):
+        contact = check.integer("contact", contact, 0, dataset.sizes["contact"] - 1)
+        return fraction.isel(contact=contact), f"contact {contact}"
+    if contact not in ("mean", "least"):
+        raise ValueError(
+            f"contact={contact!r}: expected the number of a contact, 'mean' or 'least'"
+        )
+    if "contact_stiffness" in dataset.variables:
+        stiffness = dataset["contact_stiffness"]
+        others = [dim for dim in stiffness.dims if dim != "contact"]
+        rubs = (stiffness > 0).any(others)
+        if "contact" in rubs.dims and rubs.any():
+            fraction = fraction.isel(contact=rubs.values)
+    several = fraction.sizes["contact"] > 1
+    if contact == "mean":
+        name = "mean of the contacts" if several else "contact 0"
+        return fraction.mean("contact", skipna=False), name
+    return fraction.min(
+        "contact", skipna=False
+    ), "contact that sticks least" if several else "contact 0"
+
+
+def _on_common_grid(value: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values (n,) and the table (n_sets, n) from paths (n_sets, n_points), padded with NaN."""
+    finite = value[np.isfinite(value)]
+    wide = is_wide(finite)
+    grid = (np.geomspace if wide else np.linspace)(finite.min(), finite.max(), N_VALUES)
+    rows = np.full((len(value), N_VALUES), np.nan)
+    for row, x, y in zip(rows, value, table, strict=True):
+        inside = np.isfinite(x)
+        x, y = x[inside], y[inside]
+        if len(x) > 1 and x[0] > x[-1]:
+            x, y = x[::-1], y[::-1]
+        if np.any(np.diff(x) <= 0):
+            raise ValueError(
+                "dataset: expected curves that do not fold, which have one value at each place; "
+                "compute them on a grid, with at="
+            )
+        if len(x):
+            row[:] = np.interp(grid, x, y, left=np.nan, right=np.nan)
+    return grid, rows
+
+
+def _edges(centre: FloatArray, logarithmic: bool) -> FloatArray:
+    """Edges (n + 1,) of cells around values (n,): half-way, in logarithms where asked."""
+    if logarithmic:
+        return np.exp(_edges(np.log(centre), False))
+    if len(centre) == 1:
+        return centre[0] + np.array([-0.5, 0.5])
+    middle = (centre[1:] + centre[:-1]) / 2
+    return np.concatenate([[2 * centre[0] - middle[0]], middle, [2 * centre[-1] - middle[-1]]])
+
+
+def _outline(ax: Axes, x: FloatArray, y: FloatArray, table: FloatArray) -> None:
+    """Line along the edges between cells that slip and cells that do not; ``x``, ``y``: edges."""
+    known, slips = np.isfinite(table), table < 1
+    row, column = np.nonzero((slips[:, 1:] != slips[:, :-1]) & known[:, 1:] & known[:, :-1])
+    upright = np.stack([x[column + 1], y[row], x[column + 1], y[row + 1]], axis=-1)
+    row, column = np.nonzero((slips[1:] != slips[:-1]) & known[1:] & known[:-1])
+    level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
+    lines = list(np.concatenate([upright, level]).reshape(-1, 2, 2))
+    for color, width in (("white", 2.6), ("black", 1.0)):
+        ax.add_collection(
+            LineCollection(lines, colors=color, linewidths=width, capstyle="projecting")
+        )

@@ -1,0 +1,255 @@
+"""Operating deflection shapes of disks."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from symhbm import check
+from symhbm.audit import unknowns_of
+from symhbm.extremes import largest_displacement
+from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.plot.drawing import (
+    SYMBOLS,
+    canvas,
+    check_dims,
+    check_variables,
+    colorbar,
+    figure_of,
+    moving,
+    one_solution,
+    scaled,
+)
+
+HUB, TIP, OFFSET = 0.42, 1.0, 0.3
+"""Radii of the hub and of blades at rest, and of the largest displacement over the period."""
+DOMINANT = 0.5
+"""Share of the motion from which a nodal diameter is named."""
+
+
+class _Shape(NamedTuple):
+    """Coefficients (n_blades, n_harmonics, 2) [m] of one response, and what it is."""
+
+    coefficient: FloatArray
+    text: str
+
+
+def disk(
+    dataset: xr.Dataset,
+    *,
+    frequency: float | None = None,
+    peak: int | None = None,
+    angle: float | None = None,
+    blades: Sequence[int] | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw the operating deflection shape of a disk at one instant.
+
+    Tips stand outside of the dashed circle where the displacement is positive, inside where it is
+    negative; colours tell the same. Short arcs are the extremes of each blade over the period, so
+    mistuned disks show where the motion is localised. The title names the nodal diameter that
+    makes more than half of the motion (the sum of squared amplitudes), if one does.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf`, `symhbm.follow` or `symhbm.solve`, of one parameter set.
+    frequency
+        Draw the stored point nearest to this frequency [Hz].
+    peak
+        Draw the peak of this number. By default it is the highest one, where the dataset is a
+        curve and has peaks, else the largest response of the points.
+    angle
+        Instant ``omega t`` [rad]; by default that of the largest displacement.
+    blades
+        Degrees of freedom of the blades in their order around the disk; by default all.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset of several parameter sets, or without coefficients, and bad arguments.
+    """
+    check_variables(dataset, "coefficient", "harmonic", "frequency")
+    chosen = _blades(dataset, blades)
+    shape = _pick(dataset, frequency, peak)
+    harmonics = tuple(dataset["harmonic"].values.tolist())
+    coefficient = shape.coefficient[chosen]
+    basis = FourierBasis(harmonics)
+    motions = unknowns_of(basis, harmonics, coefficient).reshape(len(chosen), -1)
+    amplitude, when = largest_displacement(basis, motions)
+    leading = int(np.argmax(amplitude))
+    angle = float(when[leading]) if angle is None else check.scalar("angle", angle)
+    instant = motions @ basis.values(angle)
+    factor, unit = scaled(amplitude[leading], "m")
+    top = amplitude[leading] or 1.0
+    with canvas(ax, (5.4, 4.8)) as ax:
+        shades = ScalarMappable(Normalize(-factor * top, factor * top), "RdBu_r")
+        _draw(ax, instant / top, amplitude / top, shades.to_rgba(factor * instant))
+        _number(ax, chosen)
+        colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
+        ax.set_title(
+            f"{shape.text}, {_diameter(coefficient)}\n"
+            f"blade {chosen[leading]} leads: {factor * amplitude[leading]:.3g} {unit}, "
+            rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad",
+            fontsize=9,
+        )
+    return figure_of(ax)
+
+
+def nodal_shares(coefficient: FloatArray) -> FloatArray:
+    """Share of each nodal diameter in the motion of a ring, (n_blades // 2 + 1,); they add to 1.
+
+    ``coefficient`` (n_blades, n_harmonics, 2) is summed over harmonics and both directions of
+    travel.
+    """
+    wave = np.fft.fft(coefficient[..., 0] - 1j * coefficient[..., 1], axis=0)
+    power = (np.abs(wave) ** 2).sum(axis=1)
+    n_blades = len(power)
+    folded = np.zeros(n_blades // 2 + 1)
+    number = np.arange(n_blades)
+    np.add.at(folded, np.minimum(number, n_blades - number), power)
+    return folded / (folded.sum() or 1.0)
+
+
+def _diameter(coefficient: FloatArray) -> str:
+    shares = nodal_shares(coefficient)
+    first = int(np.argmax(shares))
+    if shares[first] <= DOMINANT:
+        return "no nodal diameter dominates"
+    share = "" if shares[first] > 0.9995 else f" ({100 * shares[first]:.3g} %)"
+    return f"nodal diameter {first}{share}"
+
+
+def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> list[int]:
+    check.known("dof", [str(d) for d in dataset["coefficient"].dims], "dimension of coefficient")
+    n_dof = dataset.sizes["dof"]
+    given = range(n_dof) if blades is None else blades
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise TypeError(f"blades={check.shown(blades)}: expected a sequence of integers")
+    chosen = [check.integer(f"blades[{i}]", dof, 0, n_dof - 1) for i, dof in enumerate(given)]
+    if len(chosen) < 3 or len(set(chosen)) < len(chosen):
+        what = f"dataset: {n_dof} DOF" if blades is None else f"blades={check.shown(blades)}"
+        raise ValueError(f"{what}: expected at least three different blades")
+    return chosen
+
+
+def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Shape:
+    if frequency is not None and peak is not None:
+        raise ValueError(f"frequency={frequency!r}, peak={peak!r}: expected one of them at most")
+    name, along, _ = moving(dataset)
+    curve = one_solution(dataset)
+    inner = ("dof", "harmonic", "component")
+    check_dims(curve["coefficient"], (along, *inner), "one parameter set")
+    is_curve = along in curve["coefficient"].dims
+    if peak is not None or (frequency is None and is_curve):
+        found = _peak(curve, name, peak)
+        if found is not None:
+            return found
+    points = curve if is_curve else curve.expand_dims("point")
+    along = along if is_curve else "point"
+    coefficient = points["coefficient"].transpose(along, *inner).values
+    value = np.broadcast_to(points[name].values, coefficient.shape[:1])
+    known = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
+    if not len(known):
+        raise ValueError("dataset: expected a converged point, all coefficients are NaN")
+    note = ""
+    if frequency is not None:
+        frequency = check.scalar("frequency", frequency, "positive")
+        hertz = np.broadcast_to(points["frequency"].values, value.shape)[known]
+        if not hertz.min() <= frequency <= hertz.max():
+            raise ValueError(
+                f"frequency={frequency:g}: expected a value within the converged points, "
+                f"{hertz.min():g} to {hertz.max():g} Hz"
+            )
+        at = known[np.argmin(np.abs(hertz - frequency))]
+    else:
+        at = known[np.argmax(np.abs(coefficient[known]).max(axis=(1, 2, 3)))]
+        note = ", largest point" if is_curve else ""
+    return _Shape(coefficient[at], _text(dataset, name, float(value[at])) + note)
+
+
+def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
+    """A peak by number, by default the highest; None where that is asked for and there is none."""
+    needed = ("peak_coefficient", "peak_amplitude", f"peak_{name}")
+    if peak is None and not all(each in curve for each in needed):
+        return None
+    check_variables(curve, *needed)
+    if "peak" not in curve["peak_coefficient"].dims:
+        curve = curve.expand_dims("peak")
+    coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
+    value = curve[f"peak_{name}"].values
+    known = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
+    if peak is None:
+        if not len(known):
+            return None
+        at = known[np.argmax(curve["peak_amplitude"].values[known])]
+        note = "highest peak" if len(known) > 1 else "peak"
+    else:
+        if not len(known):
+            raise ValueError(f"peak={check.shown(peak)}: expected None, the curve has no peak")
+        at = check.integer("peak", peak, 0, int(known[-1]))
+        if at not in known:
+            raise ValueError(f"peak={peak}: expected a bounded peak, this one has no shape")
+        note = f"peak {at}"
+    return _Shape(coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}")
+
+
+def _text(dataset: xr.Dataset, name: str, value: float) -> str:
+    if name == "frequency":
+        return f"{value:.5g} Hz"
+    symbol, unit = SYMBOLS[name]
+    return f"{symbol} = {value:.4g} {unit}, {float(dataset['frequency']):.5g} Hz"
+
+
+def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray) -> None:
+    n_blades = len(instant)
+    turn = _places(n_blades)
+    radius = TIP + OFFSET * instant
+    half = min(0.36 * 2 * np.pi / n_blades * HUB, 0.07)
+    along = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    corners = ((HUB, -1), (radius[:, None], -1), (radius[:, None], 1), (HUB, 1))
+    outline = np.stack([r * along + side * half * across for r, side in corners], axis=1)
+    blades = PolyCollection(list(outline), facecolors=colors, edgecolors="0.25", linewidths=0.7)
+    ax.add_collection(blades)
+    arcs = np.stack(
+        [
+            (TIP + sign * OFFSET * amplitude[:, None]) * along + side * half * across
+            for sign in (-1, 1)
+            for side in (-1, 1)
+        ],
+        axis=1,
+    ).reshape(-1, 2, 2)
+    ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
+    closed = np.append(np.arange(n_blades), 0)
+    tips = radius[:, None] * along
+    ax.plot(*tips[closed].T, color="black", linewidth=0.8, zorder=4)
+    ax.add_patch(
+        Circle((0, 0), TIP, fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
+    )
+    ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.25", linewidth=0.8, zorder=2))
+    limit = TIP + OFFSET + 0.24
+    ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
+    ax.set_axis_off()
+
+
+def _number(ax: Axes, chosen: list[int]) -> None:
+    step = -(-len(chosen) // 40)
+    radius = TIP + OFFSET + 0.14
+    for number, turn in list(zip(chosen, _places(len(chosen)), strict=True))[::step]:
+        place = radius * np.cos(turn), radius * np.sin(turn)
+        ax.text(*place, str(number), ha="center", va="center", fontsize=8, color="0.25")
+
+
+def _places(n_blades: int) -> FloatArray:
+    """Angles of the blades: the first on top, the others clockwise."""
+    return np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades

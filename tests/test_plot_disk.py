@@ -1,0 +1,196 @@
+"""Operating deflection shapes: the offsets of the tips, the instant and the nodal diameter."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+import symhbm as sh
+from symhbm.plot.shapes import HUB, OFFSET, TIP, nodal_shares
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def ring(engine_order=1, harmonics=(1, 3), **options):
+    disk = sh.bladed_disk(
+        7,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e5,
+        friction_coefficient=0.5,
+        **{"normal_load": 5} | options,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(engine_order, amplitude=1.0), harmonics)
+
+
+@pytest.fixture(scope="module")
+def tuned():
+    return sh.frf(ring(harmonics=(1,)), (10, 110), over={"engine_order": [0, 1, 2, 3]})
+
+
+@pytest.fixture(scope="module")
+def mistuned():
+    loads = np.random.default_rng(3).uniform(3, 7, 7)
+    return sh.frf(ring(2, normal_load=loads), (50, 110), at=[60, 70, 80, 90], peaks="each")
+
+
+def tips(figure):
+    """Offset of the tip of each blade over that of the largest displacement."""
+    outlines = figure.axes[0].collections[0].get_paths()
+    turn = np.pi / 2 - 2 * np.pi * np.arange(len(outlines)) / len(outlines)
+    along = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    corners = np.array([outline.vertices[:4] for outline in outlines])
+    reach = np.einsum("bci,bi->bc", corners, along)
+    # Blades begin at the hub.
+    np.testing.assert_allclose(reach[:, [0, 3]], HUB)
+    return (reach[:, 1:3].mean(axis=1) - TIP) / OFFSET
+
+
+def title(figure):
+    return figure.axes[0].get_title()
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_tuned_disk_at_its_peak(tuned, order):
+    one = tuned.sel(engine_order=order)
+    figure = sh.plot.disk(one)
+    assert f"nodal diameter {order}\n" in title(figure)
+    assert title(figure).startswith(f"{float(one.peak_frequency.max()):.5g} Hz, peak")
+    offset = tips(figure)
+    assert np.abs(offset).max() == pytest.approx(1)
+    # A travelling wave: a cosine over the blades, up to its sign the same at all of them.
+    leading = int(np.argmax(np.abs(offset)))
+    wave = offset[leading] * np.cos(2 * np.pi * order * (np.arange(7) - leading) / 7)
+    # Peaks are solved to about 1e-9.
+    np.testing.assert_allclose(offset, wave, atol=1e-6)
+
+
+def test_offsets_are_the_displacement_at_the_instant(mistuned):
+    """Against the sum of the stored terms; the scale is the largest displacement of the period."""
+    point = mistuned.sel(frequency=80)
+    figure = sh.plot.disk(mistuned, frequency=79, angle=1.3)
+    harmonic = point.harmonic.values
+    terms = [np.cos(harmonic * 1.3), np.sin(harmonic * 1.3)]
+    displacement = np.einsum("dhc,ch->d", point.coefficient.values, terms)
+    top = float(point.amplitude.max())
+    np.testing.assert_allclose(tips(figure), displacement / top, rtol=0, atol=1e-12)
+    assert title(figure).startswith("80 Hz, nodal diameter 2 (")
+    assert f"blade {int(point.amplitude.argmax('dof'))} leads: " in title(figure)
+    low, high = figure.axes[1].get_ylim()
+    # Micrometres.
+    assert [low, high] == pytest.approx([-1e6 * top, 1e6 * top])
+
+
+def test_default_instant_is_that_of_the_largest_displacement(mistuned):
+    offset = tips(sh.plot.disk(mistuned, frequency=80))
+    amplitude = mistuned.amplitude.sel(frequency=80)
+    leading = int(amplitude.argmax("dof"))
+    assert abs(offset[leading]) == pytest.approx(1)
+    assert np.all(np.abs(offset) <= amplitude / amplitude.max() + 1e-12)
+
+
+def test_which_point(mistuned):
+    top = int(np.nanargmax(mistuned.peak_amplitude.values))
+    hertz = float(mistuned.peak_frequency[top])
+    assert title(sh.plot.disk(mistuned)).startswith(f"{hertz:.5g} Hz, highest peak")
+    assert title(sh.plot.disk(mistuned, peak=top)).startswith(f"{hertz:.5g} Hz, peak {top}")
+    assert title(sh.plot.disk(mistuned.sel(frequency=90))).startswith("90 Hz, nod")
+    assert title(sh.plot.disk(mistuned.isel(peak=0), peak=0)).split(",")[1] == " peak 0"
+    bare = mistuned.drop_vars("peak_coefficient")
+    best = int(mistuned.amplitude.max("dof").argmax("frequency"))
+    start = f"{mistuned.frequency.values[best]:.5g} Hz, largest point"
+    assert title(sh.plot.disk(bare)).startswith(start)
+
+
+def test_points_of_solve_and_follow():
+    problem = ring(1)
+    assert title(sh.plot.disk(sh.solve(problem, 60.0))).startswith("60 Hz, nodal diameter 1")
+    followed = sh.follow(problem, "normal_load", (1, 20), at=[2, 5], frequency=60.0)
+    assert title(sh.plot.disk(followed.sel(normal_load=5))).startswith("$F_n$ = 5 N, 60 Hz")
+
+
+def test_some_blades_in_an_order_of_their_own(mistuned):
+    every = tips(sh.plot.disk(mistuned, frequency=80, angle=0))
+    figure = sh.plot.disk(mistuned, frequency=80, angle=0, blades=[6, 4, 2, 0])
+    few = tips(figure)
+    chosen = every[[6, 4, 2, 0]]
+    # The scale is that of the blades shown.
+    np.testing.assert_allclose(few / few[0], chosen / chosen[0])
+    assert [text.get_text() for text in figure.axes[0].texts] == ["6", "4", "2", "0"]
+
+
+@given(
+    n_blades=st.integers(3, 40),
+    data=st.data(),
+    forwards=st.booleans(),
+    phase=st.floats(0, 6),
+)
+def test_a_wave_has_one_nodal_diameter(n_blades, data, forwards, phase):
+    diameter = data.draw(st.integers(0, n_blades // 2))
+    turn = (1 if forwards else -1) * 2 * np.pi * diameter * np.arange(n_blades) / n_blades + phase
+    shares = nodal_shares(np.stack([np.cos(turn), np.sin(turn)], axis=-1)[:, None])
+    expected = np.eye(n_blades // 2 + 1)[diameter]
+    # Round-off of a transform.
+    np.testing.assert_allclose(shares, expected, atol=1e-12)
+
+
+def test_a_motion_of_one_blade_has_no_nodal_diameter(mistuned):
+    alone = mistuned.sel(frequency=80)
+    alone["coefficient"] = alone.coefficient.where(alone.dof == 4, 0.0)
+    text = title(sh.plot.disk(alone))
+    assert "no nodal diameter dominates" in text
+    assert "blade 4 leads" in text
+
+
+def test_a_disk_at_rest(mistuned):
+    rest = mistuned.sel(frequency=80)
+    rest["coefficient"] = xr.zeros_like(rest.coefficient)
+    np.testing.assert_array_equal(tips(sh.plot.disk(rest)).round(12), 0)
+
+
+def test_points_without_a_value_are_not_chosen(mistuned):
+    holed = mistuned.assign(coefficient=mistuned.coefficient.where(mistuned.frequency != 80))
+    assert title(sh.plot.disk(holed, frequency=82)).startswith("90 Hz")
+    nothing = mistuned.assign(coefficient=np.nan * mistuned.coefficient)
+    with pytest.raises(ValueError, match="converged"):
+        sh.plot.disk(nothing, frequency=80)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"frequency": 80, "peak": 0}, "frequency=80, peak=0"),
+        ({"frequency": 200}, "frequency=200: expected a value within"),
+        ({"peak": 99}, "peak=99"),
+        ({"blades": [0, 1]}, "at least three"),
+        ({"blades": [0, 1, 1]}, "different"),
+        ({"blades": [0, 1, 7]}, r"blades\[2\]=7"),
+        ({"angle": np.nan}, "angle=nan"),
+    ],
+)
+def test_bad_arguments(mistuned, options, words):
+    with pytest.raises(ValueError, match=words):
+        sh.plot.disk(mistuned, **options)
+    assert plt.get_fignums() == []
+
+
+def test_blades_that_are_no_sequence(mistuned):
+    for blades in (3, "abc"):
+        with pytest.raises(TypeError, match="blades="):
+            sh.plot.disk(mistuned, blades=blades)
+
+
+def test_several_parameter_sets(tuned):
+    with pytest.raises(ValueError, match=r"engine_order as well.*isel\(engine_order=0\)"):
+        sh.plot.disk(tuned)

@@ -1,0 +1,238 @@
+"""Figures of ensembles: what is drawn is what is stored, and what is left out is told."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+import symhbm as sh
+
+GRID = np.linspace(60, 95, 29)
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def problem():
+    disk = sh.bladed_disk(
+        5,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e5,
+        friction_coefficient=0.5,
+        normal_load=10,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.0))
+
+
+def loads():
+    values = np.random.default_rng(5).uniform(7, 13, (6, 5))
+    return {"normal_load": xr.DataArray(values, dims=("sample", "contact"))}
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    return sh.frf(problem(), (60, 95), at=GRID, over=loads())
+
+
+@pytest.fixture(scope="module")
+def paths():
+    return sh.frf(problem(), (60, 95), over=loads())
+
+
+def level(amplitude):
+    return 20 * np.log10(amplitude)
+
+
+def band(ax, number):
+    """Lower and upper edge of a band at the grid."""
+    vertices = ax.collections[number].get_paths()[0].vertices
+    rows = [vertices[vertices[:, 0] == x][:, 1] for x in GRID]
+    return np.array([row.min() for row in rows]), np.array([row.max() for row in rows])
+
+
+def texts(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize("dof", [None, 3])
+def test_bands_are_extremes_and_quantiles(ensemble, dof):
+    figure = sh.plot.envelope(ensemble, dof=dof, quantiles=(0.25, 0.75), samples=2)
+    (ax,) = figure.axes
+    shown = ensemble.amplitude.max("dof") if dof is None else ensemble.amplitude.isel(dof=dof)
+    amplitude = shown.transpose("sample", "frequency").values
+    np.testing.assert_array_equal(band(ax, 0), level([amplitude.min(0), amplitude.max(0)]))
+    # Round-off of logarithms.
+    expected = level(np.quantile(amplitude, [0.25, 0.75], axis=0))
+    np.testing.assert_allclose(band(ax, 1), expected, rtol=1e-14)
+    first, second, median = ax.lines
+    np.testing.assert_array_equal([first.get_ydata(), second.get_ydata()], level(amplitude[:2]))
+    np.testing.assert_allclose(median.get_ydata(), level(np.median(amplitude, axis=0)), rtol=1e-14)
+    np.testing.assert_array_equal(median.get_xdata(), GRID)
+    assert texts(ax) == ["smallest to largest of 6", "25 to 75 %", "single samples", "median"]
+
+
+def test_what_failed_is_left_out_and_told(ensemble):
+    amplitude = ensemble.amplitude.copy(deep=True)
+    amplitude[1] = np.nan
+    amplitude[3, 5:8] = np.nan
+    amplitude[:, 20] = np.nan
+    figure = sh.plot.envelope(ensemble.assign(amplitude=amplitude))
+    (ax,) = figure.axes
+    kept = amplitude.max("dof", skipna=False).values[[0, 2, 3, 4, 5]]
+    median = ax.lines[0].get_ydata()
+    assert np.isnan(median[20])
+    others = np.arange(29) != 20
+    np.testing.assert_allclose(median[others], level(np.nanmedian(kept[:, others], 0)), rtol=1e-14)
+    # Three of one and one of each of five.
+    assert texts(ax)[-1] == "left out, not converged:\n1 of 6 samples,\n8 points in 5 samples"
+    nothing = ensemble.assign(amplitude=np.nan * amplitude)
+    assert "6 of 6 samples" in texts(sh.plot.envelope(nothing).axes[0])[-1]
+
+
+def test_paths_are_read_off_through_their_peaks(ensemble, paths):
+    (ax,) = sh.plot.envelope(paths, samples=6).axes
+    for number in range(6):
+        value, drawn = (np.asarray(data) for data in ax.lines[number].get_data())
+        exact = level(ensemble.amplitude.isel(sample=number).max("dof").values)
+        error = np.abs(np.interp(GRID, value, drawn) - exact)
+        # Lines that are monotone between the points of a path can be some per cent off.
+        assert np.median(error) < 0.01
+        assert error.max() < 0.3
+        top = level(paths.peak_amplitude.isel(sample=number).max().values)
+        # The grid of the figure misses the peak by half of 35 / 1200 Hz at most.
+        assert top - 1e-3 < drawn.max() <= top + 1e-12
+    assert len(texts(ax)) == 4
+
+
+def test_paths_that_end_early(paths):
+    """A path that ends in the middle, and one with a hole, are left out where they are missing."""
+    amplitude, frequency = paths.amplitude.copy(deep=True), paths.frequency.values.copy()
+    last = int(np.searchsorted(frequency[2], 75.0))
+    frequency[2, last:] = np.nan
+    amplitude[4, 6] = np.nan
+    cut = paths.assign(amplitude=amplitude).assign_coords(
+        frequency=(("sample", "point"), frequency)
+    )
+    cut = cut.drop_vars("peak_frequency")
+    (ax,) = sh.plot.envelope(cut, samples=6).axes
+    value = np.asarray(ax.lines[0].get_xdata())
+    ended, holed = (np.asarray(ax.lines[i].get_ydata()) for i in (2, 4))
+    np.testing.assert_array_equal(np.isnan(ended), value > frequency[2, last - 1])
+    inside = (value > frequency[4, 5]) & (value < frequency[4, 7])
+    np.testing.assert_array_equal(np.isnan(holed), inside)
+    assert "% of the band in 2 samples" in texts(ax)[-1]
+
+
+def test_tuned_curve(ensemble):
+    tuned = sh.frf(problem(), (60, 95), at=GRID)
+    (ax,) = sh.plot.envelope(ensemble, tuned=tuned).axes
+    line = next(line for line in ax.lines if line.get_label() == "tuned")
+    x, y = line.get_data()
+    top = level(tuned.amplitude.max("dof").values)
+    np.testing.assert_array_equal(np.asarray(y)[np.isin(x, GRID)], top)
+    with pytest.raises(ValueError, match="tuned: dataset: expected one curve"):
+        sh.plot.envelope(ensemble, tuned=ensemble)
+    followed = sh.follow(problem(), "normal_load", (5, 20), frequency=75.0)
+    with pytest.raises(ValueError, match="tuned: expected a curve over frequency"):
+        sh.plot.envelope(ensemble, tuned=followed)
+    with pytest.raises(KeyError, match="tuned: "):
+        sh.plot.envelope(ensemble, tuned=tuned.drop_vars("amplitude"))
+
+
+def test_ensemble_over_a_followed_parameter():
+    masses = xr.DataArray([0.9, 1.0, 1.1], dims="sample")
+    followed = sh.follow(problem(), "normal_load", (1, 100), frequency=75.0, over={"mass": masses})
+    (ax,) = sh.plot.envelope(followed).axes
+    assert "F_n" in ax.get_xlabel()
+    assert ax.get_xscale() == "log"
+    assert ax.get_xlim() == pytest.approx((1, 100))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"quantiles": (0.9, 0.1)}, "quantiles="),
+        ({"quantiles": (0.1, 1.1)}, "quantiles="),
+        ({"quantiles": 0.5}, "quantiles=0.5"),
+        ({"samples": 7}, "samples=7"),
+        ({"dof": 5}, "dof=5"),
+    ],
+)
+def test_bad_arguments(ensemble, options, words):
+    with pytest.raises(ValueError, match=words):
+        sh.plot.envelope(ensemble, **options)
+    assert plt.get_fignums() == []
+
+
+def test_folds_and_further_dimensions(ensemble):
+    duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    springs = {"cubic_stiffness": xr.DataArray([0.1, 0.11], dims="sample")}
+    balance = sh.HarmonicBalance(duffing, sh.PointForce(amplitude=0.18))
+    with pytest.raises(ValueError, match="do not fold"):
+        sh.plot.envelope(sh.frf(balance, (0.08, 0.32), over=springs))
+    with pytest.raises(ValueError, match="dimension draw as well"):
+        sh.plot.envelope(ensemble.expand_dims(draw=2))
+    assert plt.get_fignums() == []
+
+
+def test_bars_of_one_response(ensemble):
+    values = ensemble.amplitude.isel(sample=0).max("frequency")
+    values.attrs = {"long_name": "largest amplitude", "units": "m"}
+    (ax,) = sh.plot.blades(values).axes
+    heights = [bar.get_height() for bar in ax.patches]
+    assert ax.get_ylabel() == "largest amplitude [µm]"
+    # Round-off of the factor.
+    np.testing.assert_allclose(heights, 1e6 * values, rtol=1e-15)
+    unknown = values.where(values.dof != 2)
+    (ax,) = sh.plot.blades(unknown).axes
+    assert [text.get_text() for text in ax.texts] == ["?"]
+
+
+def test_boxes_of_an_ensemble(ensemble):
+    values = ensemble.stick_fraction.min("frequency").rename("least stick")
+    values.attrs = {}
+    (ax,) = sh.plot.blades(values).axes
+    assert ax.get_xlabel() == "contact"
+    assert ax.get_ylabel() == "least stick"
+    bottoms = np.array([bar.get_y() for bar in ax.patches]).reshape(2, 5)
+    tops = bottoms + np.array([bar.get_height() for bar in ax.patches]).reshape(2, 5)
+    np.testing.assert_allclose([bottoms[0], tops[0]], [values.min("sample"), values.max("sample")])
+    quartiles = np.quantile(values, [0.25, 0.75], axis=0)
+    np.testing.assert_allclose([bottoms[1], tops[1]], quartiles)
+    worst = int(values.max("contact").argmax("sample"))
+    line = next(line for line in ax.lines if "largest" in str(line.get_label()))
+    np.testing.assert_array_equal(line.get_ydata(), values.isel(sample=worst))
+    assert f"sample {worst}, the largest" in texts(ax)
+
+
+def test_samples_with_nan_are_told(ensemble):
+    values = ensemble.amplitude.max("frequency").copy(deep=True)
+    values[2, 1] = np.nan
+    (ax,) = sh.plot.blades(values).axes
+    assert texts(ax)[0] == "smallest to largest of 5"
+    assert texts(ax)[-1] == "left out, NaN: 1 of 6"
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "words"),
+    [
+        (xr.DataArray(np.ones((2, 3)), dims=("dof", "frequency")), ValueError, "frequency"),
+        (xr.DataArray(np.ones(2), dims="sample"), ValueError, "sample"),
+        (xr.DataArray([np.nan, np.nan], dims="dof"), ValueError, "finite"),
+        (xr.DataArray(["a", "b"], dims="dof"), TypeError, "values="),
+        ([1.0, 2.0], TypeError, r"values=\[1.0, 2.0\]"),
+    ],
+)
+def test_bad_values(values, error, words):
+    with pytest.raises(error, match=words):
+        sh.plot.blades(values)
+    assert plt.get_fignums() == []
