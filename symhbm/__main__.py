@@ -1,8 +1,6 @@
 """``python -m symhbm``."""
 
-import sys
-
 from symhbm.cli import main
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

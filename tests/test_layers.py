@@ -79,9 +79,17 @@ ORDER = [
     "plot.contact",
     "plot.map",
     "plot",
+    "__init__",
+    "cli.pieces",
+    "cli.findings",
+    "cli.words",
+    "cli.selection",
+    "cli.table",
+    "cli.picture",
+    "cli.terminal",
+    "cli.commands",
     "cli",
     "__main__",
-    "__init__",
 ]
 ONLY_IN = {
     "casadi": {
@@ -103,9 +111,11 @@ ONLY_IN = {
         "stored_points",
         "verify",
         "plot",
+        "cli",
     },
     "matplotlib": {"plot"},
     "tqdm": {"ensemble", "verify"},
+    "click": {"cli"},
 }
 
 

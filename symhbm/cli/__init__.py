@@ -1,0 +1,5 @@
+"""The command line ``symhbm``."""
+
+from symhbm.cli.commands import main
+
+__all__ = ["main"]

@@ -1,0 +1,271 @@
+"""What was computed and what came out, in words."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.cli.pieces import ALIKE, completeness, largest, moving, read, set_dimensions
+from symhbm.status import Status
+
+Lines = Iterator[tuple[str, str]]
+
+
+def findings(dataset: xr.Dataset) -> Lines:
+    """Labels and texts on a result: completeness, peaks, contacts, and how far to trust it."""
+    yield from _computed(dataset)
+    yield from _peaks(dataset)
+    yield from _contacts(dataset)
+    yield from _trust(dataset)
+
+
+def short(value: Any) -> str:
+    """A label as text, numbers to six digits."""
+    value = np.asarray(value).item()
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def count(number: int, what: str) -> str:
+    """A number of things."""
+    plural = what.replace("degree", "degrees") if what.startswith("degree") else f"{what}s"
+    return f"{number} {what if number == 1 else plural}"
+
+
+def _computed(dataset: xr.Dataset) -> Lines:
+    along = moving(dataset)
+    band = dataset[along].values if along in dataset.variables else np.array(np.nan)
+    unit = dataset[along].attrs.get("units", "") if along in dataset.variables else ""
+    on_path = "point" in dataset.dims and band.ndim > 0
+    finite = band[np.isfinite(band)]
+    if "followed" in dataset.attrs:
+        what = "frequency response" if along == "frequency" else f"response over {along}"
+        ends = json.loads(dataset.attrs["followed"]).get("band") or _ends(band, finite)
+        text = f"{what} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
+        text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
+        if not band.ndim:
+            text = f"{what}, at {short(band)} {unit}".rstrip()
+        if along != "frequency" and "frequency" in dataset.variables:
+            text += f", at {short(dataset['frequency'].values)} Hz"
+    elif "angle" in dataset.dims:
+        text = "periodic motion in time, without truncation"
+        text += f", at {dataset.sizes['angle']} angles, {_at_frequency(dataset)}"
+    else:
+        text = f"response at one frequency, {_at_frequency(dataset)}"
+    yield "computed", text
+    yield from _completeness(dataset, on_path)
+    if "stability" in dataset.variables:
+        counts = {"stable": 0, "unstable": 0, "unknown": 0}
+        for piece, known in _solved(dataset, "stability"):
+            for word, value in (("stable", 1), ("unstable", 0), ("unknown", -1)):
+                counts[word] += int(np.count_nonzero((piece == value) & known))
+        yield "stability", ", ".join(f"{n} {word}" for word, n in counts.items() if n) or "none"
+
+
+def _ends(band: np.ndarray, finite: np.ndarray) -> tuple[float, float]:
+    """First and last value of a band, as far as its points go."""
+    if not finite.size:
+        return np.nan, np.nan
+    down = (
+        np.nanmean(np.diff(band.reshape(-1, band.shape[-1]), axis=-1)) < 0
+        if band.shape[-1:] > (1,)
+        else False
+    )
+    low, high = float(finite.min()), float(finite.max())
+    return (high, low) if down else (low, high)
+
+
+def _at_frequency(dataset: xr.Dataset) -> str:
+    values = dataset["frequency"].values
+    return f"{short(values)} Hz" if values.ndim == 0 else f"{values.size} frequencies"
+
+
+def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
+    complete, waiting, failed = completeness(dataset)
+    total = complete + waiting + failed.total()
+    dims = set_dimensions(dataset)
+    if dims:
+        yield "parameter sets", ", ".join(f"{dataset.sizes[dim]} along {dim}" for dim in dims)
+    words = [f"{complete} of {total} complete"]
+    words += [f"{failed.total()} not"] if failed else []
+    words += [f"{waiting} of {total} not computed yet"] if waiting else []
+    yield "curves" if "followed" in dataset.attrs else "status", ", ".join(words)
+    for text, number in failed.most_common():
+        yield "", f"{number}: {text}"
+    if "converged" in dataset.variables and "followed" in dataset.attrs:
+        solved = sum(int(np.count_nonzero(piece)) for _, piece in read(dataset, "converged"))
+        points = _n_points(dataset, on_path)
+        several = " (each solution at a value counts)" if "solution" in dataset.dims else ""
+        missing = points - solved
+        text = f"{points}, all converged" if not missing else f"{points}, {missing} not converged"
+        yield "points", text + several
+
+
+def _n_points(dataset: xr.Dataset, on_path: bool) -> int:
+    """Points of the sets that were computed, without the padding."""
+    if on_path:
+        values = dataset[moving(dataset)].values
+        return int(np.count_nonzero(np.isfinite(values)))
+    if "n_solutions" in dataset.variables:
+        return int(np.maximum(dataset["n_solutions"].values, 0).sum())
+    sets = dataset["status"].values
+    begun = int(np.count_nonzero(sets != str(Status.NOT_STARTED)))
+    return begun * dataset["converged"].size // max(1, sets.size)
+
+
+def _peaks(dataset: xr.Dataset) -> Lines:
+    along = moving(dataset)
+    top = None
+    if "peak_amplitude" in dataset.variables:
+        if "peak_kind" in dataset.variables:
+            kinds = Counter(map(str, dataset["peak_kind"].values.ravel().tolist()))
+            kinds.pop("", None)
+            each = json.loads(dataset.attrs.get("followed", "{}")).get("peaks") == "each"
+            yield "peaks", _counted(kinds) + f" (of every {_body(dataset)})" * each
+        amplitude = dataset["peak_amplitude"].copy()
+        amplitude = amplitude.where(np.isfinite(amplitude))
+        top = largest(dataset, "peak_amplitude", amplitude)
+        if top is not None:
+            value, place = top
+            at = dataset.isel(place)
+            words = [_decibel(value)]
+            if f"peak_{along}" in at.variables:
+                about = at[f"peak_{along}"]
+                words.append(f"at {short(about.values)} {about.attrs.get('units', '')}".rstrip())
+            words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
+            words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
+            words += _set_words(dataset, place)
+            yield "highest peak", ", ".join(words)
+    if "amplitude" in dataset.variables:
+        found = largest(dataset, "amplitude")
+        # A response may be largest at an end of the band, which is no peak.
+        if found is not None and (top is None or found[0] > top[0] * (1 + ALIKE)):
+            words = [_decibel(found[0]), *_place(dataset, "amplitude", found[1])]
+            yield "largest response", ", ".join(words)
+    if "event_kind" in dataset.variables:
+        events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
+        events.pop("", None)
+        yield "events", _counted(events)
+
+
+def _contacts(dataset: xr.Dataset) -> Lines:
+    if "contact_state" in dataset.variables and dataset.sizes.get("contact"):
+        labels = dataset["contact"].values
+        slips, sticks = np.zeros(len(labels), dtype=bool), np.zeros(len(labels), dtype=bool)
+        slipping = points = 0
+        for _, state in read(dataset, "contact_state", ("contact",)):
+            state = state.reshape(-1, len(labels))
+            slips |= (state == 1).any(axis=0)
+            sticks |= (state == 0).any(axis=0)
+            slipping += int(np.count_nonzero((state == 1).any(axis=1)))
+            points += int(np.count_nonzero((state >= 0).any(axis=1)))
+        kinds = {"slipping somewhere": slips, "always stuck": sticks & ~slips}
+        kinds["no known state"] = ~(slips | sticks)
+        words = [f"{w}: {_ranges(labels[k])}" for w, k in kinds.items() if k.any()]
+        if points > 1:
+            words.append(f"some contact slips at {slipping} of {points} points")
+        yield "contacts", "; ".join(words)
+    if "contact_model_valid" in dataset.variables:
+        broken = 0
+        for valid, known in _solved(dataset, "contact_model_valid"):
+            broken += int(np.count_nonzero(~valid & known))
+        if broken:
+            yield "", f"the friction law does not hold for the motion at {broken} points"
+    if "dissipation" in dataset.variables:
+        found = largest(dataset, "dissipation")
+        if found is not None:
+            words = [f"at most {found[0]:.4g} J per cycle"]
+            yield "dissipation", ", ".join(words + _place(dataset, "dissipation", found[1]))
+
+
+def _trust(dataset: xr.Dataset) -> Lines:
+    worst = {
+        "residual_norm": "residual",
+        "peak_residual_norm": "residual of peaks",
+        "truncation_error": "truncation error",
+        "peak_truncation_error": "  at the peaks",
+        "sampling_error": "sampling error",
+        "periodicity": "periodicity",
+    }
+    for name, what in worst.items():
+        found = largest(dataset, name) if name in dataset.variables else None
+        if found is not None:
+            words = [f"at most {found[0]:.1e}", *_place(dataset, name, found[1])]
+            yield what, ", ".join(words)
+    if "verification" in dataset.attrs:
+        report = json.loads(dataset.attrs["verification"])
+        verdict = "passed" if report["passed"] else "a bound is broken"
+        yield "verification", f"{verdict}, {report['n_checked']} points checked"
+
+
+def _solved(dataset: xr.Dataset, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pieces of a variable of points, and which of its values belong to converged ones."""
+    if "converged" not in dataset.variables:
+        for _, values in read(dataset, name):
+            yield values, values >= 0
+        return
+    converged = dataset["converged"].transpose(*dataset[name].dims).to_dataset(name="converged")
+    for (_, values), (_, known) in zip(
+        read(dataset, name), read(converged, "converged"), strict=True
+    ):
+        yield values, known
+
+
+def _place(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str]:
+    """Where an entry of a variable is: frequency, blade or contact, parameters."""
+    along = moving(dataset)
+    words = []
+    for label in (f"peak_{along}" if "peak" in index else along, "angle"):
+        if label not in dataset.variables or not dataset[label].ndim:
+            continue
+        if set(dataset[label].dims) <= set(index):
+            about = dataset[label]
+            value = about.isel({dim: index[str(dim)] for dim in about.dims}).values
+            words.append(f"at {short(value)} {about.attrs.get('units', '')}".rstrip())
+    if "dof" in index:
+        words.append(f"{_body(dataset)} {dataset['dof'].values[index['dof']]}")
+    if "contact" in index:
+        words.append(f"contact {dataset['contact'].values[index['contact']]}")
+    return words + _set_words(dataset, index)
+
+
+def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
+    """The parameter set of an entry."""
+    place = {dim: index[dim] for dim in set_dimensions(dataset) if dim in index}
+    words = []
+    for dim, position in place.items():
+        label = dataset[dim].values[position] if dim in dataset.variables else position
+        words.append(f"{dim}={short(label)}")
+    for name in json.loads(dataset.attrs.get("swept", "[]")):
+        if name in place or name not in dataset.variables or not dataset[name].ndim:
+            continue
+        if set(dataset[name].dims) <= set(place):
+            value = dataset[name].isel({d: place[str(d)] for d in dataset[name].dims}).values
+            words.append(f"{name}={short(value)}")
+    return words
+
+
+def _body(dataset: xr.Dataset) -> str:
+    lumped = json.loads(dataset.attrs.get("problem", "{}")).get("lumped")
+    return "blade" if lumped else "DOF"
+
+
+def _decibel(amplitude: float) -> str:
+    level = f" ({20 * np.log10(amplitude):.2f} dB re 1 m)" if amplitude > 0 else ""
+    return f"{amplitude:.6g} m{level}"
+
+
+def _counted(counts: Counter) -> str:
+    total = sum(counts.values())
+    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(counts.items()))
+    return f"{total}: {kinds}" if total else "none"
+
+
+def _ranges(labels: Any) -> str:
+    """Labels in short: 0 to 3, 7."""
+    values = np.asarray(labels)
+    breaks = np.flatnonzero(np.diff(values) != 1) + 1
+    runs = np.split(values, breaks)
+    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs)

@@ -1,0 +1,54 @@
+"""A picture of a part of a dataset, by the name of its kind."""
+
+import inspect
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import xarray as xr
+
+import symhbm as sh
+from symhbm.cli.pieces import INNER, set_dimensions
+from symhbm.cli.selection import select
+from symhbm.status import Status
+
+KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map")
+
+
+def draw(
+    dataset: xr.Dataset, kind: str | None, choices: Sequence[str], options: dict[str, int]
+) -> tuple[str, Any]:
+    """Kind and figure of what is selected; by default the kind that suits it.
+
+    ``options`` go to the function that draws. Raises ValueError where that does not take them.
+    """
+    selection = select(dataset, choices)
+    part = selection.limited(selection.dataset)
+    names = {choice.partition("=")[0].strip() for choice in choices} - {*INNER}
+    part = part.squeeze([dim for dim in part.dims if dim in names and part.sizes[dim] == 1])
+    kind = kind or _natural_kind(part)
+    function = getattr(sh.plot, kind.replace("-", "_"))
+    for name, value in options.items():
+        if name not in inspect.signature(function).parameters:
+            raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
+    return kind, function(_by_blade(part) if kind == "blades" else part, **options)
+
+
+def _natural_kind(dataset: xr.Dataset) -> str:
+    if "friction_force" in dataset.variables:
+        return "hysteresis"
+    if "followed" not in dataset.attrs:
+        return "disk"
+    swept = json.loads(dataset.attrs.get("swept", "[]"))
+    drawn = [d for d in set_dimensions(dataset) if d not in swept and dataset.sizes[d] > 1]
+    return "envelope" if drawn else "response"
+
+
+def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
+    amplitude = dataset["amplitude"]
+    kept = {*set_dimensions(dataset), "dof"}
+    largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
+    complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
+    about = {"long_name": "largest displacement of all points", "units": "m"}
+    return largest.where(complete).assign_attrs(about)

@@ -1,0 +1,86 @@
+"""Datasets in pieces: what runs over what, and variables that need not fit into memory."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+
+from symhbm.status import Status
+
+INNER = ("dof", "contact", "harmonic", "component")
+"""Dimensions inside one point, peak or event."""
+ALIKE = 1e-9
+"""Relative difference below which values that round-off tells apart are the same."""
+_LARGEST_PIECE = 2**21
+"""Values read at once."""
+
+
+def moving(dataset: xr.Dataset) -> str:
+    """Name of the parameter along which a response was followed."""
+    return json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))["name"]
+
+
+def set_dimensions(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Dimensions of the parameter sets."""
+    return tuple(map(str, dataset["status"].dims)) if "status" in dataset.variables else ()
+
+
+def completeness(dataset: xr.Dataset) -> tuple[int, int, Counter[str]]:
+    """Numbers of parameter sets that are complete, not computed yet, and failed by their status."""
+    texts = dataset["status"].values.ravel().tolist() if "status" in dataset.variables else []
+    failed = Counter(map(str, texts))
+    waiting = failed.pop(str(Status.NOT_STARTED), 0)
+    complete = sum(failed.pop(str(text), 0) for text in (Status.REACHED_END, Status.SUCCESS))
+    return complete, waiting, failed
+
+
+def pieces(sizes: dict[str, int], dims: Sequence[str], width: int) -> Iterator[dict[str, slice]]:
+    """Slices of ``dims`` in the order of rows, each of at most some million values.
+
+    ``width`` is the number of values of a row.
+    """
+    shape = [sizes[dim] for dim in dims]
+    budget = max(1, _LARGEST_PIECE // max(1, width))
+    cut = next((i for i in range(len(shape)) if np.prod(shape[i + 1 :]) <= budget), len(shape))
+    if cut == len(shape):
+        yield {}
+        return
+    step = max(1, budget // max(1, int(np.prod(shape[cut + 1 :]))))
+    for lead in np.ndindex(*shape[:cut]):
+        fixed = {dim: slice(i, i + 1) for dim, i in zip(dims, lead, strict=False)}
+        for start in range(0, shape[cut], step):
+            yield fixed | {dims[cut]: slice(start, start + step)}
+
+
+def read(
+    dataset: xr.Dataset, name: str, inner: tuple[str, ...] = ()
+) -> Iterator[tuple[dict[str, int], np.ndarray]]:
+    """Where a piece of a variable begins, and its values, with the dimensions ``inner`` last."""
+    variable = dataset[name].variable
+    outer = [str(dim) for dim in variable.dims if dim not in inner]
+    width = int(np.prod([variable.sizes[dim] for dim in inner]))
+    for piece in pieces({str(d): n for d, n in variable.sizes.items()}, outer, width):
+        begin = {dim: part.start for dim, part in piece.items()}
+        yield begin, variable.isel(piece).transpose(*outer, *inner).values
+
+
+def largest(
+    dataset: xr.Dataset, name: str, array: xr.DataArray | None = None
+) -> tuple[float, dict[str, int]] | None:
+    """Largest value of a variable and where it is, None where there is none."""
+    found: tuple[float, dict[str, int]] | None = None
+    holder = dataset if array is None else array.to_dataset(name=name)
+    dims = [str(dim) for dim in holder[name].dims]
+    for begin, values in read(holder, name):
+        if not values.size or np.isnan(values).all():
+            continue
+        # Blades that move alike differ by round-off: the first of them counts.
+        first = np.argmax(values >= np.nanmax(values) * (1 - ALIKE))
+        index = np.unravel_index(first, values.shape)
+        value = float(values[index])
+        if found is None or value > found[0] * (1 + ALIKE):
+            place = {d: int(i) + begin.get(d, 0) for d, i in zip(dims, index, strict=True)}
+            found = value, place
+    return found

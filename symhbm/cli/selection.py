@@ -1,0 +1,142 @@
+"""Parts of a dataset: what ``NAME=VALUE`` selects."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from symhbm import check
+from symhbm.cli.pieces import INNER, moving
+
+_FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
+_ROUND_OFF = 1e-9
+_MOST_LISTED = 12
+
+
+class Selection(NamedTuple):
+    """A part of a dataset, and the range of the moving parameter that is wanted of it."""
+
+    dataset: xr.Dataset
+    low: float = -np.inf
+    high: float = np.inf
+
+    def limited(self, dataset: xr.Dataset) -> xr.Dataset:
+        """A dataset whose points, peaks and events beyond the range are as if they were not."""
+        if self.low == -np.inf and self.high == np.inf:
+            return dataset
+        name, dataset = moving(dataset), dataset.copy()
+        for axis, label in (("point", name), ("peak", f"peak_{name}"), ("event", f"event_{name}")):
+            if label not in dataset.variables or axis not in dataset[label].dims:
+                continue
+            inside = (dataset[label] >= self.low) & (dataset[label] <= self.high)
+            for key in [
+                key for key, variable in dataset.variables.items() if axis in variable.dims
+            ]:
+                nothing: Any = {"f": np.nan, "i": -1, "b": False, "O": ""}[dataset[key].dtype.kind]
+                dataset[key] = dataset[key].where(inside, nothing)
+        return dataset
+
+
+def select(dataset: xr.Dataset, choices: Iterable[str]) -> Selection:
+    """Select by texts ``NAME=VALUE``, ``NAME=VALUE,VALUE`` or ``NAME=LOW:HIGH``, ends included.
+
+    A name is a dimension, or a variable with one. Numbers agree to round-off; dimensions without
+    labels count from 0. All dimensions stay, with their labels or positions.
+
+    Raises
+    ------
+    KeyError
+        For an unknown name.
+    ValueError
+        For another form of text, or where nothing is selected.
+    """
+    selection = Selection(dataset)
+    given = set()
+    for choice in choices:
+        name, sign, text = (part.strip() for part in choice.partition("="))
+        if not (sign and name and text):
+            raise ValueError(f"--select {choice}: expected {_FORMS}")
+        if name in given:
+            raise ValueError(f"--select {choice}: {name!r} is selected twice, expected {_FORMS}")
+        given.add(name)
+        selection = _chosen(selection, name, text)
+    return selection
+
+
+def _chosen(selection: Selection, name: str, text: str) -> Selection:
+    dataset = selection.dataset
+    along = moving(dataset)
+    on_path = along in dataset.variables and "point" in dataset[along].dims
+    lines = [n for n, v in dataset.variables.items() if v.ndim == 1 and v.dims[0] not in INNER]
+    names = {str(name): None for name in (*dataset.dims, *([along] if on_path else []), *lines)}
+    names = [n for n in names if dataset.sizes.get(n, 1) and not n.endswith("_entry")]
+    if name not in names:
+        shown = [n for n in names if n in dataset.dims or n == along]
+        check.known(name, shown, "dimension to select along")
+    if name == along and on_path:
+        if ":" not in text:
+            raise ValueError(
+                f"--select {name}={text}: expected a range LOW:HIGH, each curve has points of its "
+                f"own along {name}"
+            )
+        low, high = _range(name, text)
+        values = dataset[name].values
+        if not np.any((values >= low) & (values <= high)):
+            raise ValueError(f"--select {name}={text}: no points there, {_there(values)}")
+        return Selection(dataset, low, high)
+    low, high = -np.inf, np.inf
+    labels = dataset[name].values if name in dataset.variables else np.arange(dataset.sizes[name])
+    dim = str(dataset[name].dims[0]) if name in dataset.variables else name
+    if ":" in text:
+        low, high = _range(name, text)
+        if labels.dtype.kind not in "iuf":
+            raise ValueError(f"--select {name}={text}: expected {_there(labels)}")
+        index = np.flatnonzero((labels >= low) & (labels <= high))
+        if not len(index):
+            raise ValueError(f"--select {name}={text}: nothing in this range, {_there(labels)}")
+    else:
+        index = np.concatenate([_found(name, part.strip(), labels) for part in text.split(",")])
+    if dim not in dataset.variables:
+        dataset = dataset.assign_coords({dim: np.arange(dataset.sizes[dim])})
+    selection = selection._replace(dataset=dataset.isel({dim: index}))
+    if name != along:
+        return selection
+    low, high = (low, high) if ":" in text else (labels[index].min(), labels[index].max())
+    return selection._replace(low=float(low), high=float(high))
+
+
+def _found(name: str, text: str, labels: np.ndarray) -> np.ndarray:
+    """Positions of the labels that a text means."""
+    if labels.dtype.kind in "iufb":
+        try:
+            wanted = float(text)
+        except ValueError:
+            raise ValueError(f"--select {name}={text}: expected a number or {_FORMS}") from None
+        found = np.flatnonzero(np.isclose(labels.astype(float), wanted, rtol=_ROUND_OFF, atol=0))
+    else:
+        found = np.flatnonzero(labels.astype(str) == text)
+    if not len(found):
+        raise ValueError(f"--select {name}={text}: no such value, {_there(labels)}")
+    return found
+
+
+def _range(name: str, text: str) -> tuple[float, float]:
+    try:
+        low, high = (float(part) for part in text.split(":"))
+        if not low <= high:
+            raise ValueError
+    except ValueError:
+        raise ValueError(
+            f"--select {name}={text}: expected two numbers LOW:HIGH in ascending order"
+        ) from None
+    return low, high
+
+
+def _there(labels: np.ndarray) -> str:
+    """What there is to select."""
+    if labels.dtype.kind == "f":
+        labels = labels[np.isfinite(labels)]
+    if labels.ndim == 1 and len(labels) <= _MOST_LISTED:
+        return f"there are {', '.join(map(str, labels.tolist()))}"
+    return f"there are {labels.size} from {labels.min()} to {labels.max()}"

@@ -1,0 +1,145 @@
+"""What every command shares: errors in one line, archives opened late, files written whole."""
+
+import inspect
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn, TextIO
+
+import click
+import xarray as xr
+
+from symhbm import check
+from symhbm.archive import load
+
+BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
+"""Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""
+PARTIAL = ".partial"
+"""What ends the name of the working file of a run that is not finished."""
+
+
+class _Failure(click.ClickException):
+    def __init__(self, message: str, ctx: click.Context):
+        super().__init__(message)
+        self.ctx = ctx
+
+
+class Program(click.Group):
+    """Says every error in one line: the usage is what --help is for."""
+
+    def main(self, *args: Any, **kwargs: Any) -> NoReturn:
+        """Run a command and exit with its code."""
+        kwargs["standalone_mode"] = False
+        try:
+            code = super().main(*args, **kwargs)
+        except click.Abort:
+            say("symhbm: interrupted")
+            code = _INTERRUPTED
+        except click.ClickException as error:
+            context = getattr(error, "ctx", None)
+            where = context.command_path if context else "symhbm"
+            if isinstance(error, _Failure) and error.ctx.invoked_subcommand in self.commands:
+                where += f" {error.ctx.invoked_subcommand}"
+            hint = f"; see {where} --help" if isinstance(error, click.UsageError) else ""
+            text = " ".join(error.format_message().split()).rstrip(".")
+            say(f"{where}: {text}{hint}")
+            code = _UNUSABLE
+        sys.exit(code)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command that was asked for."""
+        try:
+            code = super().invoke(ctx)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # Who reads has seen enough. What is left in the buffer must go nowhere, too.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return _PIPE
+        except (OSError, LookupError, RuntimeError, TypeError, ValueError) as error:
+            if isinstance(error, (click.exceptions.Exit, click.Abort)):
+                raise
+            text = error.args[0] if isinstance(error, KeyError) and error.args else error
+            raise _Failure(str(text), ctx) from error
+        return code
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All commands, in the order in which they are of use."""
+        return list(self.commands)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Find a command by its name."""
+        if not args[0].startswith("-"):
+            check.known(args[0], self.commands, "command")
+        return super().resolve_command(ctx, args)
+
+
+@contextmanager
+def opened(archive: Path) -> Iterator[xr.Dataset]:
+    """An archive, read as late as possible."""
+    lazily = "lazy" in inspect.signature(load).parameters
+    options: dict[str, Any] = {"lazy": True} if lazily else {}
+    if archive.is_dir():
+        raise ValueError(f"ARCHIVE {archive}: a directory, expected a file")
+    working = archive.with_name(archive.name + PARTIAL)
+    if not archive.exists() and working.exists():
+        raise ValueError(f"ARCHIVE {archive}: no such file, but an unfinished run {working}")
+    with load(archive, **options) as dataset:
+        yield dataset
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[TextIO]:
+    """A text file that is there once it is complete."""
+    part = path.with_name(f".symhbm-{os.getpid()}.part")
+    try:
+        with part.open("w", encoding="utf-8", newline="") as file:
+            yield file
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def check_place(output: Path | None) -> None:
+    """Raise ValueError unless a file can be written there, or is not wanted."""
+    if output is None:
+        return
+    if not output.name or output.is_dir() or not output.parent.is_dir():
+        raise ValueError(
+            f"--output {output}: cannot be written, expected a file name in an existing directory"
+        )
+
+
+def final_name(archive: Path) -> str:
+    """Name of an archive, also from that of its working file."""
+    return archive.name.removesuffix(PARTIAL)
+
+
+def say(text: str) -> None:
+    """Print a line beside the output."""
+    click.echo(text, err=True)
+
+
+def number(text: str) -> int | str:
+    """An integer, or the text as it is."""
+    return int(text) if text.lstrip("-").isdigit() else text
+
+
+def bound(text: str) -> tuple[str, float | None]:
+    """Name and value of ``FIGURE=VALUE``; raises ValueError for another form."""
+    name, sign, value = text.partition("=")
+    try:
+        if not sign:
+            raise ValueError
+        return name, None if value == "none" else float(value)
+    except ValueError:
+        raise ValueError(f"--bound {text}: expected FIGURE=VALUE") from None
+
+
+def size(n_bytes: int) -> str:
+    """Size of a file in words."""
+    for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if n_bytes >= factor:
+            return f"{n_bytes / factor:.3g} {unit}"
+    return f"{n_bytes} bytes"

@@ -1,0 +1,177 @@
+"""What an archive holds, in words."""
+
+import json
+import textwrap
+
+import numpy as np
+import xarray as xr
+
+from symhbm.cli.findings import Lines, count, findings, short
+from symhbm.cli.pieces import INNER, moving, read
+from symhbm.names import PARAMETERS, VARIABLES
+from symhbm.provenance import MATRICES
+
+_WIDTH, _MARGIN = 100, 24
+_MOST_LISTED = 8
+_OF_FORCE = ("force_amplitude", "engine_order")
+_OWN_ATTRIBUTES = {
+    *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
+    *("problem", "swept", "followed", "accuracy", "verification"),
+}
+
+
+def describe(dataset: xr.Dataset) -> str:
+    """Text on a dataset of this library: problem, what was computed, how complete, what came out.
+
+    Variables are read one at a time and in pieces, so a lazily opened archive may be larger than
+    the memory.
+    """
+    lines = []
+    for name, text in _lines(dataset):
+        wrapped = textwrap.wrap(text, _WIDTH - _MARGIN, break_on_hyphens=False) or [""]
+        for first, part in zip([name, *[""] * len(wrapped)], wrapped, strict=False):
+            lines.append(f"{first:<{_MARGIN - 1}} {part}".rstrip())
+    return "\n".join(lines)
+
+
+def _lines(dataset: xr.Dataset) -> Lines:
+    yield from _origin(dataset)
+    if "problem" in dataset.attrs:
+        yield from _problem(dataset)
+    if "status" in dataset.variables:
+        yield from findings(dataset)
+    yield from _others(dataset)
+
+
+def _origin(dataset: xr.Dataset) -> Lines:
+    about = dataset.attrs
+    yield "title", str(about.get("title", "none"))
+    made = {"symhbm": "symhbm_version", "CasADi": "casadi_version", "schema": "symhbm_schema"}
+    yield "made by", ", ".join(f"{what} {about[k]}" for what, k in made.items() if k in about)
+    if "references" in about:
+        yield "reference", str(about["references"])
+
+
+def _problem(dataset: xr.Dataset) -> Lines:
+    about = json.loads(dataset.attrs["problem"])
+    n_dof, contacts = about["n_dof"], about["contacts"]
+    what = "blade" if about["lumped"] else "degree of freedom"
+    ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
+    between = sum(len(dofs) == 2 for dofs in contacts)
+    kinds = {"between two of them": between, "to the ground": len(contacts) - between}
+    where = " and ".join(
+        words if n == len(contacts) else f"{n} {words}" for words, n in kinds.items() if n
+    )
+    if n_dof > 2 and sorted(map(sorted, contacts)) == sorted(ring):
+        where = "each between two neighbours in a ring"
+    text = f"{count(n_dof, what)}, {count(len(contacts), 'contact')}"
+    yield "structure", f"{text} {where}".rstrip()
+    sectors = dataset.get("n_sectors")
+    if sectors is not None and (sectors > 1).any():
+        alike = int((sectors > 1).sum())
+        which = "" if alike == sectors.size else f", in {alike} of {sectors.size} curves"
+        solved = " or ".join(map(str, np.unique(sectors.values[sectors.values > 1])))
+        yield "solved", f"one of {solved} sectors that move alike{which}"
+    for name in PARAMETERS:
+        if name in dataset.variables and name not in _OF_FORCE:
+            text = _parameter(dataset, name, what)
+            if name != "cubic_stiffness" or text != "0 N m-3":
+                yield f"  {name}", text
+    force = about["excitation"]
+    kind = force["type"]
+    amplitude = _parameter(dataset, "force_amplitude", what)
+    where = {
+        "PointForce": f"point force on {what} {force.get('dof')}",
+        "EngineOrder": "engine order, a travelling wave over the blades",
+    }.get(kind, kind)
+    on = [str(force["harmonic"])] if "harmonic" in force else []
+    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
+    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
+    yield "excitation", f"{where}{harmonic}"
+    yield "  force_amplitude", amplitude
+    if "engine_order" in dataset.variables:
+        yield "  engine_order", _parameter(dataset, "engine_order", what)
+    listed = ", ".join(map(str, about["harmonics"]))
+    if "accuracy" in dataset.attrs:
+        listed = (
+            f"as many as each point takes for an accuracy of {dataset.attrs['accuracy']:g}; "
+            f"those of all points are {listed}"
+        )
+    yield "harmonics", listed
+    samples = about.get("samples")
+    if np.any(dataset.get("contact_stiffness", np.ones(1))):
+        sampled = f"marched over {samples} samples a period"
+        yield "friction law", sampled if samples else "located switching angles, no sampling"
+
+
+def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
+    """Values of a parameter with their unit, and how they differ."""
+    variable = dataset[name]
+    unit = "" if PARAMETERS[name][0] == "1" else f" {PARAMETERS[name][0]}"
+    values = variable.values
+    finite = values[np.isfinite(values)]
+    outer = [str(dim) for dim in variable.dims if dim not in INNER]
+    of = {"dof": f"{what}s", "contact": "contacts"}
+    each = [of[str(dim)] for dim in variable.dims if dim in of]
+    if not finite.size:
+        return "none"
+    spread = f"{short(finite.min())} to {short(finite.max())}{unit}"
+    differs = each and np.any(values != values[..., :1])
+    pattern = f", differing between {each[0]}" if differs else ""
+    nominal = ""
+    if f"{name}_nominal" in dataset.variables:
+        standard = np.unique(dataset[f"{name}_nominal"].values)
+        standard = " to ".join(map(short, dict.fromkeys([standard.min(), standard.max()])))
+        nominal = f", nominal value {standard}{unit}"
+    if name == moving(dataset) and variable.ndim:
+        index = json.loads(dataset.attrs["followed"])["index"]
+        place = "" if index is None else f" at one place ({index})"
+        return f"followed{place}, {spread}{nominal}"
+    if outer == [name]:
+        if finite.size <= _MOST_LISTED:
+            spread = f"{', '.join(map(short, finite))}{unit}"
+        return f"swept, {count(finite.size, 'value')}: {spread}"
+    if outer:
+        return f"swept over {', '.join(outer)}: {spread}{pattern}{nominal}"
+    if differs:
+        return f"mistuned, {spread}{pattern} (mean {short(finite.mean())})"
+    return f"{short(finite.flat[0])}{unit}"
+
+
+def _others(dataset: xr.Dataset) -> Lines:
+    """What is not the library's own result, and all of it where there is no status."""
+    known = {*VARIABLES, *PARAMETERS, *(f"{p}_{n}" for p in ("peak", "event") for n in PARAMETERS)}
+    known |= {f"{name}_nominal" for name in PARAMETERS} | {"n_sectors", "harmonic"}
+    known |= {f"{name}_{part}" for name in MATRICES for part in ("row", "column", "value")}
+    if "status" not in dataset.variables:
+        known -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
+        sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())
+        yield "dimensions", sizes or "none"
+    for name, variable in dataset.variables.items():
+        if str(name) in known or name in ("dof", "contact", "component"):
+            continue
+        about = variable.attrs
+        unit = "" if about.get("units", "1") == "1" else f" {about['units']}"
+        text = [f"{about['long_name']}"] if about.get("long_name", name) != name else []
+        text += [f"along {', '.join(map(str, variable.dims))}"] if variable.dims else []
+        yield f"{name}", ", ".join([*text, _spread(dataset, str(name)) + unit])
+    for name, value in dataset.attrs.items():
+        if name not in _OWN_ATTRIBUTES:
+            yield str(name), textwrap.shorten(str(value), 2 * _WIDTH, placeholder=" ...")
+
+
+def _spread(dataset: xr.Dataset, name: str) -> str:
+    low, high, missing, size = np.inf, -np.inf, 0, 0
+    if dataset[name].dtype.kind not in "iufb":
+        values = list(dict.fromkeys(map(str, dataset[name].values.ravel().tolist())))
+        more = ", ..." if len(values) > _MOST_LISTED else ""
+        return ", ".join(values[:_MOST_LISTED]) + more
+    for _, values in read(dataset, name):
+        there = values[~np.isnan(values)]
+        size, missing = size + values.size, missing + values.size - there.size
+        if there.size:
+            low, high = min(low, there.min()), max(high, there.max())
+    if missing == size:
+        return f"{size} values, none known" if size else "no values"
+    text = f"{short(low)} to {short(high)}" if high > low else short(low)
+    return f"{text} ({missing} of {size} are NaN)" if missing else text
