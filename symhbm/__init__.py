@@ -16,7 +16,7 @@ from symhbm.transient import transient
 from symhbm.verify import verify
 
 if TYPE_CHECKING:
-    from symhbm import plot
+    from symhbm import mistuning, plot, statistics
 
 __version__ = version("symhbm")
 
@@ -34,18 +34,20 @@ __all__ = [
     "follow",
     "frf",
     "load",
+    "mistuning",
     "plot",
     "rebuild",
     "save",
     "single_blade",
     "solve",
+    "statistics",
     "transient",
     "verify",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    # Drawing needs matplotlib, which is slow to import and not needed to compute.
-    if name == "plot":
-        return import_module("symhbm.plot")
+    # These need matplotlib or scipy.stats, which are slow to import and not needed to compute.
+    if name in ("mistuning", "plot", "statistics"):
+        return import_module(f"symhbm.{name}")
     raise AttributeError(f"module 'symhbm' has no attribute {name!r}")

@@ -21,6 +21,8 @@ REFERENCE = (
     "E. Chatelet, D. Rade, G. Jacquet-Richardet, Dynamic Behavior of Cyclic Symmetrical N DOF "
     "System in the Presence of Dry Friction, DINAME 2013, hal-00941429"
 )
+DRAWN = "drawn"
+"""Attribute of a swept parameter that tells how its values were drawn."""
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 
 
@@ -42,7 +44,8 @@ def with_provenance(
         target = name
         if name in sweep.values:
             swept = sweep.values[name]
-            dataset[name] = (swept.dims, swept.values, attributes)
+            drawn = {DRAWN: swept.attrs[DRAWN]} if DRAWN in swept.attrs else {}
+            dataset[name] = (swept.dims, swept.values, attributes | drawn)
             for label, coordinate in swept.coords.items():
                 if label not in (name, *dataset.coords):
                     about = {"long_name": str(label), "units": "1"} | coordinate.attrs
@@ -66,6 +69,7 @@ def with_provenance(
     if followed:
         peaks = "each" if followed.each else "largest"
         description = {"name": followed.name, "index": followed.index, "peaks": peaks}
+        description["band"] = list(followed.band)
         dataset.attrs["followed"] = json.dumps(description)
         if followed.accuracy is not None:
             dataset.attrs["accuracy"] = followed.accuracy
@@ -146,7 +150,7 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
         for name in swept
         if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
     }
-    if moving and dataset[moving].ndim == 0:
+    if moving and moving in dataset.variables and dataset[moving].ndim == 0:
         index = followed["index"]
         values = np.array(problem.parameters[moving], dtype=float)
         values[... if index is None else index] = dataset[moving].values
