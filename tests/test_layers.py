@@ -71,6 +71,18 @@ ORDER = [
     "transient",
     "stored_points",
     "verify",
+    "mistuning.copula",
+    "mistuning.samples",
+    "mistuning.draws",
+    "mistuning",
+    "statistics.population",
+    "statistics.bands",
+    "statistics.factors",
+    "statistics.participation",
+    "statistics.univariate",
+    "statistics.confidence",
+    "statistics.extreme_values",
+    "statistics",
     # roof
     "plot.drawing",
     "plot.curves",
@@ -110,6 +122,8 @@ ONLY_IN = {
         "transient",
         "stored_points",
         "verify",
+        "mistuning",
+        "statistics",
         "plot",
         "cli",
     },
@@ -119,7 +133,7 @@ ONLY_IN = {
 }
 
 
-LAZY = {"plot"}
+LAZY = {"mistuning", "plot", "statistics"}
 """Modules that the package imports once they are asked for."""
 
 

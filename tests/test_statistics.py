@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import symhbm as sh
-from symhbm import population
+from symhbm.statistics import population
 
 BLADES = 5
 SAMPLES = 5
@@ -98,9 +98,9 @@ def test_archives_are_read_in_blocks(tmp_path, monkeypatch, function):
     block = 2 * 8 * GRID.size * BLADES
     read = []
     slices = population.slices
-    for module in ("population", "statistics"):
+    for module in ("population", "bands"):
         monkeypatch.setattr(
-            f"symhbm.{module}.slices",
+            f"symhbm.statistics.{module}.slices",
             lambda size, each, most=0: [read.append(s) or s for s in slices(size, each, block)],
         )
     with xr.open_dataset(path) as lazy:
