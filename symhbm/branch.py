@@ -164,7 +164,7 @@ class _Computation:
         padded = [
             row
             for rows, value in zip(found, values, strict=True)
-            for row in rows + [self._nothing(value)] * (most - len(rows))
+            for row in (*rows, *(self._nothing(value) for _ in range(most - len(rows))))
         ]
         table = _columns(padded, self._nothing(values[0]))
         if not self._task.may_fold:

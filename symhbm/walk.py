@@ -1,5 +1,7 @@
 """A path over a whole band: taken up again beyond poles, with its peaks, and asked for values."""
 
+from functools import cached_property
+
 import numpy as np
 from scipy import optimize
 
@@ -126,9 +128,13 @@ class Walk:
             found = [(anew.unknowns if anew.converged else None, anew.iterations)]
         return found or [(None, 0)]
 
+    @cached_property
+    def _values(self) -> FloatArray:
+        return np.array([point.value for point in self.points])
+
     def _segments(self, value: float) -> list[tuple[PathPoint, PathPoint]]:
         """Neighbours on the path between which the value lies, a point on it with itself."""
-        beyond = np.sign([point.value - value for point in self.points])
+        beyond = np.sign(self._values - value)
         at = np.flatnonzero(beyond == 0)
         between = np.flatnonzero(beyond[1:] * beyond[:-1] < 0)
         pairs = sorted([(i, i) for i in at] + [(i, i + 1) for i in between])
