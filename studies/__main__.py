@@ -1,31 +1,75 @@
-"""Run all studies: ``python -m studies``."""
+"""Run all studies and write a page about them: ``python -m studies``."""
 
 import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
+from pathlib import Path
 
 from tqdm import tqdm
 
-from studies.run import run
+import symhbm as sh
+from studies import index
+from studies.landmark import unmet
+from studies.run import RESULTS, run
 
-STUDIES = (
-    "fig03_single_blade",
-    "fig04_hysteresis_loop",
-    "fig08_engine_orders",
-    "harmonic_convergence",
-    "one_harmonic_validity",
-    "laws_and_solvers",
-)
+STUDIES = {
+    "fig03_single_blade": 4,
+    "fig04_hysteresis_loop": 1,
+    "fig06_point_force": 8,
+    "fig07_nodal_diameters": 1,
+    "fig08_engine_orders": 3,
+    "fig09_contact_stiffness": 5,
+    "fig10_friction_coefficient": 3,
+    "fig11_normal_load": 7,
+    "harmonic_convergence": 34,
+    "one_harmonic_validity": 18,
+    "laws_and_solvers": 28,
+}
+"""Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
+BAR = "{desc:<27}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
 
 
-def main() -> None:
-    """Run every study under one progress bar."""
-    with tqdm(STUDIES, unit="study", file=sys.stderr) as bar:
-        for name in bar:
-            bar.set_description(name)
-            study = import_module(f"studies.{name}")
-            with bar.external_write_mode():
-                run(name, lambda study=study: study.compute(progress=False), study.draw)
+def study(name: str, results: Path, say: Callable[[str], object] = print) -> index.Section:
+    """Run one study; what goes wrong is told in its section."""
+    document = ""
+    try:
+        module = import_module(f"studies.{name}")
+        document = module.__doc__ or ""
+        archive, picture = run(
+            name, lambda: module.compute(progress=False), module.draw, results, say
+        )
+        # What the page says comes from the file that it points to.
+        dataset = sh.load(archive)
+        return index.Section(
+            name=name,
+            document=document,
+            parameters=index.parameters(dataset),
+            picture=picture.read_bytes(),
+            archive=archive.name,
+            landmarks=module.landmarks(dataset),
+        )
+    except Exception as error:
+        return index.Section(name, document, error=f"{type(error).__name__}: {error}")
+
+
+def main(studies: Mapping[str, float] = STUDIES, results: Path = RESULTS) -> int:
+    """Run every study under one progress bar; return 1 if one failed or missed a landmark."""
+    results.mkdir(parents=True, exist_ok=True)
+    sections = []
+    each = len(studies) / sum(studies.values())
+    with tqdm(total=len(studies), unit="study", file=sys.stderr, bar_format=BAR) as bar:
+        for name, seconds in studies.items():
+            bar.set_description_str(name)
+            sections.append(study(name, results, bar.write))
+            # Round-off would take the bar beyond its end.
+            bar.update(min(each * seconds, bar.total - bar.n))
+    print(index.write(sections, results / "index.html"))
+    wrong = [f"{one.name}: {one.error}" for one in sections if one.error]
+    wrong += [f"{one.name}: {line}" for one in sections for line in unmet(one.landmarks)]
+    for line in wrong:
+        print(line, file=sys.stderr)
+    return int(bool(wrong))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

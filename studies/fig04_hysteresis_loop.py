@@ -18,6 +18,8 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from studies.closed_form import EXACT_DIGITS
+from studies.landmark import Landmark, Source
 from studies.run import run
 
 NAME = "fig04_hysteresis_loop"
@@ -273,6 +275,30 @@ def _draw_marks(ax: Axes, x: np.ndarray, force: np.ndarray) -> None:
             fontweight="bold",
             zorder=7,
         )
+
+
+def landmarks(dataset: xr.Dataset) -> list[Landmark]:
+    """Onset of slip, dissipation and area of the loop, and the error of the amplitude."""
+    one, limit = dataset.isel(motion=0), float(dataset.limit)
+    amplitude, travel = float(one.amplitude), limit / float(dataset.contact_stiffness)
+    onset, turn = float(one.theta_star - one.theta_0), float(np.arccos(1 - 2 * travel / amplitude))
+    lost, area = float(one.dissipation), 4 * limit * (amplitude - travel)
+    closed, exact = Source.CLOSED_FORM, Source.EXACT
+    rows = [
+        Landmark("angle from A to B, one harmonic", onset, turn, "rad", closed, EXACT_DIGITS),
+        Landmark("energy dissipated, one harmonic", lost, area, "J", closed, EXACT_DIGITS),
+    ]
+    for motion in dataset.motion.values:
+        area, lost = (float(dataset[n].sel(motion=motion)) for n in ("loop_area", "dissipation"))
+        # Trapezoids over 4096 angles.
+        name = f"area of the loop beside the energy dissipated, {motion}"
+        rows.append(Landmark(name, area, lost, "J", exact, 1e-5))
+    # One harmonic is 1e-3 off at this point, three are 1e-5 off.
+    for number, allowed in enumerate((2e-3, 2e-5)):
+        found, true = (float(dataset.amplitude[n]) for n in (number, -1))
+        name = f"amplitude, {dataset.motion.values[number]}"
+        rows.append(Landmark(name, found, true, "m", exact, allowed))
+    return rows
 
 
 if __name__ == "__main__":

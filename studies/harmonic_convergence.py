@@ -8,7 +8,6 @@ truncated set, falls as n^-3.
 
 import json
 from importlib.metadata import version
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,10 +17,11 @@ from matplotlib.figure import Figure
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from studies.run import run
+from studies.companions import ONE_HARMONIC, SUFFICES
+from studies.landmark import Landmark, Source
+from studies.run import REFERENCE, run
 
 NAME = "harmonic_convergence"
-REFERENCE = Path(__file__).resolve().parent.parent / "data" / "reference" / "exact_values.json"
 HIGHEST = (1, 3, 5, 7, 9, 11, 15, 21, 31)
 SIX_REVERSALS = (62.0, 63.0, 64.5, 66.25)
 """Frequencies [Hz] on the ring at engine order 1 and 10 N."""
@@ -122,6 +122,34 @@ def draw(dataset: xr.Dataset) -> Figure:
         ax.legend()
         ax.set_title("Odd harmonics against the exact periodic motion")
     return figure
+
+
+def landmarks(dataset: xr.Dataset) -> list[Landmark]:
+    """The order at which the error falls, and the largest error of one harmonic."""
+    highest = np.log(dataset.highest_harmonic.values)
+    # One line through all points: a single one is better or worse by chance.
+    slipping = dataset.error.where(
+        dataset.error.sel(highest_harmonic=1, drop=True) > 1e-5, drop=True
+    )
+    slope = np.polyfit(highest, np.log(slipping.values).T, 1)[0]
+    rows = [
+        Landmark(
+            "power of the highest harmonic with which the error falls, median",
+            float(-np.median(slope)),
+            3.0,
+            "",
+            Source.CLOSED_FORM,
+            0.2,
+        )
+    ]
+    for kind, words in (("blade", "one blade"), ("ring", "the ring")):
+        error = dataset.error.sel(highest_harmonic=1)
+        largest = float(error[dataset.case.str.startswith(kind).values].max())
+        name = f"largest error of one harmonic at these points, {words}"
+        rows.append(
+            Landmark(name, 100 * largest, 0.0, "%", Source.CLAIM, 100 * SUFFICES, ONE_HARMONIC)
+        )
+    return rows
 
 
 if __name__ == "__main__":

@@ -1,5 +1,12 @@
-"""Where one harmonic is enough on the tuned ring: engine orders and loads against the truth."""
+"""Where one harmonic is enough on the tuned ring: engine orders and loads against the truth.
 
+One harmonic is compared with the exact periodic motion, over engine orders and normal loads: at the
+peaks, each at its own frequency, and at the one frequency where it errs most. Under low engine
+orders its third harmonic can meet the resonance of another nodal diameter, and with little load it
+can be several times off, either way.
+"""
+
+import json
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +16,6 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -18,7 +24,11 @@ from tqdm import tqdm
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
-from studies.run import run
+from studies.closed_form import EXACT_DIGITS
+from studies.companions import ONE_HARMONIC, SUFFICES
+from studies.error_map import COLOUR_MAP, COLOURS, LEVELS, draw_map
+from studies.landmark import Landmark, Source
+from studies.run import REFERENCE, run
 from studies.travelling_wave import Wave, balanced_state, travelling_wave
 from symhbm.newton import newton
 
@@ -32,12 +42,6 @@ NEAR_FREE = (0.7, 0.8, 0.88, 0.94, 0.98)
 """More frequencies over the resonance with free contacts: contacts with little load just slip."""
 CLOSE = 3e-5
 """Relative change of the frequency of a peak at which it is found."""
-LEVELS = {0.01: (0, (2, 1)), 0.1: "-"}
-COLOURS = 1e-4, 1.0
-"""Errors of the lightest and the darkest colour."""
-COLOUR_MAP = "cividis_r"
-DARK = 0.04
-"""Error from which the colour is so dark that text on it is white."""
 
 
 def cell(problem: sh.HarmonicBalance) -> dict[str, Any]:
@@ -207,8 +211,8 @@ def draw(dataset: xr.Dataset) -> Figure:
             1, 2, sharey=True, sharex=True, figsize=(11.0, 5.6), layout="constrained"
         )
         norm = LogNorm(*COLOURS)
-        _map(axes[0], dataset.peak_error, dataset.peak_slips, norm)
-        _map(axes[1], dataset.worst_error, dataset.slips, norm)
+        draw_map(axes[0], dataset.peak_error, dataset.peak_slips, norm)
+        draw_map(axes[1], dataset.worst_error, dataset.slips, norm)
         axes[0].set_title("largest responses of the band, each at its own frequency", fontsize=10)
         axes[1].set_title("responses at one frequency, the worst one found", fontsize=10)
         axes[0].set_ylabel("normal load $F_n$ [N]")
@@ -244,56 +248,40 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _map(ax: Axes, error: xr.DataArray, slips: xr.DataArray, norm: LogNorm) -> None:
-    """Colours and signed per cent by cell, and the lines of equal error."""
-    order = np.arange(error.sizes["engine_order"], dtype=float)
-    load = np.log10(error.normal_load.values)
-    size = np.clip(np.abs(error.values.T), *COLOURS)
-    half = (load[1] - load[0]) / 2
-    columns = np.append(order - 0.5, order[-1] + 0.5)
-    rows = np.append(load - half, load[-1] + half)
-    ax.pcolormesh(columns, rows, size, norm=norm, cmap=COLOUR_MAP)
-    for level, style in LEVELS.items():
-        _border(ax, size > level, columns, rows, style)
-    for j, i in np.ndindex(*size.shape):
-        text = _per_cent(float(error.values[i, j])) if slips.values[i, j] else "S"
-        colour = "white" if size[j, i] > DARK else "black"
-        ax.text(
-            float(order[i]),
-            float(load[j]),
-            text,
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            color=colour,
-        )
-    ax.set_xticks(order, [str(int(n)) for n in error.engine_order.values])
-    ax.set_yticks(load, [f"{value:.3g}" for value in error.normal_load.values])
-    ax.tick_params(length=0)
-
-
-def _border(ax: Axes, above: np.ndarray, columns: np.ndarray, rows: np.ndarray, style) -> None:
-    """Draw the sides that part cells above a level from those below it."""
-    sides = [
-        ([columns[i + 1]] * 2, [rows[j], rows[j + 1]])
-        for j, i in np.argwhere(above[:, 1:] != above[:, :-1])
-    ]
-    sides += [
-        ([columns[i], columns[i + 1]], [rows[j + 1]] * 2)
-        for j, i in np.argwhere(above[1:] != above[:-1])
-    ]
-    for color, width, pattern in (("white", 4.0, "-"), ("black", 2.0, style)):
-        for x, y in sides:
-            ax.plot(x, y, color=color, linewidth=width, linestyle=pattern, zorder=3)
-
-
-def _per_cent(error: float) -> str:
-    """Signed, two digits; nothing below the hundredth part of a per cent."""
-    size = 100 * abs(error)
-    if size < 100 * COLOURS[0]:
-        return "<0.01"
-    sign = "+" if error > 0 else "\N{MINUS SIGN}"
-    return f"{sign}{size:.0f}" if size >= 10 else f"{sign}{size:.2g}"
+def landmarks(dataset: xr.Dataset) -> list[Landmark]:
+    """Peaks of the reference, and where one harmonic does not suffice."""
+    rows = []
+    for curve in json.loads(REFERENCE.read_text())["ring_EO_1_3_6_Fn100"]:
+        label = f"EO = {curve['EO']}, F_n = {curve['Fn']:g} N"
+        here = dict(engine_order=curve["EO"], normal_load=curve["Fn"])
+        cell = dataset.sel(here, method="nearest", tolerance=1e-9)
+        rows += [
+            Landmark(
+                f"peak with one harmonic, {label}",
+                float(cell.peak_amplitude),
+                float(curve["hbm1_peak_X"]),
+                "m",
+                Source.CLOSED_FORM,
+                EXACT_DIGITS,
+            ),
+            # The top of a parabola: 3e-5 of the frequency is a hundredth of a half-width or less.
+            Landmark(
+                f"exact peak, {label}",
+                float(cell.exact_peak_amplitude),
+                float(curve["exact_peak_x"]),
+                "m",
+                Source.EXACT,
+                1e-6,
+            ),
+        ]
+    for name, error in (("peak", dataset.peak_error), ("response", dataset.worst_error)):
+        at = error.stack(cell=error.dims)
+        at = at[int(np.abs(at.values).argmax())]
+        order, load = int(at.engine_order), float(at.normal_load)
+        label = f"largest error of a {name} with one harmonic, EO = {order}, F_n = {load:.3g} N"
+        found = 100 * float(at)
+        rows.append(Landmark(label, found, 0.0, "%", Source.CLAIM, 100 * SUFFICES, ONE_HARMONIC))
+    return rows
 
 
 if __name__ == "__main__":

@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 
-RESULTS = Path(__file__).resolve().parent.parent / "data" / "results"
+DATA = Path(__file__).resolve().parent.parent / "data"
+RESULTS = DATA / "results"
+REFERENCE = DATA / "reference" / "exact_values.json"
 
 
 def run(
@@ -18,8 +20,9 @@ def run(
     compute: Callable[[], xr.Dataset],
     draw: Callable[[xr.Dataset], Figure],
     results: Path = RESULTS,
+    say: Callable[[str], object] = print,
 ) -> list[Path]:
-    """Compute a study, save its archive and its picture, and print their paths."""
+    """Compute a study, save its archive and its picture, and ``say`` their paths."""
     matplotlib.use("Agg")
     results.mkdir(parents=True, exist_ok=True)
     dataset = compute()
@@ -29,5 +32,5 @@ def run(
     figure.savefig(picture)
     plt.close(figure)
     for path in (archive, picture):
-        print(path)
+        say(str(path))
     return [archive, picture]

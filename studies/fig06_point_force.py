@@ -1,0 +1,191 @@
+"""Fig. 6: forced response of the tuned 13-blade disk to a force on one blade.
+
+A force on one blade excites every nodal diameter from 0 to 6, so seven resonances show. At the
+source's load of 100 N the contacts slip where the response is large and cut the resonances down; at
+the heavy load everything sticks, the disk is linear, and a direct solution of its equations gives
+the same seven peaks. Blades i and 13 - i move alike, so the contact opposite to the force, between
+blades 6 and 7, never moves.
+
+Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 6.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+import symhbm as sh
+from studies import fig08_engine_orders as fig08
+from studies.closed_form import EXACT_DIGITS, StuckRing
+from studies.companions import ACCURACY, full_stick_load, nodal_diameters, suffices
+from studies.landmark import Landmark, Source, number
+from studies.run import run
+
+NAME = "fig06_point_force"
+NORMAL_LOAD = 100  # N, as in the source
+STUCK_LOAD = 1e5  # N, where nothing slips
+BAND = (10, 350)  # Hz
+BLADES = (0, 1, 3, 6)
+"""Blades that are drawn: the one with the force, its neighbour, and the one opposite."""
+OPPOSITE = 6
+"""Contact between the two blades opposite to the force."""
+ROUND_OFF = 1e-12
+
+
+def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
+    """Return the disk of Fig. 8 with 1 N on blade 0."""
+    disk = fig08.problem().model.with_parameters(normal_load=NORMAL_LOAD)
+    return sh.HarmonicBalance(disk, sh.PointForce(dof=0, amplitude=1.0), harmonics)
+
+
+def ring(problem: sh.HarmonicBalance) -> StuckRing:
+    """Return the ring of a problem with stuck contacts, as numbers."""
+    values = {name: float(np.mean(value)) for name, value in problem.parameters.items()}
+    return StuckRing(
+        n=problem.model.n_dof,
+        mass=values["mass"],
+        damping=values["damping"],
+        stiffness=values["stiffness"],
+        contact_stiffness=values["contact_stiffness"],
+        force=values["force_amplitude"],
+    )
+
+
+def grid(stuck: StuckRing) -> np.ndarray:
+    """Return frequencies [Hz] that show the resonances and antiresonances of every blade."""
+    near = np.geomspace(0.01, 3, 10)
+    about = np.add.outer(stuck.natural_frequencies(), np.concatenate([-near, near])).ravel()
+    return np.union1d(np.linspace(*BAND, 681), about)
+
+
+def compute(progress: bool = True) -> xr.Dataset:
+    """Follow the response at both loads, with the peaks of every blade."""
+    over = {"normal_load": [NORMAL_LOAD, STUCK_LOAD]}
+    dataset = sh.frf(
+        problem(), BAND, grid(ring(problem())), over, peaks="each", throw=True, progress=progress
+    )
+    enough = sh.frf(problem(), BAND, accuracy=ACCURACY, throw=True, progress=False)
+    about = f"at the peaks of the largest response at {NORMAL_LOAD:g} N, error {ACCURACY:g}"
+    added = {
+        "accurate_peak_amplitude": (enough.peak_amplitude, "m", f"displacement {about}"),
+        "accurate_peak_frequency": (enough.peak_frequency, "Hz", f"frequency {about}"),
+    }
+    return dataset.assign(
+        {
+            name: ("accurate_peak", values.values, {"units": units, "long_name": long_name})
+            for name, (values, units, long_name) in added.items()
+        }
+    )
+
+
+def resonances(curve: xr.Dataset) -> xr.Dataset:
+    """Return the largest peak of all blades at each resonance, in the order of frequency.
+
+    Peaks of the blades belong to the natural frequency of the stuck ring that is nearest.
+    """
+    natural = ring(sh.rebuild(curve)).natural_frequencies()
+    found = curve.dropna("peak", subset=["peak_amplitude"])
+    nearest = np.abs(found.peak_frequency.values[:, None] - natural).argmin(axis=1)
+    amplitude = found.peak_amplitude.values
+    chosen = [
+        members[amplitude[members].argmax()]
+        for members in (np.flatnonzero(nearest == n) for n in range(len(natural)))
+        if len(members)
+    ]
+    return found.isel(peak=chosen)
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """Draw some blades at the source's load over the blade with the force where nothing slips."""
+    slipping = dataset.sel(normal_load=NORMAL_LOAD)
+    stuck = dataset.sel(normal_load=STUCK_LOAD)
+    colors = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(BLADES)))
+    with plt.rc_context(sh.plot.STYLE):
+        figure, ax = plt.subplots(figsize=(9.0, 5.2), layout="constrained")
+        sh.plot.response(stuck, dof=0, peaks=False, ax=ax)
+        label = f"blade 0, $F_n$ = {number(STUCK_LOAD)} N: all stick"
+        ax.lines[-1].set(color="0.72", linewidth=1.0, label=label)
+        for place, (blade, color) in enumerate(zip(BLADES, colors, strict=True)):
+            sh.plot.response(slipping, dof=blade, peaks=False, ax=ax)
+            ax.lines[-1].set(
+                color=color,
+                linestyle=sh.plot.LINE_STYLES[place],
+                label=f"blade {blade}, $F_n$ = {NORMAL_LOAD:g} N",
+            )
+        tops = resonances(stuck)
+        for n, (at, top) in enumerate(
+            zip(tops.peak_frequency.values, tops.peak_amplitude.values, strict=True)
+        ):
+            level = 20 * np.log10(top)
+            ax.annotate(f"{n}", (at, level), (0, 3), textcoords="offset points", ha="center")
+        ax.set_xlim(0, BAND[1])
+        ax.set_ylim(bottom=-165)
+        ax.set_ylabel("response of a blade [dB re 1 m]")
+        handles, labels = ax.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, handlelength=2.8)
+        ax.set_title("Force on blade 0 of 13: resonances by nodal diameters, one harmonic")
+    return figure
+
+
+def landmarks(dataset: xr.Dataset) -> list[Landmark]:
+    """Seven resonances, those of the stuck ring against the direct linear solution."""
+    slipping, stuck = (dataset.sel(normal_load=load) for load in (NORMAL_LOAD, STUCK_LOAD))
+    direct = ring(sh.rebuild(stuck))
+    tops, free = resonances(stuck), resonances(slipping)
+    count = len(direct.natural_frequencies())
+    rows = [
+        Landmark(
+            f"resonances, F_n = {number(load)} N",
+            peaks.sizes["peak"],
+            count,
+            "",
+            Source.PUBLISHED,
+            0.0,
+        )
+        for load, peaks in ((NORMAL_LOAD, free), (STUCK_LOAD, tops))
+    ]
+    for n in range(tops.sizes["peak"]):
+        amplitude, frequency = direct.peak(n)
+        found = float(tops.peak_amplitude[n]), float(tops.peak_frequency[n])
+        name = f"{nodal_diameters(n)}, F_n = {number(STUCK_LOAD)} N"
+        source = Source.EXACT
+        rows += [
+            Landmark(f"peak, {name}", found[0], amplitude, "m", source, EXACT_DIGITS),
+            # The top of a parabola: frequencies have half the digits of amplitudes.
+            Landmark(f"resonance, {name}", found[1], frequency, "Hz", source, 1e-6),
+        ]
+    moved = slipping.coefficient.sel(dof=OPPOSITE) - slipping.coefficient.sel(dof=OPPOSITE + 1)
+    still = float(
+        (np.abs(moved).max(["harmonic", "component"]) / slipping.amplitude.max("dof")).max()
+    )
+    rows.append(
+        Landmark(
+            "motion of the contact opposite to the force, relative to the response",
+            still,
+            0.0,
+            "",
+            Source.CLOSED_FORM,
+            ROUND_OFF,
+        )
+    )
+    enough = dataset.accurate_peak_amplitude.values
+    for n in range(free.sizes["peak"]):
+        near = np.abs(dataset.accurate_peak_frequency.values - float(free.peak_frequency[n]))
+        error = float(free.peak_amplitude[n]) / float(enough[near.argmin()]) - 1
+        rows.append(suffices(error, nodal_diameters(n), fails=False))
+    # Contacts move most a little beside the peaks of the blades.
+    rows.append(
+        Landmark(
+            "normal load of full stick at the peaks",
+            float(full_stick_load(tops).max()),
+            direct.full_stick_load(float(dataset.friction_coefficient.mean())),
+            "N",
+            Source.EXACT,
+            1e-5,
+        )
+    )
+    return rows
+
+
+if __name__ == "__main__":
+    run(NAME, compute, draw)

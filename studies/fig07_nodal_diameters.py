@@ -1,0 +1,169 @@
+"""Fig. 7: nodal-diameter patterns of the tuned 13-blade disk under engine orders 0, 1, 2 and 4.
+
+The displacements of the blades at their resonance, at the instant when blade 0 moves most: engine
+order n is a pattern of n nodal diameters. It travels around the disk; all blades reach the same
+amplitude, each n / 13 of a period after the one before.
+
+Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 7.
+"""
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Wedge
+from scipy.optimize import brentq
+
+import symhbm as sh
+from studies import fig08_engine_orders as fig08
+from studies.companions import closed_form_peaks, labelled, largest_peak, nodal_diameters
+from studies.landmark import Landmark, Source
+from studies.run import run
+
+NAME = "fig07_nodal_diameters"
+ENGINE_ORDERS = [0, 1, 2, 4]
+BAND = (10, 350)  # Hz
+HUB, BLADE_TIP = 0.42, 1.0
+"""Radii of the disk and of its blades in a drawing."""
+ROUND_OFF = 1e-9
+"""Relative difference of blades that move alike: light damping costs digits."""
+
+
+def compute(progress: bool = True) -> xr.Dataset:
+    """Follow the response of the disk of Fig. 8 at every engine order."""
+    over = {"engine_order": ENGINE_ORDERS}
+    return sh.frf(fig08.problem(), BAND, over=over, throw=True, progress=progress)
+
+
+def snapshot(dataset: xr.Dataset) -> xr.DataArray:
+    """Displacements [m] by blade at the largest peak, at the instant when blade 0 moves most."""
+    parts = largest_peak(dataset).peak_coefficient.sel(harmonic=1)
+    turning = parts.sel(component="cos") - 1j * parts.sel(component="sin")
+    first = turning.isel(dof=0)
+    return (turning * np.conj(first) / np.abs(first)).real
+
+
+def nodal_angles(displacement: np.ndarray) -> np.ndarray:
+    """Angles [rad] at which the wave through the blades is zero; blade i is at ``2 pi i / N``."""
+    n = len(displacement)
+    waves = np.fft.rfft(displacement) / n
+
+    def wave(angle: float | np.ndarray) -> Any:
+        turns = np.exp(1j * np.multiply.outer(angle, np.arange(len(waves))))
+        return (turns @ (waves * np.where(np.arange(len(waves)) > 0, 2, 1))).real
+
+    ends = 2 * np.pi * (np.arange(40 * n + 1) + 0.5) / (40 * n)
+    values = wave(ends)
+    crossed = np.flatnonzero(values[:-1] * values[1:] < 0)
+    return np.array([brentq(wave, ends[i], ends[i + 1]) for i in crossed])
+
+
+def counted(displacement: np.ndarray) -> int:
+    """The number of diameters on which the wave through the blades is zero."""
+    return len(nodal_angles(displacement)) // 2
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """Draw a disk per engine order."""
+    shapes = snapshot(dataset)
+    top = largest_peak(dataset)
+    with plt.rc_context(sh.plot.STYLE | {"axes.grid": False}):
+        figure, axes = plt.subplots(
+            2, len(ENGINE_ORDERS) // 2, figsize=(7.6, 7.4), layout="constrained"
+        )
+        mappable = plt.cm.ScalarMappable(Normalize(-1, 1), "RdBu_r")
+        for ax, order in zip(axes.flat, ENGINE_ORDERS, strict=True):
+            displacement = shapes.sel(engine_order=order).values
+            draw_disk(ax, displacement / np.abs(displacement).max(), mappable)
+            one = top.sel(engine_order=order)
+            ax.set_title(
+                f"EO {order}: {nodal_diameters(counted(displacement))}\n"
+                f"{float(one.peak_frequency):.2f} Hz, {1e3 * float(one.peak_amplitude):.3g} mm",
+                fontsize=10,
+            )
+        bar = figure.colorbar(mappable, ax=axes, shrink=0.6, pad=0.03)
+        bar.set_label("displacement over the largest")
+        figure.suptitle(
+            "Tuned disk of 13 blades at resonance, when blade 0 moves most\n"
+            "(dashed: nodal diameters)",
+            fontsize=11,
+        )
+    return figure
+
+
+def draw_disk(ax: Axes, displacement: np.ndarray, mappable: Any) -> None:
+    """Draw blades around a disk, coloured by their displacement, and the nodal diameters."""
+    n = len(displacement)
+    pitch = 360 / n
+    for blade, value in enumerate(displacement):
+        # Blade 0 is on top, the others follow clockwise.
+        middle = 90 - blade * pitch
+        ax.add_patch(
+            Wedge(
+                (0, 0),
+                BLADE_TIP,
+                middle - 0.4 * pitch,
+                middle + 0.4 * pitch,
+                width=BLADE_TIP - HUB,
+                facecolor=mappable.to_rgba(value),
+                edgecolor="0.3",
+                linewidth=0.7,
+            )
+        )
+        at = np.radians(middle)
+        ax.text(
+            1.12 * np.cos(at), 1.12 * np.sin(at), str(blade), ha="center", va="center", fontsize=8
+        )
+    ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.3", linewidth=0.7))
+    for angle in nodal_angles(displacement):
+        at = np.pi / 2 - angle
+        ax.plot(
+            [0, 1.02 * np.cos(at)], [0, 1.02 * np.sin(at)], color="black", linestyle=(0, (4, 2))
+        )
+    ax.set_aspect("equal")
+    ax.set_xlim(-1.2, 1.2)
+    ax.set_ylim(-1.2, 1.2)
+    ax.set_axis_off()
+
+
+def landmarks(dataset: xr.Dataset) -> list[Landmark]:
+    """Nodal diameters, equal amplitudes, equal lags, and the peaks."""
+    shapes = snapshot(dataset)
+    parts = largest_peak(dataset).peak_coefficient.sel(harmonic=1)
+    turning = parts.sel(component="cos") - 1j * parts.sel(component="sin")
+    n = dataset.sizes["dof"]
+    rows = []
+    for order in dataset.engine_order.values:
+        label = labelled("engine_order", order)
+        moved = turning.sel(engine_order=order).values
+        size = np.abs(moved)
+        lag = np.angle(moved / np.roll(moved, -1)) % (2 * np.pi)
+        found = counted(shapes.sel(engine_order=order).values)
+        rows += [
+            Landmark(f"nodal diameters, {label}", found, int(order), "", Source.PUBLISHED, 0.0),
+            Landmark(
+                f"spread of the amplitudes of the blades, {label}",
+                float(np.ptp(size) / size.max()),
+                0.0,
+                "",
+                Source.EXACT,
+                ROUND_OFF,
+            ),
+            Landmark(
+                f"largest error of the lag between neighbours, {label}",
+                float(np.abs((lag - 2 * np.pi * order / n + np.pi) % (2 * np.pi) - np.pi).max()),
+                0.0,
+                "rad",
+                Source.EXACT,
+                ROUND_OFF,
+            ),
+        ]
+    return rows + closed_form_peaks(dataset, "engine_order")
+
+
+if __name__ == "__main__":
+    run(NAME, compute, draw)
