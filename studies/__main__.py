@@ -21,6 +21,8 @@ STUDIES = {
     "fig09_contact_stiffness": 5,
     "fig10_friction_coefficient": 3,
     "fig11_normal_load": 7,
+    "fig12_mistuned_disk": 12,
+    "fig13_amplification": 30,
     "harmonic_convergence": 34,
     "one_harmonic_validity": 18,
     "laws_and_solvers": 28,

@@ -133,6 +133,7 @@ def labelled(dim: str, value: Any) -> str:
         "friction_coefficient": ("mu", ""),
         "normal_load": ("F_n", "N"),
         "engine_order": ("EO", ""),
+        "sample": ("sample", ""),
     }[dim]
     return f"{symbol} = {number(value)} {unit}".rstrip()
 

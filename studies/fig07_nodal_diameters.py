@@ -12,23 +12,18 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Wedge
 from scipy.optimize import brentq
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
-from studies.companions import closed_form_peaks, labelled, largest_peak, nodal_diameters
+from studies.companions import closed_form_peaks, labelled, largest_peak
 from studies.landmark import Landmark, Source
 from studies.run import run
 
 NAME = "fig07_nodal_diameters"
 ENGINE_ORDERS = [0, 1, 2, 4]
 BAND = (10, 350)  # Hz
-HUB, BLADE_TIP = 0.42, 1.0
-"""Radii of the disk and of its blades in a drawing."""
 ROUND_OFF = 1e-9
 """Relative difference of blades that move alike: light damping costs digits."""
 
@@ -69,65 +64,13 @@ def counted(displacement: np.ndarray) -> int:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw a disk per engine order."""
-    shapes = snapshot(dataset)
-    top = largest_peak(dataset)
-    with plt.rc_context(sh.plot.STYLE | {"axes.grid": False}):
-        figure, axes = plt.subplots(
-            2, len(ENGINE_ORDERS) // 2, figsize=(7.6, 7.4), layout="constrained"
-        )
-        mappable = plt.cm.ScalarMappable(Normalize(-1, 1), "RdBu_r")
+    with plt.rc_context(sh.plot.STYLE):
+        figure, axes = plt.subplots(2, 2, figsize=(9.6, 8.6), layout="constrained")
         for ax, order in zip(axes.flat, ENGINE_ORDERS, strict=True):
-            displacement = shapes.sel(engine_order=order).values
-            draw_disk(ax, displacement / np.abs(displacement).max(), mappable)
-            one = top.sel(engine_order=order)
-            ax.set_title(
-                f"EO {order}: {nodal_diameters(counted(displacement))}\n"
-                f"{float(one.peak_frequency):.2f} Hz, {1e3 * float(one.peak_amplitude):.3g} mm",
-                fontsize=10,
-            )
-        bar = figure.colorbar(mappable, ax=axes, shrink=0.6, pad=0.03)
-        bar.set_label("displacement over the largest")
-        figure.suptitle(
-            "Tuned disk of 13 blades at resonance, when blade 0 moves most\n"
-            "(dashed: nodal diameters)",
-            fontsize=11,
-        )
+            sh.plot.disk(dataset.sel(engine_order=order), ax=ax)
+            ax.set_title(f"EO {order}: {ax.get_title()}", fontsize=9)
+        figure.suptitle("Tuned disk of 13 blades at resonance, when the leading blade moves most")
     return figure
-
-
-def draw_disk(ax: Axes, displacement: np.ndarray, mappable: Any) -> None:
-    """Draw blades around a disk, coloured by their displacement, and the nodal diameters."""
-    n = len(displacement)
-    pitch = 360 / n
-    for blade, value in enumerate(displacement):
-        # Blade 0 is on top, the others follow clockwise.
-        middle = 90 - blade * pitch
-        ax.add_patch(
-            Wedge(
-                (0, 0),
-                BLADE_TIP,
-                middle - 0.4 * pitch,
-                middle + 0.4 * pitch,
-                width=BLADE_TIP - HUB,
-                facecolor=mappable.to_rgba(value),
-                edgecolor="0.3",
-                linewidth=0.7,
-            )
-        )
-        at = np.radians(middle)
-        ax.text(
-            1.12 * np.cos(at), 1.12 * np.sin(at), str(blade), ha="center", va="center", fontsize=8
-        )
-    ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.3", linewidth=0.7))
-    for angle in nodal_angles(displacement):
-        at = np.pi / 2 - angle
-        ax.plot(
-            [0, 1.02 * np.cos(at)], [0, 1.02 * np.sin(at)], color="black", linestyle=(0, (4, 2))
-        )
-    ax.set_aspect("equal")
-    ax.set_xlim(-1.2, 1.2)
-    ax.set_ylim(-1.2, 1.2)
-    ax.set_axis_off()
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:

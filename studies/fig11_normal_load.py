@@ -95,7 +95,9 @@ def draw(dataset: xr.Dataset) -> Figure:
             1, 2, sharey=True, figsize=(11.0, 4.8), layout="constrained", width_ratios=(1.5, 1)
         )
         sh.plot.response(dataset, ax=left)
-        handles, _ = left.get_legend_handles_labels()
+        legend = left.get_legend()
+        assert legend is not None
+        handles = legend.legend_handles
         best = float(dataset.best_normal_load)
         labels = [
             f"$F_n$ = {load:.3g} N" + (" (lowest peak)" if load == best else "") for load in loads

@@ -29,6 +29,8 @@ from symhbm.plot.drawing import (
 )
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
+_TIE = 1e-9
+"""Relative difference of amplitudes up to which blades move alike."""
 """Radii of the hub and of blades at rest, and of the largest displacement over the period."""
 DOMINANT = 0.5
 """Share of the motion from which a nodal diameter is named."""
@@ -86,7 +88,8 @@ def disk(
     basis = FourierBasis(harmonics)
     motions = unknowns_of(basis, harmonics, coefficient).reshape(len(chosen), -1)
     amplitude, when = largest_displacement(basis, motions)
-    leading = int(np.argmax(amplitude))
+    ahead = amplitude >= (1 - _TIE) * amplitude.max()
+    leading = int(np.argmax(ahead))
     angle = float(when[leading]) if angle is None else check.scalar("angle", angle)
     instant = motions @ basis.values(angle)
     factor, unit = scaled(amplitude[leading], "m")
@@ -96,9 +99,10 @@ def disk(
         _draw(ax, instant / top, amplitude / top, shades.to_rgba(factor * instant))
         _number(ax, chosen)
         colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
+        who = "all blades alike" if ahead.all() else f"blade {chosen[leading]} leads"
         ax.set_title(
             f"{shape.text}, {_diameter(coefficient)}\n"
-            f"blade {chosen[leading]} leads: {factor * amplitude[leading]:.3g} {unit}, "
+            f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
             rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad",
             fontsize=9,
         )
