@@ -29,9 +29,9 @@ from symhbm.plot.drawing import (
 )
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
+"""Radii of the hub and of blades at rest, and of the largest displacement over the period."""
 _TIE = 1e-9
 """Relative difference of amplitudes up to which blades move alike."""
-"""Radii of the hub and of blades at rest, and of the largest displacement over the period."""
 DOMINANT = 0.5
 """Share of the motion from which a nodal diameter is named."""
 
