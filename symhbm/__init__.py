@@ -9,6 +9,7 @@ from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
+from symhbm.resume import resume
 from symhbm.solve import solve
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
@@ -36,6 +37,7 @@ __all__ = [
     "load",
     "plot",
     "rebuild",
+    "resume",
     "save",
     "single_blade",
     "solve",

@@ -27,7 +27,7 @@ class Task:
     wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
     of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
-    make, relatively.
+    make, relatively. ``keep``: names of the dataset to keep, None for all.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Task:
     stability: bool = False
     max_points: int = 5000
     accuracy: float | None = None
+    keep: tuple[str, ...] | None = None
 
     @property
     def unit(self) -> float:
@@ -85,10 +86,23 @@ def compute_branch(
     return _Computation(problem, task, sets or HarmonicSets(problem)).branch()
 
 
+def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
+    """A branch with every name and shape of those of a task, before anything is computed."""
+    return _Computation(problem, task, HarmonicSets(problem), blank=True).branch()
+
+
 class _Computation:
-    def __init__(self, problem: HarmonicBalance, task: Task, sets: HarmonicSets):
+    def __init__(
+        self, problem: HarmonicBalance, task: Task, sets: HarmonicSets, blank: bool = False
+    ):
         self._task = task
         self._refinement = Refinement(problem, sets, task.curve, task.accuracy)
+        self._stretches, self._status, self._largest = [], Status.NOT_STARTED, 0
+        if not blank:
+            self._cover()
+
+    def _cover(self) -> None:
+        task = self._task
         band = task.unit * task.band[0], task.unit * task.band[1]
         self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
         self._status = status_of(self._stretches, task.accuracy)
@@ -156,6 +170,8 @@ class _Computation:
 
     def _at(self, value: float) -> list[Response]:
         holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
+        if not holding:
+            return [Response(value, self._largest, None, np.nan, 0)]
         stretch = max(holding, key=lambda part: part.rung)
         found = [
             self._refinement.settle(Response(value, stretch.rung, unknowns, np.nan, solves))

@@ -1,6 +1,7 @@
 """The front doors to curves: responses over the frequency or over any other parameter."""
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from typing import Any, Literal
 
@@ -8,14 +9,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm import check, schema
+from symhbm import check
 from symhbm.branch import Task
-from symhbm.ensemble import compute
 from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import check_accuracy
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
 from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.resume import check_executor, check_keep, run
 from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
@@ -31,6 +32,8 @@ def frf(
     accuracy: float | None = None,
     stability: bool = False,
     peaks: Peaks = "largest",
+    keep: Iterable[str] | None = None,
+    archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -65,6 +68,14 @@ def frf(
         period.
     peaks
         Of the largest response of all degrees of freedom, or of ``"each"`` of them.
+    keep
+        Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
+        tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
+        all.
+    archive
+        NetCDF file to write. Every parameter set that is finished is safe in its working file,
+        ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after an interruption, and
+        returns a finished archive at once.
     executor
         Where parameter sets are computed; by default in this process.
     throw
@@ -76,20 +87,25 @@ def frf(
 
     Returns
     -------
-    Dataset with the variables of `symhbm.names.VARIABLES`, the parameters and the problem.
+    Dataset with the variables of `symhbm.names.VARIABLES`, the parameters and the problem; that
+    of an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status``
+    that says so.
 
     Raises
     ------
     TypeError, ValueError, KeyError
         For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
     check_problem(problem)
     band = _check_band("frequency", frequency, "positive", " in Hz")
     task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
-    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
-    return _run(problem, task, options, over, executor, throw, progress)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(max_points=max_points, keep=keep)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
 def follow(
@@ -105,6 +121,8 @@ def follow(
     accuracy: float | None = None,
     stability: bool = False,
     peaks: Peaks = "largest",
+    keep: Iterable[str] | None = None,
+    archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -129,7 +147,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, executor, throw, progress, max_points
+    accuracy, stability, peaks, keep, archive, executor, throw, progress, max_points
         As in `frf`; peaks are maxima over the parameter.
 
     Returns
@@ -141,6 +159,8 @@ def follow(
     ------
     TypeError, ValueError, KeyError
         For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
@@ -161,8 +181,9 @@ def follow(
     )
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    options = dict(accuracy=accuracy, stability=stability, peaks=peaks, max_points=max_points)
-    return _run(problem, task, options, over, executor, throw, progress)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(max_points=max_points, keep=keep)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
 def _run(
@@ -170,14 +191,12 @@ def _run(
     described: dict[str, Any],
     options: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
+    archive: str | os.PathLike[str] | None,
     executor: Executor | None,
     throw: bool,
     progress: bool,
 ) -> xr.Dataset:
-    if isinstance(executor, type) or (
-        executor is not None and not callable(getattr(executor, "submit", None))
-    ):
-        raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+    check_executor(executor)
     peaks = options["peaks"]
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
@@ -191,13 +210,14 @@ def _run(
         stability=check.flag("stability", options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=check_accuracy(problem, options["accuracy"]),
+        keep=check_keep(options["keep"]),
     )
     task.curve(problem)
-    branches = compute(problem, sweep, executor, progress, task)
-    result = schema.label(problem, sweep, branches, task)
-    bad = [branch.status for branch in branches if branch.status != Status.REACHED_END]
+    result = run(problem, sweep, task, archive, executor, progress)
+    ends = result["status"].values.ravel()
+    bad = [end for end in ends if end != Status.REACHED_END]
     if throw and bad:
-        raise SolveError(f"{len(bad)} of {len(branches)} curves: {bad[0]}", result)
+        raise SolveError(f"{len(bad)} of {len(ends)} curves: {bad[0]}", result)
     return result
 
 

@@ -149,14 +149,16 @@ def _points(curve: xr.Dataset, name: str, dof: int | None, followed: dict) -> _P
     value, level = curve[name].values, _decibel(shown.values)
     marks = []
     each = followed.get("peaks") == "each"
-    if f"peak_{name}" in curve and each == (dof is not None):
-        peaks = (curve[f"peak_{key}"].values for key in ("kind", name, "amplitude", "dof"))
+    # A dataset may have been reduced to some of its variables.
+    needed = [f"peak_{key}" for key in ("kind", name, "amplitude", "dof")]
+    if all(key in curve for key in needed) and each == (dof is not None):
+        peaks = (curve[key].values for key in needed)
         marks = [
             (kind, float(at), float(_decibel(top)))
             for kind, at, top, peak_dof in zip(*peaks, strict=True)
             if kind and (dof is None or peak_dof == dof)
         ]
-    if f"event_{name}" in curve and "point" in curve.dims:
+    if all(f"event_{key}" in curve for key in (name, "kind")) and "point" in curve.dims:
         for kind, at in zip(curve["event_kind"].values, curve[f"event_{name}"].values, strict=True):
             if kind == "fold":
                 marks.append((kind, float(at), float(level[np.argmin(np.abs(value - at))])))

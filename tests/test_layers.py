@@ -61,10 +61,14 @@ ORDER = [
     # third floor: labels
     "names",
     "sweep",
+    "tables",
     "provenance",
     "schema",
+    "store",
     "archive",
+    "merge",
     "ensemble",
+    "resume",
     "frf",
     "solve",
     "transient",
@@ -90,6 +94,8 @@ ONLY_IN = {
         "provenance",
         "schema",
         "archive",
+        "merge",
+        "resume",
         "frf",
         "solve",
         "transient",
@@ -98,7 +104,7 @@ ONLY_IN = {
         "plot",
     },
     "matplotlib": {"plot"},
-    "tqdm": {"ensemble", "verify"},
+    "tqdm": {"merge", "ensemble", "verify"},
 }
 
 
