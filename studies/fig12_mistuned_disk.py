@@ -7,6 +7,8 @@ of them in colour, blade by blade.
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 12.
 """
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -24,7 +26,7 @@ NORMAL_LOAD = 10  # N
 BAND = (50, 350)  # Hz
 N_SAMPLES = 25
 SEED = 2013
-HALF_WIDTHS = dict(friction_coefficient=0.4, contact_stiffness=0.2, normal_load=0.3)
+HALF_WIDTHS: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2, normal_load=0.3)
 """Relative half-widths of the uniform draws of each contact."""
 TUNED = -1
 """Label of the tuned disk among the samples."""

@@ -9,6 +9,7 @@ from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
+from symhbm.runs import resume
 from symhbm.solve import solve
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
@@ -37,6 +38,7 @@ __all__ = [
     "mistuning",
     "plot",
     "rebuild",
+    "resume",
     "save",
     "single_blade",
     "solve",

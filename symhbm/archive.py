@@ -1,20 +1,23 @@
 """NetCDF archives: save, load and rebuild."""
 
 import os
+import tempfile
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from symhbm import check
+from symhbm import check, tables
 from symhbm.names import TEXTS
 from symhbm.provenance import SCHEMA_VERSION, describe_problem
 from symhbm.residual import HarmonicBalance
+from symhbm.schema import label, recall
+from symhbm.status import Status
+from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 
-
-class ArchiveError(OSError, ValueError):
-    """An archive that cannot be written, or a file that is no archive of this library."""
+COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
@@ -32,18 +35,13 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     _check_attributes(dataset)
-    target = _path(path)
-    encoding = {
-        str(name): {"zlib": True, "complevel": 4}
-        for name, variable in dataset.variables.items()
-        if variable.ndim and variable.dtype.kind in "fi"
-    }
+    target = path_of(path)
     part = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
     try:
         if not target.name or target.is_dir() or not target.parent.is_dir():
             raise OSError("expected a file name in an existing, writable directory")
         try:
-            dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            write(dataset, part)
             os.replace(part, target)
         finally:
             part.unlink(missing_ok=True)
@@ -52,8 +50,29 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read an archive into memory.
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to a NetCDF file, which is damaged where that fails."""
+    encoding = {
+        str(name): dict(COMPRESSION)
+        for name, variable in dataset.variables.items()
+        if variable.ndim and variable.dtype.kind in "fib"
+    }
+    dataset.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
+    """Read an archive.
+
+    The working file of an interrupted one, ``<path>.partial``, gives what is finished; parameter
+    sets that are not have NaN and the status `Status.NOT_STARTED`.
+
+    Parameters
+    ----------
+    path
+        A NetCDF file, or a working file.
+    lazy
+        Leave the numbers of a NetCDF file where they are until they are used; by default they are
+        read into memory.
 
     Raises
     ------
@@ -63,11 +82,15 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         If the file is damaged, is no NetCDF file, or was not written by this library. It is an
         OSError and a ValueError.
     """
-    source = _path(path)
+    source = path_of(path)
+    lazy = check.flag("lazy", lazy)
     if not source.exists():
-        raise FileNotFoundError(f"path={str(source)!r}: no such file")
+        raise FileNotFoundError(f"path={str(source)!r}: no such file{_on_the_way(source)}")
+    if source.name.endswith(SUFFIX):
+        return _finished_part(source)
     try:
-        dataset = xr.load_dataset(source, engine="netcdf4")
+        read = xr.open_dataset if lazy else xr.load_dataset
+        dataset = read(source, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError) as error:
         raise ArchiveError(f"path={str(source)!r}: damaged, or no NetCDF file ({error})") from error
     check_schema(dataset, f"path={str(source)!r}")
@@ -78,6 +101,52 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         variable.encoding = {}
     dataset.encoding = {}
     return dataset
+
+
+def _on_the_way(archive: Path) -> str:
+    """What there is instead of an archive."""
+    file = working_file(archive)
+    if not file.exists():
+        return ""
+    with Store(file, write=False) as store:
+        if store.call is None:
+            return f" yet, and nothing in {str(file)!r}"
+        return (
+            f" yet, {len(store.done)} of its {store.n_sets} parameter sets are finished: "
+            f"symhbm.resume({str(archive)!r}) computes the others, "
+            f"symhbm.load({str(file)!r}) gives those"
+        )
+
+
+def _finished_part(file: Path) -> xr.Dataset:
+    with Store(file, write=False) as store:
+        call = call_of(store)
+        n_sets, rows = store.n_sets, store.read(-1, store.n_sets)
+    found = {number: tables.decode(*encoded) for number, encoded in rows}
+    rows.clear()
+    blank = found.pop(-1) | {"status": np.array(str(Status.NOT_STARTED), dtype=object)}
+    filled = [found.get(number, blank) for number in range(n_sets)]
+    layout = tables.common(map(tables.layout_of, filled))
+    return label(call, *recall(call), tables.stack(filled, layout))
+
+
+def call_of(store: Store) -> xr.Dataset:
+    """What is computed, as a working file tells it."""
+    if store.call is None:
+        raise ArchiveError(f"path={str(store.path)!r}: nothing was stored yet; start anew")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "call.nc")
+        copy.write_bytes(store.call)
+        return load(copy)
+
+
+def bytes_of(call: xr.Dataset) -> bytes:
+    """What is computed, as a working file keeps it; ArchiveError if NetCDF cannot hold it."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return save(call, Path(folder, "call.nc")).read_bytes()
+        except ArchiveError as error:
+            raise ArchiveError(f"over: cannot be archived ({error.__cause__})") from error
 
 
 def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
@@ -117,11 +186,12 @@ def check_schema(dataset: xr.Dataset, what: str) -> None:
         )
 
 
-def _path(path: object) -> Path:
+def path_of(path: object, name: str = "path") -> Path:
+    """A path as such; TypeError that names the argument if it is none."""
     try:
         return Path(path)  # type: ignore[arg-type]
     except TypeError:
-        raise TypeError(f"path={check.shown(path)}: expected text or a path") from None
+        raise TypeError(f"{name}={check.shown(path)}: expected text or a path") from None
 
 
 def _check_attributes(dataset: xr.Dataset) -> None:

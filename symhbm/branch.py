@@ -30,6 +30,7 @@ class Task:
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
     of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
     make, relatively. ``sector``: solve one sector where there are several that move alike.
+    ``keep``: names of the dataset to keep, None for all.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Task:
     max_points: int = 5000
     accuracy: float | None = None
     sector: bool = True
+    keep: tuple[str, ...] | None = None
 
     @property
     def unit(self) -> float:
@@ -99,14 +101,27 @@ def compute_branch(
     return _Computation(problem, task, sets or HarmonicSets(problem)).branch()
 
 
+def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
+    """A branch with every name and shape of those of a task, before anything is computed."""
+    return _Computation(problem, task, HarmonicSets(problem), blank=True).branch()
+
+
 class _Computation:
-    def __init__(self, problem: HarmonicBalance, task: Task, sets: HarmonicSets):
+    def __init__(
+        self, problem: HarmonicBalance, task: Task, sets: HarmonicSets, blank: bool = False
+    ):
         self._task = task
-        self._symmetry = task.symmetry(problem)
+        self._symmetry = None if blank else task.symmetry(problem)
         if self._symmetry is not None:
             sets = sets.of_sector(problem, self._symmetry)
             problem = sets.problem.with_parameters(**problem.parameters)
         self._refinement = Refinement(problem, sets, task.curve, task.accuracy)
+        self._stretches, self._status, self._largest = [], Status.NOT_STARTED, 0
+        if not blank:
+            self._cover()
+
+    def _cover(self) -> None:
+        task = self._task
         band = task.unit * task.band[0], task.unit * task.band[1]
         self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
         self._status = status_of(self._stretches, task.accuracy)
@@ -176,6 +191,8 @@ class _Computation:
 
     def _at(self, value: float) -> list[Response]:
         holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
+        if not holding:
+            return [Response(value, self._largest, None, np.nan, 0)]
         stretch = max(holding, key=lambda part: part.rung)
         found = [
             self._refinement.settle(Response(value, stretch.rung, unknowns, np.nan, solves))

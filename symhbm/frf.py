@@ -1,6 +1,7 @@
 """The front doors to curves: responses over the frequency or over any other parameter."""
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from typing import Any, Literal
 
@@ -8,14 +9,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm import check, schema
+from symhbm import check
 from symhbm.branch import Task
-from symhbm.ensemble import compute
 from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import check_accuracy
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
 from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.runs import check_executor, check_keep, run
 from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
@@ -32,6 +33,8 @@ def frf(
     stability: bool = False,
     peaks: Peaks = "largest",
     sector: bool = True,
+    keep: Iterable[str] | None = None,
+    archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -70,6 +73,14 @@ def frf(
         Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
         under an engine order), and give the results of all; ``n_sectors`` tells their number. Not
         with ``stability``, cubic springs or friction over samples.
+    keep
+        Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
+        tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
+        all.
+    archive
+        NetCDF file to write. Every parameter set that is finished is safe in its working file,
+        ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after an interruption, and
+        returns a finished archive at once.
     executor
         Where parameter sets are computed; by default in this process.
     throw
@@ -81,22 +92,25 @@ def frf(
 
     Returns
     -------
-    Dataset with the variables of `symhbm.names.VARIABLES`, the parameters and the problem.
+    Dataset with the variables of `symhbm.names.VARIABLES`, the parameters and the problem; that
+    of an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status``
+    that says so.
 
     Raises
     ------
     TypeError, ValueError, KeyError
         For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
     check_problem(problem)
     band = _check_band("frequency", frequency, "positive", " in Hz")
     task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
-    options = dict(
-        accuracy=accuracy, stability=stability, peaks=peaks, sector=sector, max_points=max_points
-    )
-    return _run(problem, task, options, over, executor, throw, progress)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
 def follow(
@@ -113,6 +127,8 @@ def follow(
     stability: bool = False,
     peaks: Peaks = "largest",
     sector: bool = True,
+    keep: Iterable[str] | None = None,
+    archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
     progress: bool = True,
@@ -137,7 +153,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, sector, executor, throw, progress, max_points
+    accuracy, stability, peaks, sector, keep, archive, executor, throw, progress, max_points
         As in `frf`; peaks are maxima over the parameter.
 
     Returns
@@ -149,6 +165,8 @@ def follow(
     ------
     TypeError, ValueError, KeyError
         For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
@@ -169,10 +187,9 @@ def follow(
     )
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    options = dict(
-        accuracy=accuracy, stability=stability, peaks=peaks, sector=sector, max_points=max_points
-    )
-    return _run(problem, task, options, over, executor, throw, progress)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
 def _run(
@@ -180,14 +197,12 @@ def _run(
     described: dict[str, Any],
     options: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
+    archive: str | os.PathLike[str] | None,
     executor: Executor | None,
     throw: bool,
     progress: bool,
 ) -> xr.Dataset:
-    if isinstance(executor, type) or (
-        executor is not None and not callable(getattr(executor, "submit", None))
-    ):
-        raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+    check_executor(executor)
     peaks = options["peaks"]
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
@@ -202,13 +217,14 @@ def _run(
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=check_accuracy(problem, options["accuracy"]),
         sector=check.flag("sector", options["sector"]),
+        keep=check_keep(options["keep"]),
     )
     task.curve(problem)
-    branches = compute(problem, sweep, executor, progress, task)
-    result = schema.label(problem, sweep, branches, task)
-    bad = [branch.status for branch in branches if branch.status != Status.REACHED_END]
+    result = run(problem, sweep, task, archive, executor, progress)
+    ends = result["status"].values.ravel()
+    bad = [end for end in ends if end != Status.REACHED_END]
     if throw and bad:
-        raise SolveError(f"{len(bad)} of {len(branches)} curves: {bad[0]}", result)
+        raise SolveError(f"{len(bad)} of {len(ends)} curves: {bad[0]}", result)
     return result
 
 

@@ -31,12 +31,8 @@ def with_provenance(
     problem: HarmonicBalance,
     sweep: Sweep,
     followed: Task | None = None,
-    harmonics: tuple[int, ...] | None = None,
 ) -> xr.Dataset:
-    """Add the parameters, the problem and where the numbers come from to a dataset.
-
-    ``harmonics`` are those of its coefficients, by default those of the problem.
-    """
+    """Add the parameters, the problem and where the numbers come from to a dataset."""
     for name, value in problem.parameters.items():
         units, long_name = PARAMETERS[name]
         attributes = {"units": units, "long_name": long_name}
@@ -63,13 +59,16 @@ def with_provenance(
         "symhbm_schema": SCHEMA_VERSION,
         "symhbm_version": version("symhbm"),
         "casadi_version": version("casadi"),
-        "problem": json.dumps(_description(problem, harmonics or problem.harmonics)),
+        "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
     if followed:
-        peaks = "each" if followed.each else "largest"
-        description = {"name": followed.name, "index": followed.index, "peaks": peaks}
-        description["band"] = list(followed.band)
+        description = asdict(followed) | {
+            "peaks": "each" if followed.each else "largest",
+            "grid": followed.at is not None,
+            "harmonics": problem.harmonics,
+        }
+        del description["at"]
         dataset.attrs["followed"] = json.dumps(description)
         if followed.accuracy is not None:
             dataset.attrs["accuracy"] = followed.accuracy
@@ -102,10 +101,10 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     }
 
 
-def _description(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, Any]:
+def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
     return {
-        "harmonics": list(harmonics),
+        "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,
         "contacts": [list(dofs) for dofs in problem.model.contacts],

@@ -1,57 +1,101 @@
 """Labelled datasets from response curves: the names and dimensions of an archive."""
 
-from collections.abc import Sequence
+import json
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from symhbm.branch import Branch, Task
-from symhbm.names import meaning
+from symhbm.branch import Task
+from symhbm.names import VARIABLES, meaning
 from symhbm.point import Table
 from symhbm.provenance import with_provenance
 from symhbm.residual import HarmonicBalance
-from symhbm.sweep import Sweep
+from symhbm.sweep import RESERVED, Sweep
+from symhbm.tables import name_of
 
 
-def label(
-    problem: HarmonicBalance, sweep: Sweep, branches: Sequence[Branch], task: Task
-) -> xr.Dataset:
-    """Dataset of response curves, one per parameter set.
+def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> xr.Dataset:
+    """Dataset of everything but results: what is computed, of what."""
+    coordinates = _coordinates(problem, problem.harmonics)
+    if task.at is not None:
+        coordinates[task.name] = (task.name, task.at, _attributes(task.name))
+    if task.frequency is not None:
+        coordinates["frequency"] = ((), task.frequency, _attributes("frequency"))
+    return with_provenance(xr.Dataset({}, coordinates), problem, sweep, task)
+
+
+def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
+    """What a dataset says is computed."""
+    followed = json.loads(dataset.attrs["followed"])
+    task: dict[str, Any] = {
+        field.name: followed[field.name] for field in fields(Task) if field.name in followed
+    }
+    for name in ("band", "keep"):
+        task[name] = None if task[name] is None else tuple(task[name])
+    task["at"] = dataset[followed["name"]].values if followed["grid"] else None
+    values = {}
+    for name in json.loads(dataset.attrs["swept"]):
+        value = dataset[name]
+        of_result = [label for label in value.coords if label in RESERVED - {*value.dims}]
+        values[name] = value.drop_vars(of_result)
+    return Sweep.of(values), Task(**task)
+
+
+def differences(one: xr.Dataset, other: xr.Dataset) -> list[str]:
+    """What tells two computations apart, by name."""
+    about, there = (
+        json.loads(dataset.attrs["problem"])
+        # The harmonics of an accuracy come with the results; those given are with the task.
+        | json.loads(dataset.attrs["followed"])
+        | {name: dataset.attrs[name] for name in ("symhbm_schema", "swept")}
+        for dataset in (one, other)
+    )
+    found = [name for name in about | there if about.get(name) != there.get(name)]
+    mine, theirs = (
+        {str(name) for name in dataset.variables} - {"harmonic", *_results(dataset)}
+        for dataset in (one, other)
+    )
+    found += sorted(mine ^ theirs)
+    found += [
+        name
+        for name in sorted(mine & theirs)
+        if not one[name].variable.equals(other[name].variable)
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _results(dataset: xr.Dataset) -> list[str]:
+    """Names of the results in a dataset."""
+    followed = json.loads(dataset.attrs["followed"])
+    moving = followed["name"]
+    given = {"frequency"} if moving != "frequency" or followed["grid"] else set()
+    found = [name for name in VARIABLES if name not in given]
+    return [*found, f"event_{moving}", f"peak_{moving}", *([] if followed["grid"] else [moving])]
+
+
+def label(call: xr.Dataset, sweep: Sweep, task: Task, results: Table) -> xr.Dataset:
+    """Dataset of response curves, stacked one per parameter set, of what `describe` gives.
 
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
     """
-    name = task.name
-    harmonics = max((branch.harmonics for branch in branches), key=len)
-    along = "point" if task.at is None else name
-    own_name = {"value": name, "event_value": f"event_{name}", "peak_value": f"peak_{name}"}
+    along = "point" if task.at is None else task.name
     variables: dict[str, tuple] = {}
-    for table, axis in (("points", along), ("peaks", "peak"), ("events", "event")):
-        for key in getattr(branches[0], table):
-            arrays = [getattr(branch, table)[key] for branch in branches]
-            if key.endswith("coefficient"):
-                arrays = [_widened(array, len(harmonics)) for array in arrays]
-            stacked = _stack(arrays)
-            by_solution = table == "points" and key not in ("value", "n_solutions")
-            axes = (
-                (axis, "solution")
-                if by_solution and task.may_fold and task.at is not None
-                else (axis,)
-            )
-            variables[own_name.get(key, key)] = _variable(
-                own_name.get(key, key), sweep, stacked, axes
-            )
-    for key in branches[0].counts:
-        variables[key] = _variable(key, sweep, np.array([b.counts[key] for b in branches]))
-    status = np.array([b.status for b in branches], dtype=object)
-    variables["status"] = _variable("status", sweep, status)
-    if task.at is not None:
-        variables[name] = (name, task.at, variables[name][2])
-    coordinates = _coordinates(problem, harmonics) | {name: variables.pop(name)}
-    if task.frequency is not None:
-        coordinates["frequency"] = ((), task.frequency, _attributes("frequency"))
-    dataset = xr.Dataset(variables, coordinates)
-    return with_provenance(dataset, problem, sweep, task, harmonics)
+    for key, stacked in results.items():
+        name = name_of(key, task)
+        if key == "harmonics" or (key == "value" and task.at is not None):
+            continue
+        axis = next((axis for axis in ("peak", "event") if key.startswith(f"{axis}_")), along)
+        n_axes = stacked.ndim - 1 - len(meaning(name).inner)
+        variables[name] = _variable(name, sweep, stacked, (axis, "solution")[:n_axes])
+    harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
+    problem = json.loads(call.attrs["problem"]) | {"harmonics": harmonics}
+    own = {task.name: variables.pop(task.name)} if task.at is None else {}
+    own["harmonic"] = ("harmonic", np.array(harmonics), call["harmonic"].attrs)
+    dataset = xr.Dataset(variables, call.drop_vars("harmonic").coords)
+    dataset = dataset.assign_coords(own).assign(call.data_vars)
+    return dataset.assign_attrs(call.attrs | {"problem": json.dumps(problem)})
 
 
 def label_point(
@@ -115,24 +159,6 @@ def _variable(name: str, sweep: Sweep, values: np.ndarray, axes: tuple[str, ...]
 def _attributes(name: str) -> dict[str, Any]:
     about = meaning(name)
     return {"units": about.units, "long_name": about.long_name, **about.attributes}
-
-
-def _stack(arrays: list[np.ndarray]) -> np.ndarray:
-    """Stack ragged arrays, padded at the end with NaN, -1, False or an empty string."""
-    kind = arrays[0].dtype.kind
-    fill: Any = {"f": np.nan, "i": -1, "b": False, "O": ""}[kind]
-    shape = tuple(max(sizes) for sizes in zip(*(array.shape for array in arrays), strict=True))
-    result = np.full((len(arrays), *shape), fill, dtype=arrays[0].dtype)
-    for row, array in zip(result, arrays, strict=True):
-        row[tuple(slice(size) for size in array.shape)] = array
-    return result
-
-
-def _widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
-    """Coefficients (..., harmonic, component) of more harmonics: 0, or as unknown as the others."""
-    missing = n_harmonics - array.shape[-2]
-    nothing = np.where(np.isnan(array[..., :1, :]), np.nan, 0.0)
-    return np.concatenate([array, *[nothing] * missing], axis=-2)
 
 
 def _coordinates(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, tuple]:

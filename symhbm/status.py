@@ -60,6 +60,10 @@ class Status(StrEnum):
         "the motion grows without bound from the start, as cubic springs of negative stiffness "
         "allow; try a start nearer to a motion, or a smaller force"
     )
+    COMPUTATION_FAILED = (
+        "the computation failed; try this parameter set by itself, as symhbm.rebuild of its part "
+        "of the dataset gives it"
+    )
     NOT_STARTED = "nothing was computed yet"
 
 

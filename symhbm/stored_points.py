@@ -29,7 +29,8 @@ class StoredPoints:
         missing = [name for name in (*_STORED, "frequency") if name not in dataset.variables]
         if missing:
             raise ArchiveError(
-                f"dataset: expected a result of frf, follow or solve, without {', '.join(missing)}"
+                f"dataset: expected a result of frf, follow or solve with all it is verified by, "
+                f"got one without {', '.join(missing)}"
             )
         self.followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
         inner = ("point", self.followed["name"], "solution")

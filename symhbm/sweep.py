@@ -1,5 +1,6 @@
 """Parameter sets from what the user sweeps: names, dimensions and values."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -24,24 +25,35 @@ class Sweep:
     dims: tuple[str, ...]
     shape: tuple[int, ...]
 
-    def sets(self) -> list[dict[str, np.ndarray]]:
-        """The values of each parameter set, in the order of the flattened dimensions."""
-        result = []
-        for index in np.ndindex(*self.shape):
-            place = dict(zip(self.dims, index, strict=True))
-            result.append(
-                {
-                    name: value.isel({d: i for d, i in place.items() if d in value.dims}).values
-                    for name, value in self.values.items()
-                }
-            )
-        return result
+    @classmethod
+    def of(cls, values: dict[str, xr.DataArray]) -> "Sweep":
+        """The sweep over all dimensions of some values that are no pattern, as they come."""
+        sizes = {
+            str(dim): size
+            for value in values.values()
+            for dim, size in value.sizes.items()
+            if dim not in PATTERN_DIMENSIONS
+        }
+        return cls(values, tuple(sizes), tuple(sizes.values()))
+
+    @property
+    def size(self) -> int:
+        """Number of parameter sets."""
+        return math.prod(self.shape)
+
+    def chosen(self, number: int) -> dict[str, np.ndarray]:
+        """The values of one parameter set, by its number among the flattened dimensions."""
+        place = dict(zip(self.dims, np.unravel_index(number, self.shape), strict=True))
+        return {
+            name: value.values[tuple(place[str(dim)] for dim in value.dims if dim in place)]
+            for name, value in self.values.items()
+        }
 
 
 def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None) -> Sweep:
     """Read ``over``: a list becomes a dimension of its own name, names that share one go in pairs.
 
-    Every set is applied once to the problem, so bad values raise here and not in a worker.
+    The extreme values are applied to the problem, so bad ones raise here and not in a worker.
 
     Raises
     ------
@@ -81,10 +93,20 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
                     f"over[{name!r}]: expected a name of your own for a dimension, "
                     f"{dim!r} is a parameter that is not swept"
                 )
-    sweep = Sweep(values, tuple(sizes), tuple(sizes.values()))
-    for chosen in sweep.sets():
-        problem.with_parameters(**chosen)
-    return sweep
+    for name, value in values.items():
+        for chosen in _extremes(value):
+            problem.with_parameters(**{name: chosen})
+    return Sweep.of(values)
+
+
+def _extremes(value: xr.DataArray) -> list[np.ndarray]:
+    """The sets of one parameter that break a bound if any does: bounds are on single values."""
+    pattern = [size for dim, size in value.sizes.items() if dim in PATTERN_DIMENSIONS]
+    rows = value.values.reshape(-1, *pattern)
+    if value.dtype.kind == "i":
+        return list(np.unique(rows, axis=0))
+    flat = rows.reshape(len(rows), -1)
+    return [rows[flat.min(axis=1).argmin()], rows[flat.max(axis=1).argmax()]]
 
 
 def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:

@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.pieces import pieces
+from symhbm.store import Store
 
 ROOT = Path(__file__).parent.parent
 VALUES = dict(
@@ -44,11 +45,10 @@ LOADS = xr.DataArray(
     dims=("sample", "contact"),
     coords={"sample": [4, 5, 6]},
 )
+GRID = np.linspace(150, 250, 41)
 CASES = {
     "path": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0, 100.0]}),
-    "grid": lambda: sh.frf(
-        RING, (150, 250), at=np.linspace(150, 250, 41), over={"normal_load": LOADS}
-    ),
+    "grid": lambda: sh.frf(RING, (150, 250), at=GRID, over={"normal_load": LOADS}),
     "short": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0]}, max_points=12),
     "accurate": lambda: sh.frf(BLADE, (30, 10), accuracy=1e-3, stability=True),
     "follow": lambda: sh.follow(BLADE, "normal_load", (0.5, 50), frequency=19.5),
@@ -182,9 +182,25 @@ def unfinished(ds):
     return ds
 
 
-@pytest.mark.parametrize("case", ["path", "grid"])
-def test_info_of_an_unfinished_run(tmp_path, case):
-    path = sh.save(unfinished(dataset(case)), tmp_path / "run.nc.partial")
+def interrupted(target, monkeypatch, at=GRID):
+    """A run of three curves that was stopped after two of them."""
+    add = Store.add
+
+    def stopping(store, number, encoded):
+        if len(store.done) == 2:
+            raise KeyboardInterrupt
+        add(store, number, encoded)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "add", stopping)
+        with pytest.raises(KeyboardInterrupt):
+            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target)
+    return target.with_name("run.nc.partial")
+
+
+@pytest.mark.parametrize("at", [None, GRID], ids=["path", "grid"])
+def test_info_of_an_unfinished_run(tmp_path, monkeypatch, at):
+    path = interrupted(tmp_path / "run.nc", monkeypatch, at)
     said = told(path)
     assert said["curves"] == "2 of 3 complete, 1 of 3 not computed yet"
     assert said["points"].endswith("all converged")
@@ -417,30 +433,25 @@ def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypat
 
 def test_resume(tmp_path, monkeypatch):
     target = tmp_path / "run.nc"
-    partial = sh.save(unfinished(dataset("grid")), tmp_path / "run.nc.partial")
-    calls = []
-
-    def resume(path, *, executor=None, progress=True):
-        calls.append((path, executor, progress))
-        partial.unlink(missing_ok=True)
-        return sh.load(sh.save(dataset("grid"), path))
-
-    monkeypatch.setattr(sh, "resume", resume, raising=False)
-    for given_name in (target, partial):
-        sh.save(unfinished(dataset("grid")), partial)
+    for give_partial in (False, True):
+        partial = interrupted(target, monkeypatch)
+        assert told(partial)["curves"].startswith("2 of 3 complete, 1 of 3 not computed yet")
+        given_name = partial if give_partial else target
         code, out, err = run("resume", given_name, "--workers", "2", "--no-progress")
         assert (code, err) == (0, "")
         assert out == f"2 of 3 curves were there, 1 computed, 0 of all are incomplete\n{target}\n"
-        # One curve is left, which takes no second process.
-        assert calls[-1] == (target, None, False)
-    assert "nothing to resume" in run("resume", target)[1]
+        xr.testing.assert_identical(
+            sh.load(target), sh.load(sh.save(dataset("grid"), tmp_path / "whole.nc"))
+        )
+        assert "nothing to resume" in run("resume", target)[1]
+        target.unlink()
     assert "no such file" in run("resume", tmp_path / "other.nc")[2]
-    sh.save(unfinished(dataset("grid")), partial)
+    partial = interrupted(target, monkeypatch)
 
-    def interrupted(path, **options):
+    def stopped(path, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sh, "resume", interrupted)
+    monkeypatch.setattr(sh, "resume", stopped)
     code, out, err = run("resume", target)
     assert (code, out) == (130, "")
     assert f"kept in {partial}" in err
@@ -486,8 +497,7 @@ def test_a_broken_bound_is_an_exit_code(archive):
         (["resume", "{none}", "--workers", "0"], "x>=1"),
     ],
 )
-def test_bad_input_is_one_line(archive, tmp_path, monkeypatch, arguments, message):
-    monkeypatch.setattr(sh, "resume", None, raising=False)
+def test_bad_input_is_one_line(archive, tmp_path, arguments, message):
     files = {name: tmp_path / f"{name}.nc" for name in ("none", "text", "cut", "foreign")}
     files |= {name: archive(name) for name in ("path", "grid", "point")} | {"here": tmp_path}
     files["text"].write_text("no archive")

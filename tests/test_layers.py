@@ -62,10 +62,14 @@ ORDER = [
     # third floor: labels
     "names",
     "sweep",
+    "tables",
     "provenance",
     "schema",
+    "store",
     "archive",
+    "merge",
     "ensemble",
+    "runs",
     "frf",
     "solve",
     "transient",
@@ -100,6 +104,7 @@ ORDER = [
     "cli.picture",
     "cli.terminal",
     "cli.commands",
+    "cli.transfer",
     "cli",
     "__main__",
 ]
@@ -117,6 +122,8 @@ ONLY_IN = {
         "provenance",
         "schema",
         "archive",
+        "merge",
+        "runs",
         "frf",
         "solve",
         "transient",
@@ -128,7 +135,7 @@ ONLY_IN = {
         "cli",
     },
     "matplotlib": {"plot"},
-    "tqdm": {"ensemble", "verify"},
+    "tqdm": {"merge", "ensemble", "verify"},
     "click": {"cli"},
 }
 

@@ -1,5 +1,5 @@
 """The command line ``symhbm``."""
 
-from symhbm.cli.commands import main
+from symhbm.cli.transfer import main
 
 __all__ = ["main"]

@@ -1,6 +1,5 @@
 """What every command shares: errors in one line, archives opened late, files written whole."""
 
-import inspect
 import os
 import sys
 from collections.abc import Iterator
@@ -13,11 +12,10 @@ import xarray as xr
 
 from symhbm import check
 from symhbm.archive import load
+from symhbm.store import SUFFIX
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""
-PARTIAL = ".partial"
-"""What ends the name of the working file of a run that is not finished."""
 
 
 class _Failure(click.ClickException):
@@ -78,14 +76,12 @@ class Program(click.Group):
 @contextmanager
 def opened(archive: Path) -> Iterator[xr.Dataset]:
     """An archive, read as late as possible."""
-    lazily = "lazy" in inspect.signature(load).parameters
-    options: dict[str, Any] = {"lazy": True} if lazily else {}
     if archive.is_dir():
         raise ValueError(f"ARCHIVE {archive}: a directory, expected a file")
-    working = archive.with_name(archive.name + PARTIAL)
+    working = archive.with_name(archive.name + SUFFIX)
     if not archive.exists() and working.exists():
         raise ValueError(f"ARCHIVE {archive}: no such file, but an unfinished run {working}")
-    with load(archive, **options) as dataset:
+    with load(archive, lazy=True) as dataset:
         yield dataset
 
 
@@ -113,7 +109,7 @@ def check_place(output: Path | None) -> None:
 
 def final_name(archive: Path) -> str:
     """Name of an archive, also from that of its working file."""
-    return archive.name.removesuffix(PARTIAL)
+    return archive.name.removesuffix(SUFFIX)
 
 
 def say(text: str) -> None:

@@ -1,0 +1,164 @@
+"""Ensembles of curves as datasets: in memory, or in archives that outlive their process."""
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import Executor
+from contextlib import closing, suppress
+from pathlib import Path
+
+import xarray as xr
+
+from symhbm import check, schema, tables
+from symhbm.archive import bytes_of, call_of, load, path_of, rebuild
+from symhbm.branch import Branch, Task, blank_branch
+from symhbm.ensemble import compute
+from symhbm.merge import merge
+from symhbm.residual import HarmonicBalance
+from symhbm.store import SUFFIX, ArchiveError, Store, working_file
+from symhbm.sweep import Sweep
+
+
+def check_executor(executor: object) -> None:
+    """Raise TypeError unless ``executor`` is None or has the face of an Executor."""
+    if isinstance(executor, type) or (
+        executor is not None and not callable(getattr(executor, "submit", None))
+    ):
+        raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+
+
+def check_keep(keep: Iterable[str] | None) -> tuple[str, ...] | None:
+    """Names to keep, sorted, None for all; TypeError unless they are names."""
+    if keep is None:
+        return None
+    names = [keep] if isinstance(keep, str) or not isinstance(keep, Iterable) else [*keep]
+    if isinstance(keep, str) or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"keep={check.shown(keep)}: expected a sequence of names")
+    return tuple(sorted(set(names)))
+
+
+def run(
+    problem: HarmonicBalance,
+    sweep: Sweep,
+    task: Task,
+    archive: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
+
+    Raises KeyError for names to keep that the result does not have, and ArchiveError if there is an
+    archive of another computation, if it is in use, or cannot be written.
+    """
+    call, blank = schema.describe(problem, sweep, task), blank_branch(problem, task)
+    names = [tables.name_of(key, task) for key in tables.flat(blank) if key != "harmonics"]
+    for name in task.keep or ():
+        check.known(name, dict.fromkeys([*names, *map(str, call.variables)]), "variable to keep")
+    if archive is None:
+        curves = dict(compute(problem, sweep, task, blank, executor, progress))
+        found = [tables.flat(curves.pop(number)) for number in range(sweep.size)]
+        layout = tables.common(map(tables.layout_of, found))
+        return schema.label(call, sweep, task, tables.stack(found, layout))
+    target = _target("archive", archive)
+    file = working_file(target)
+    if target.exists():
+        _check_same(call, load(target, lazy=True), target)
+        if file.exists():
+            # Its process was killed just before it removed the working file.
+            with suppress(ArchiveError), Store(file) as store:
+                _check_same(call, call_of(store), file)
+                store.remove()
+        return load(target, lazy=True)
+    kept, empty = bytes_of(call), tables.encode(tables.flat(tables.reduced(blank, task)))
+    with Store(file) as store:
+        if store.call is None:
+            store.begin(kept, sweep.size, empty)
+        _check_same(call, call_of(store), file)
+        return _finished(store, target, call, problem, blank, executor, progress)
+
+
+def resume(
+    path: str | os.PathLike[str], *, executor: Executor | None = None, progress: bool = True
+) -> xr.Dataset:
+    """Finish an interrupted archive from its working file alone, ``<path>.partial``.
+
+    Parameters
+    ----------
+    path
+        The ``archive`` that `frf` or `follow` was given.
+    executor
+        Where the parameter sets that are left are computed; by default in this process.
+    progress
+        Show a bar when it takes longer than a few seconds.
+
+    Returns
+    -------
+    Dataset of the archive, opened lazily, as the uninterrupted call gives it. One that is finished
+    comes as it is.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is neither an archive nor a working file.
+    ArchiveError
+        If the archive is in use by another process, cannot be written, or the working file is
+        damaged or of a problem that cannot be rebuilt.
+    """
+    check_executor(executor)
+    progress = check.flag("progress", progress)
+    target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
+    file = working_file(target)
+    if not file.exists():
+        return load(target, lazy=True)
+    with Store(file) as store:
+        call = call_of(store)
+        problem, task = rebuild(call), schema.recall(call)[1]
+        blank = blank_branch(problem, task)
+        return _finished(store, target, call, problem, blank, executor, progress)
+
+
+def _finished(
+    store: Store,
+    target: Path,
+    call: xr.Dataset,
+    problem: HarmonicBalance,
+    blank: Branch,
+    executor: Executor | None,
+    progress: bool,
+) -> xr.Dataset:
+    if target.exists():
+        _check_same(call, load(target, lazy=True), target)
+    else:
+        sweep, task = schema.recall(call)
+        curves = compute(problem, sweep, task, blank, executor, progress, store.done)
+        # Closed at once where the file cannot be written: nothing more is computed.
+        with closing(curves):
+            for number, branch in curves:
+                store.add(number, tables.encode(tables.flat(branch)))
+        merge(store, target, progress)
+    store.remove()
+    return load(target, lazy=True)
+
+
+def _check_same(call: xr.Dataset, other: xr.Dataset, path: Path) -> None:
+    """Raise ArchiveError that tells what a file was computed of, unless it is the same."""
+    with other:
+        found = schema.differences(call, other) if "followed" in other.attrs else ["everything"]
+    if found:
+        raise ArchiveError(
+            f"path={str(path)!r}: of another computation, different in {', '.join(found)}; choose "
+            "another archive, or remove this one to start anew"
+        )
+
+
+def _target(name: str, path: str | os.PathLike[str]) -> Path:
+    target = path_of(path, name)
+    if not target.name or target.is_dir() or not target.parent.is_dir():
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected a file name in an existing, writable directory"
+        )
+    if target.name.endswith(SUFFIX):
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected the name of the archive, without {SUFFIX!r}"
+        )
+    # The directory of the process may change before the end.
+    return target.absolute()
