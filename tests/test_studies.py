@@ -25,6 +25,8 @@ from studies import (
     fig06_point_force,
     fig07_nodal_diameters,
     fig09_contact_stiffness,
+    fig12_mistuned_disk,
+    fig13_amplification,
     harmonic_convergence,
     laws_and_solvers,
     one_harmonic_validity,
@@ -51,6 +53,8 @@ def outcome(tmp_path_factory):
         patch.setattr(harmonic_convergence, "cases", lambda: some()[:4] + some()[-1:])
         patch.setattr(one_harmonic_validity, "ENGINE_ORDERS", (1, 3, 6))
         patch.setattr(one_harmonic_validity, "NORMAL_LOADS", (100.0, 2e4))
+        patch.setattr(fig12_mistuned_disk, "N_SAMPLES", 3)
+        patch.setattr(fig13_amplification, "GRID", np.linspace(50, 350, 301))
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
         code = main(STUDIES, results)
