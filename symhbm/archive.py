@@ -14,6 +14,7 @@ from symhbm.names import TEXTS
 from symhbm.provenance import SCHEMA_VERSION, describe_problem
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import label, recall
+from symhbm.seal import is_damaged, seal
 from symhbm.status import Status
 from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 
@@ -42,6 +43,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
             raise OSError("expected a file name in an existing, writable directory")
         try:
             write(dataset, part)
+            seal(part)
             os.replace(part, target)
         finally:
             part.unlink(missing_ok=True)
@@ -72,7 +74,7 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
         A NetCDF file, or a working file.
     lazy
         Leave the numbers of a NetCDF file where they are until they are used; by default they are
-        read into memory.
+        read into memory, once the checksum of the file has shown that all are as written.
 
     Raises
     ------
@@ -89,6 +91,9 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     if source.name.endswith(SUFFIX):
         return _finished_part(source)
     try:
+        # Where NetCDF reads damaged bytes, it may never come back.
+        if not lazy and is_damaged(source):
+            raise OSError("it is not as it was written")
         read = xr.open_dataset if lazy else xr.load_dataset
         dataset = read(source, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError) as error:

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from symhbm import schema, tables
 from symhbm.archive import COMPRESSION, call_of, write
+from symhbm.seal import seal
 from symhbm.store import ArchiveError, Store
 from symhbm.tables import Layout
 
@@ -45,6 +46,7 @@ def merge(store: Store, archive: Path, progress: bool) -> None:
         write(dataset.isel(dict.fromkeys(schema.recall(call)[0].dims, slice(1))), sample)
         with netCDF4.Dataset(part, "a") as target, netCDF4.Dataset(sample) as source:
             _fill(store, layout, dataset, source, target, progress)
+        seal(part)
         with open(part, "rb+") as file:
             os.fsync(file.fileno())
         os.replace(part, archive)

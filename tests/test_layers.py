@@ -65,6 +65,7 @@ ORDER = [
     "tables",
     "provenance",
     "schema",
+    "seal",
     "store",
     "archive",
     "merge",

@@ -277,3 +277,33 @@ def test_wide_spreads_stay_in_range():
     assert float(draws.normal_load.min()) >= 0
     signs = sh.mistuning.uniform(PROBLEM, 100, seed=1, force_amplitude=3.0).force_amplitude
     assert float(signs.min()) < 0 < float(signs.max())
+
+
+def test_explicit_rings_with_an_accuracy_agree_with_their_exact_motion():
+    """Two disks given contact by contact, where most contacts slip; every blade, 1e-3 asked for."""
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=10,
+    )
+    generator = np.random.default_rng(5)
+    over = sh.mistuning.explicit(
+        disk,
+        contact_stiffness=1e6 * generator.uniform(0.8, 1.2, (2, 13)),
+        friction_coefficient=generator.uniform(0.3, 0.7, (2, 13)),
+        normal_load=generator.uniform(7, 13, (2, 13)),
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    accuracy, at = 1e-3, [197.0, 199.5, 201.0]
+    found = sh.frf(problem, (196, 202), at=at, over=over, accuracy=accuracy)
+    assert (found.contact_state == 1).sum() > 40
+    for sample in over.sample.values:
+        mistuned = sh.rebuild(found.sel(sample=sample))
+        for frequency in at:
+            exact = sh.transient(mistuned, frequency).amplitude
+            here = found.amplitude.sel(sample=sample, frequency=frequency)
+            assert float(np.abs(here / exact - 1).max()) < accuracy
