@@ -296,7 +296,7 @@ def test_kept_names_alone_are_stored(tmp_path):
     whole, kept = in_memory("grid"), in_memory("kept")
     names = {"amplitude", "peak_frequency", "event_kind", "status", "converged"}
     names |= {"contact_model_valid", "residual_norm", "n_points", "n_peaks", "n_events"}
-    names |= {"rejected_steps", "linear_solves"}
+    names |= {"rejected_steps", "linear_solves", "n_sectors"}
     parameters = set(BLADE.parameters) - {"normal_load"} | {"normal_load_nominal"}
     assert set(kept.data_vars) == names | parameters
     for name in kept.variables:

@@ -401,6 +401,14 @@ def test_every_kind_is_drawn(archive, kind):
     assert path.with_name(f"grid_{kind}.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_info_of_draws(tmp_path):
+    draws = sh.mistuning.uniform(RING, 2, seed=7, normal_load=0.3, contact_stiffness=[0.1] * 5)
+    dataset = sh.frf(RING, (180, 182), at=[181.0], over=draws)
+    said = told(sh.save(dataset, tmp_path / "x.nc"))
+    assert said["normal_load"].endswith("10 N; uniform, relative half-width 0.3, seed 7")
+    assert said["contact_stiffness"].endswith("; uniform, seed 7")
+
+
 def test_info_of_sectors(tmp_path):
     disk = sh.bladed_disk(
         5,

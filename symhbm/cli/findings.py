@@ -68,11 +68,8 @@ def _ends(band: np.ndarray, finite: np.ndarray) -> tuple[float, float]:
     """First and last value of a band, as far as its points go."""
     if not finite.size:
         return np.nan, np.nan
-    down = (
-        np.nanmean(np.diff(band.reshape(-1, band.shape[-1]), axis=-1)) < 0
-        if band.shape[-1:] > (1,)
-        else False
-    )
+    several = band.ndim and band.shape[-1] > 1
+    down = several and np.nanmean(np.diff(band.reshape(-1, band.shape[-1]), axis=-1)) < 0
     low, high = float(finite.min()), float(finite.max())
     return (high, low) if down else (low, high)
 

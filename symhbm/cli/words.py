@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.cli.pieces import INNER, moving, read
 from symhbm.names import PARAMETERS, VARIABLES
-from symhbm.provenance import MATRICES
+from symhbm.provenance import DRAWN, MATRICES
 
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8
@@ -104,6 +104,16 @@ def _problem(dataset: xr.Dataset) -> Lines:
         yield "friction law", sampled if samples else "located switching angles, no sampling"
 
 
+def _drawn(variable: xr.DataArray) -> str:
+    """How the values of a parameter were drawn."""
+    about = json.loads(variable.attrs.get(DRAWN, "{}"))
+    if "seed" not in about:
+        return ""
+    spreads = [key for key in about if key.startswith(("relative", "coefficient"))]
+    width = [f"{key} {about[key]:g}" for key in spreads if isinstance(about[key], float)]
+    return f"; {', '.join([about['distribution'], *width, 'seed ' + str(about['seed'])])}"
+
+
 def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
     """Values of a parameter with their unit, and how they differ."""
     variable = dataset[name]
@@ -132,7 +142,8 @@ def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
             spread = f"{', '.join(map(short, finite))}{unit}"
         return f"swept, {count(finite.size, 'value')}: {spread}"
     if outer:
-        return f"swept over {', '.join(outer)}: {spread}{pattern}{nominal}"
+        drawn = _drawn(variable)
+        return f"swept over {', '.join(outer)}: {spread}{pattern}{nominal}{drawn}"
     if differs:
         return f"mistuned, {spread}{pattern} (mean {short(finite.mean())})"
     return f"{short(finite.flat[0])}{unit}"
