@@ -413,7 +413,7 @@ def test_max_points(value):
         frf(max_points=value)
 
 
-@pytest.mark.parametrize("value", ["pool", 4, object(), ThreadPoolExecutor], ids=repr)
+@pytest.mark.parametrize("value", ["pool", 4, [], ThreadPoolExecutor], ids=repr)
 def test_executor(value):
     with refused("executor=", "Executor", kind=TypeError):
         frf(executor=value)
