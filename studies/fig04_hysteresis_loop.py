@@ -27,6 +27,7 @@ NORMAL_LOAD = 3.0  # N
 FREQUENCY = 20.0  # Hz
 HARMONICS = ((1,), (1, 3, 5))
 N_ANGLES = 4096
+ANGLES = 2 * np.pi * np.arange(N_ANGLES) / N_ANGLES
 MARKS = ("A", "B", "C", "D")
 LINES: tuple[dict[str, Any], ...] = (
     dict(color="black", linewidth=1.3, zorder=3),
@@ -45,16 +46,15 @@ def compute(progress: bool = True) -> xr.Dataset:
     rows.append(_exact(problems[0]))
     stacked = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     over_angle = ("motion", "angle")
-    at_mark = ("motion", "mark")
     described = {
         "displacement": (over_angle, "m", "relative displacement of the contact"),
         "friction_force": (over_angle, "N", "friction force of the slider on this motion"),
         "series": (over_angle, "N", "friction force, the harmonics that the balance sees"),
         "theta_0": ("motion", "rad", "angle of the largest displacement"),
         "theta_star": ("motion", "rad", "angle where slip begins after it"),
-        "mark_angle": (at_mark, "rad", "angle of A, B, C and D"),
-        "mark_displacement": (at_mark, "m", "relative displacement at A, B, C and D"),
-        "mark_force": (at_mark, "N", "friction force at A, B, C and D"),
+        "mark_angle": (("motion", "mark"), "rad", "angle of A, B, C and D"),
+        "mark_displacement": (("motion", "mark"), "m", "relative displacement at A, B, C and D"),
+        "mark_force": (("motion", "mark"), "N", "friction force at A, B, C and D"),
         "amplitude": ("motion", "m", "largest displacement"),
         "dissipation": ("motion", "J", "energy dissipated by the contact per cycle"),
         "loop_area": ("motion", "J", "area of the hysteresis loop, trapezoids"),
@@ -77,7 +77,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     coordinates = {
         "motion": ("motion", [*labels, "exact"], {"units": "1", "long_name": "kind of motion"}),
         "mark": ("mark", list(MARKS), {"units": "1", "long_name": "point of the loop"}),
-        "angle": ("angle", _angles(), {"units": "rad", "long_name": "angle of the period"}),
+        "angle": ("angle", ANGLES, {"units": "rad", "long_name": "angle of the period"}),
     }
     attributes = {
         "title": "Friction force and hysteresis loop of one blade",
@@ -86,10 +86,6 @@ def compute(progress: bool = True) -> xr.Dataset:
         "symhbm_version": version("symhbm"),
     }
     return xr.Dataset(variables, coordinates, attributes)
-
-
-def _angles() -> np.ndarray:
-    return 2 * np.pi * np.arange(N_ANGLES) / N_ANGLES
 
 
 def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> dict:
@@ -114,10 +110,9 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
     law = problem.locate(unknowns)
     seen = stiffness * law.matrix[0] @ problem.relative(unknowns)[0] + limit * law.vector[0]
     marks = _marks(theta_0, theta_star)
-    angle = _angles()
     return dict(
-        displacement=motion(angle),
-        friction_force=force(angle),
+        displacement=motion(ANGLES),
+        friction_force=force(ANGLES),
         series=seen @ problem.basis.values(angle).T,
         theta_0=theta_0,
         theta_star=theta_star,
@@ -138,7 +133,7 @@ def _exact(problem: sh.HarmonicBalance) -> dict:
     force = found.friction_force.values[:, 0]
     # Slip ends twice per period, where the displacement is largest and where it is lowest.
     ends = event[kind == "end of slip"]
-    theta_0 = ends[np.argmax(np.interp(ends, _angles(), displacement, period=2 * np.pi))]
+    theta_0 = ends[np.argmax(np.interp(ends, ANGLES, displacement, period=2 * np.pi))]
     theta_star = theta_0 + np.min((event[kind == "onset of slip"] - theta_0) % (2 * np.pi))
     marks = _marks(theta_0, theta_star)
     limit = float(found.friction_coefficient[0] * found.normal_load[0])
@@ -150,7 +145,7 @@ def _exact(problem: sh.HarmonicBalance) -> dict:
         theta_star=theta_star,
         mark_angle=marks,
         # Between angles 2 pi / 4096 apart a line is 3e-7 of the amplitude off.
-        mark_displacement=np.interp(marks, _angles(), displacement, period=2 * np.pi),
+        mark_displacement=np.interp(marks, ANGLES, displacement, period=2 * np.pi),
         mark_force=limit * np.array([1.0, -1.0, -1.0, 1.0]),
         amplitude=float(found.amplitude[0]),
         dissipation=float(found.dissipation[0]),

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm import check
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
 from symhbm.newton import ACCEPTED, newton
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import HarmonicBalance
 from symhbm.start import solve_point
 from symhbm.switching_angles import SwitchingAngles, check_odd
 

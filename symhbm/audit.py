@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.evaluation import Evaluation
 from symhbm.extremes import largest_displacement, turning_points
 from symhbm.fourier import FloatArray, FourierBasis, complete_harmonics
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import HarmonicBalance
 
 
 class Figure(NamedTuple):

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.curve import Curve
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered
 from symhbm.newton import TOLERANCE
-from symhbm.residual import Evaluation
 
 MAX_CORRECTIONS = 10
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import HarmonicBalance
 
 _SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
 """Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import newton
-from symhbm.residual import Evaluation
 
 DISTINCT = 1e-6
 """Distance of two different solutions, relative to one of them."""

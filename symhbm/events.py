@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.corrector import Corrected, Corrector, at_limit, hyperplane
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.residual import Evaluation
 
 ON_LIMIT = 1e-9
 """Contacts whose motion is this close to its limit, relatively, change state together."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
-from symhbm.residual import Evaluation
 from symhbm.status import Status
 
 TOLERANCE = 1e-12

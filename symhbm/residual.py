@@ -1,7 +1,6 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from symhbm import check
 from symhbm.contact import locate
 from symhbm.equations import MATRIX_INPUTS, Equations
+from symhbm.evaluation import Evaluation
 from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.friction import LocatedFriction
@@ -20,32 +20,6 @@ from symhbm.symmetry import Symmetry, find_symmetry
 
 _COMMON = {*CONTACT_PARAMETERS, "force_amplitude"}
 """Parameters whose values are compared sector by sector wherever they are set."""
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """The equations at one point: residual and derivatives.
-
-    ``residual`` (n_unknowns,) [N]; ``magnitude``, the largest sum of the absolute force terms of
-    one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
-    ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
-    `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``, the events of the
-    contacts; ``excess_by_parameter`` (n_contacts,), the derivative of ``friction.excess`` by the
-    moving parameter at constant unknowns.
-    """
-
-    residual: FloatArray
-    magnitude: float
-    jacobian: Any
-    by_parameter: FloatArray
-    friction: LocatedFriction
-    excess_by_parameter: FloatArray | float = 0.0
-
-    @property
-    def norm(self) -> float:
-        """Largest residual relative to the largest sum of absolute force terms."""
-        largest = float(np.max(np.abs(self.residual)))
-        return largest / self.magnitude if self.magnitude > 0 else largest
 
 
 class HarmonicBalance:
@@ -219,24 +193,6 @@ class HarmonicBalance:
         """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""
         size = self.basis.n_components
         return coefficients @ self._equations.directions[contact * size : (contact + 1) * size]
-
-    def structure(self, wave: int = 0) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-        """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
-
-        Of one sector, complex, as they act on a ``wave`` around the disk (turns over the number of
-        sectors by which each lags).
-        """
-        names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
-        whole = [getattr(self.model, name) for name in names]
-        if self.symmetry is None:
-            mass, damping, stiffness, directions = (matrix.toarray() for matrix in whole)
-        else:
-            phases, dofs = self.symmetry.phases(wave), self._equations.dofs
-            rows = [*(dofs,) * 3, self.symmetry.contacts]
-            mass, damping, stiffness, directions = (
-                (matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)
-            )
-        return mass, damping, stiffness, directions
 
     def own(self, name: str, values: Any) -> FloatArray:
         """Values of a named parameter of the blades or contacts that are balanced here."""

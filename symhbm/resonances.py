@@ -135,7 +135,7 @@ def reduced(problem: HarmonicBalance, harmonic: int) -> Reduced:
 
 @lru_cache(maxsize=32)
 def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
-    mass, *matrices, directions = problem.structure(wave)
+    mass, *matrices, directions = _structure(problem, wave)
     factor = cholesky(mass, lower=True)
 
     def scaled(matrix: NDArray) -> NDArray:
@@ -150,6 +150,21 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
         whole = stiffness + (springs * problem.contact_stiffness) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(whole)[-1]))
     return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, factor, highest)
+
+
+def _structure(problem: HarmonicBalance, wave: int) -> list[NDArray]:
+    """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
+
+    Of one sector, complex, as they act on a ``wave`` around the disk.
+    """
+    names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
+    whole = [getattr(problem.model, name) for name in names]
+    symmetry = problem.symmetry
+    if symmetry is None:
+        return [matrix.toarray() for matrix in whole]
+    phases = symmetry.phases(wave)
+    rows = [*(np.arange(symmetry.n_dof),) * 3, symmetry.contacts]
+    return [(matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)]
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:

@@ -10,9 +10,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.monodromy import multipliers
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import HarmonicBalance
 
 LARGEST_SIZE = 400
 """Number of unknowns above which exponents cost more than the path."""

@@ -7,10 +7,11 @@ import numpy as np
 
 from symhbm.continuation import Path
 from symhbm.curve import ParameterCurve
+from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import NewtonResult, newton
-from symhbm.residual import Evaluation, HarmonicBalance
+from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 
 _REDUCTIONS = 0.1 ** np.arange(5)

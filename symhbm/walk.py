@@ -9,12 +9,12 @@ from symhbm.continuation import Path
 from symhbm.corrector import Corrector, hyperplane, unit_parameter
 from symhbm.curve import Curve
 from symhbm.deflation import other_solution
+from symhbm.evaluation import Evaluation
 from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton
 from symhbm.peaks import Peak, find_peaks, unbounded_peak
-from symhbm.residual import Evaluation
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status

@@ -26,6 +26,7 @@ ORDER = [
     "cubic_spring",
     "linear",
     "equations",
+    "evaluation",
     "residual",
     "switching_angles",
     "curve",
