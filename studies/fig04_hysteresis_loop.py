@@ -113,7 +113,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
     return dict(
         displacement=motion(ANGLES),
         friction_force=force(ANGLES),
-        series=seen @ problem.basis.values(angle).T,
+        series=seen @ problem.basis.values(ANGLES).T,
         theta_0=theta_0,
         theta_star=theta_star,
         mark_angle=marks,
@@ -121,7 +121,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
         mark_force=force(marks),
         amplitude=float(found.amplitude[0]),
         dissipation=float(found.dissipation[0]),
-        loop_area=_area(motion(angle), force(angle)),
+        loop_area=_area(motion(ANGLES), force(ANGLES)),
     )
 
 
