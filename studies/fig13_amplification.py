@@ -6,6 +6,9 @@ response, it is large near 77 Hz: there the tuned disk hardly moves under engine
 mistuned one meets resonances that the tuned one has not. Peak over peak, what a designer asks
 for, it is 2 to 3.
 
+How large the worst of 25 is, is a matter of luck: in 1,000 samples, at the same frequency, its
+median is 18.6, and 90 % lie between 17.0 and 20.9. The published 16.6 is at 1.2 %.
+
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 13.
 """
 
@@ -111,7 +114,7 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             Source.EXACT,
             few,
         ),
-        # The worst of 25 is between 17 and 23 in most draws, see `tests/test_ensemble.py`.
+        # Nine of ten draws of 25 lie between 17.0 and 20.9, which is up to 26 % more.
         Landmark(
             f"worst of {len(same)} at the same frequency",
             float(same.max()),
