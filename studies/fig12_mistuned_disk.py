@@ -34,6 +34,8 @@ TUNED = -1
 ZOOM = (150, 280)  # Hz
 MEAN_AT_FREQUENCY, MEAN_OF_PEAKS = 14.31, 2.234
 """Amplification factors of the largest blade, mean of the first 1,000 samples of the seed."""
+WORST_OF_25 = 2.87
+"""Median of the worst of 25 of them, peak over peak."""
 SCATTER = 0.15
 """Standard deviation of these factors over their mean."""
 
