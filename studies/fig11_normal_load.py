@@ -35,7 +35,7 @@ NORMAL_LOADS = [10, 40, 100]  # N
 BAND = (10, 120)  # Hz
 SCAN = np.geomspace(0.3, 3000, 41)
 """Normal loads [N] of the curve of peaks, from nearly free to stuck."""
-OPTIMAL = "The optimal load is among those drawn"
+OPTIMAL = "A normal load of 10 N is optimal"
 CLOSE = 1e-5
 """Relative change of the best load at which it is found."""
 
