@@ -54,7 +54,8 @@ def outcome(tmp_path_factory):
         patch.setattr(one_harmonic_validity, "ENGINE_ORDERS", (1, 3, 6))
         patch.setattr(one_harmonic_validity, "NORMAL_LOADS", (100.0, 2e4))
         patch.setattr(fig12_mistuned_disk, "N_SAMPLES", 3)
-        patch.setattr(fig13_amplification, "GRID", np.linspace(50, 350, 301))
+        # As fine as the whole grid, where the largest ratios are.
+        patch.setattr(fig13_amplification, "GRID", np.linspace(65, 90, 126))
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
         code = main(STUDIES, results)
