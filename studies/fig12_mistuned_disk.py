@@ -1,8 +1,8 @@
 """Fig. 12: tuned and mistuned disk under engine order 3, contact stiffness 1e6 N/m.
 
 All blades of the tuned disk answer alike, with one resonance. Contacts that differ split it, and
-excite the other families of nodal diameters beside it, from 16 Hz to 317 Hz: 25 samples, the worst
-of them in colour, blade by blade.
+excite the families of other nodal diameters beside it, from 77 Hz (one diameter) to 317 Hz (six):
+25 samples, the worst of them in colour, blade by blade.
 
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 12.
 """
