@@ -136,14 +136,19 @@ class HarmonicBalance:
         return not self.model.has_cubic_springs
 
     def arguments(
-        self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
+        self,
+        unknowns: FloatArray,
+        frequency: float,
+        slip: NDArray[np.bool_] | None = None,
+        friction: LocatedFriction | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `derivative` at a point, its contact events located.
 
         ``unknowns`` (n_unknowns,) [m], ``frequency`` in rad/s; ``slip`` (n_contacts,) imposes
-        contact states, see `symhbm.contact.locate`.
+        contact states, see `symhbm.contact.locate`; ``friction`` are the events where known.
         """
-        friction = self.locate(unknowns, slip)
+        if friction is None:
+            friction = self.locate(unknowns, slip)
         named: dict[str, FloatArray] = dict(
             zip(self._equations.parameter_names, self._arguments, strict=True)
         )
@@ -188,6 +193,11 @@ class HarmonicBalance:
         """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m]."""
         relative = self._equations.directions @ unknowns
         return relative.reshape(self.n_contacts, self.basis.n_components)
+
+    @property
+    def directions(self) -> Any:
+        """Sparse matrix from the unknowns to `relative`, flattened."""
+        return self._equations.directions
 
     def expand(self, contact: int, coefficients: FloatArray) -> FloatArray:
         """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""

@@ -1,0 +1,237 @@
+"""A peak as a constrained maximum: solved for by Newton's method, with exact derivatives.
+
+The amplitude of one degree of freedom is stationary over response and frequency under the
+balance, Eq. (9): a *smooth* peak. At a *corner* one contact on its limit, at an *edge* the end of
+the band, takes the place of the zero slope. With ``L`` the amplitude less multipliers times balance
+and limit, all three are stationary points of ``L``; its derivatives by any parameters give those of
+the peak, to second order for the amplitude and to first order for the frequency. A contact at the
+limit of a corner is held in stick, where the equations are smooth on both sides.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.evaluation import Evaluation
+from symhbm.events import crossed
+from symhbm.fourier import FloatArray
+from symhbm.linear import DENSE_LIMIT, Factorisation, bordered
+from symhbm.newton import ACCEPTED
+from symhbm.second_order import SecondOrder
+from symhbm.summit import Summit, SummitKind
+
+_PRECISION = 1e-9
+"""Last scaled step of a solution: convergence is quadratic."""
+_STATIONARY = 1e-9
+"""Largest scaled slope of the Lagrangian at a solution."""
+_MAX_ITERATIONS = 12
+_RADIUS = 0.5
+"""Longest step relative to response or frequency: beyond that lies another peak."""
+
+
+class Conditions:
+    """The first-order conditions of a summit and their derivatives.
+
+    Variables are unknowns, frequency and the parameters of ``second_order``, in this order.
+    ``multipliers`` are of the balance and, at a corner or an edge, of its limit; by default those
+    that fit best.
+    """
+
+    def __init__(
+        self, second_order: SecondOrder, summit: Summit, multipliers: FloatArray | None = None
+    ):
+        problem = summit.problem
+        self.summit, self.second_order = summit, second_order
+        self._n = problem.n_unknowns
+        self._place = summit.place
+        at = summit.unknowns, summit.frequency
+        if multipliers is None:
+            evaluation = problem.evaluate(*at, summit.slip)
+            multipliers = self._fitting(evaluation)
+        self.multipliers = multipliers
+        found = second_order(problem, *at, multipliers[: self._n], summit.slip)
+        self.evaluation = found.evaluation
+        self._limit_row = self._limit(found.evaluation)
+        balance = [found.evaluation.jacobian, found.evaluation.by_parameter[:, None]]
+        rows = [sp.hstack([*map(sp.csr_array, balance), found.by_parameters])]
+        if summit.kind != SummitKind.SMOOTH:
+            rows.append(sp.csr_array(self._limit_row[None]))
+        self._constraints = sp.vstack(rows).tocsr()
+        slope = -self._constraints.T @ multipliers
+        slope[self._place] += summit.amplitude_slope
+        self._slope = slope
+        hessian = summit.amplitude_curvature(second_order.n_variables) - found.hessian
+        if summit.kind == SummitKind.CORNER:
+            hessian = hessian - multipliers[-1] * summit.limit_curvature(second_order)
+        self._hessian = sp.csr_array(hessian)
+
+    @property
+    def gradient(self) -> FloatArray:
+        """Derivative of the amplitude by the parameters, (n_parameters,)."""
+        return self._slope[self._n + 1 :]
+
+    @cached_property
+    def hessian(self) -> FloatArray:
+        """Second derivative of the amplitude by the parameters, (n_parameters, n_parameters)."""
+        last = self._n + 1
+        mixed = self._mixed
+        return self._hessian[last:, last:].toarray() - mixed.T @ self._solve(mixed)
+
+    @cached_property
+    def by_parameters(self) -> FloatArray:
+        """Derivatives of unknowns, frequency and multipliers, (n, n_parameters)."""
+        return -self._solve(self._mixed)
+
+    @cached_property
+    def frequency_gradient(self) -> FloatArray:
+        """Derivative of the frequency [rad/s] by the parameters, (n_parameters,)."""
+        unit = np.zeros(self._system.shape[0])
+        unit[self._n] = 1.0
+        # The system is symmetric: one solution serves all parameters.
+        return -self._mixed.T @ self._solve(unit)
+
+    @property
+    def stationarity(self) -> float:
+        """Largest slope of the Lagrangian by unknowns and frequency, scaled by the amplitude."""
+        slope = self._slope[: self._n + 1] * self._scale[: self._n + 1]
+        return float(np.abs(slope).max() / self._scale[0])
+
+    def step(self) -> FloatArray | None:
+        """Newton step of unknowns, frequency and multipliers, None without a finite one."""
+        residual = [self._slope[: self._n + 1], -self.evaluation.residual]
+        if self.summit.kind != SummitKind.SMOOTH:
+            corner = self.summit.kind == SummitKind.CORNER
+            excess = self.evaluation.friction.excess[self.summit.contact] if corner else 0.0
+            residual.append(-np.array([excess]))
+        try:
+            return -self._solve(np.concatenate(residual))
+        except ArithmeticError:
+            return None
+
+    def moved(self, step: FloatArray) -> "Conditions":
+        """The conditions after a step."""
+        unknowns = self.summit.unknowns + step[: self._n]
+        frequency = self.summit.frequency + float(step[self._n])
+        summit = replace(self.summit, unknowns=unknowns, frequency=frequency)
+        return Conditions(self.second_order, summit, self.multipliers + step[self._n + 1 :])
+
+    def length(self, step: FloatArray) -> float:
+        """Length of a step of unknowns, relative to the response, and frequency, to itself."""
+        return float(np.linalg.norm(step[: self._n + 1] / self._scale[: self._n + 1]))
+
+    def is_maximum(self) -> bool:
+        """Whether the response falls on both sides, every contact in the state held for it."""
+        summit, problem = self.summit, self.summit.problem
+        free = problem.evaluate(summit.unknowns, summit.frequency)
+        beyond = crossed(self.evaluation, summit.slip)
+        beyond[summit.held] = False
+        if free.norm > ACCEPTED or beyond.any():
+            return False
+        if summit.kind == SummitKind.EDGE:
+            return True
+        along = self._tangent(summit.slip)
+        if along is None:
+            return False
+        if summit.kind == SummitKind.SMOOTH:
+            last = self._n + 1
+            return bool(along @ (self._hessian[:last, :last] @ along) < 0)
+        freed = summit.slip.copy()
+        freed[summit.held] = True
+        beside = self._tangent(freed)
+        if beside is None:
+            return False
+        rate = self._limit_row[: self._n + 1] @ along
+        stick, slip = (d[self._place] @ summit.amplitude_slope for d in (along, beside))
+        return bool(stick * rate > 0 and slip * rate < 0)
+
+    def _tangent(self, slip: NDArray[np.bool_]) -> FloatArray | None:
+        """Derivatives of unknowns and frequency by the frequency, contact states ``slip`` held."""
+        summit = self.summit
+        at = summit.problem.evaluate(summit.unknowns, summit.frequency, slip)
+        change = _factors(at.jacobian).solve(-at.by_parameter)
+        return None if change is None else np.append(change, 1.0)
+
+    def _fitting(self, evaluation: Evaluation) -> FloatArray:
+        """Multipliers that make the Lagrangian stationary by unknowns, and frequency if bound."""
+        right = np.zeros(self._n)
+        right[self._place] = self.summit.amplitude_slope
+        matrix = evaluation.jacobian.T
+        if self.summit.kind != SummitKind.SMOOTH:
+            limit = self._limit(evaluation)
+            force = np.append(evaluation.by_parameter, limit[self._n])
+            matrix = bordered(matrix, limit[: self._n], force)
+            right = np.append(right, 0.0)
+        found = _factors(matrix).solve(right)
+        if found is None:
+            raise ArithmeticError("the equations are singular at a maximum")
+        return found
+
+    def _limit(self, evaluation: Evaluation) -> FloatArray:
+        return self.summit.limit(self.second_order, evaluation.friction.excess_gradient)
+
+    @cached_property
+    def _scale(self) -> FloatArray:
+        """Scales of unknowns, frequency and multipliers: what the system is solved in."""
+        summit, force = self.summit, self.evaluation.magnitude or 1.0
+        size = np.linalg.norm(summit.unknowns) or 1.0
+        scale = np.full(self._n + 1, size)
+        scale[-1] = summit.frequency
+        multipliers = np.full(len(self.multipliers), size / force)
+        multipliers[self._n :] = size
+        return np.concatenate([scale, multipliers])
+
+    @cached_property
+    def _system(self) -> Any:
+        """Derivative of the conditions by unknowns, frequency and multipliers: symmetric."""
+        last = self._n + 1
+        rows = self._constraints[:, :last]
+        return sp.block_array([[self._hessian[:last, :last], -rows.T], [-rows, None]]).tocsr()
+
+    @cached_property
+    def _mixed(self) -> FloatArray:
+        """Derivative of the conditions by the parameters."""
+        last = self._n + 1
+        by_parameters = [self._hessian[:last, last:], -self._constraints[:, last:]]
+        return sp.vstack(by_parameters).toarray()
+
+    @cached_property
+    def _factorisation(self) -> Factorisation:
+        scaling = sp.diags_array(self._scale)
+        scaled = (scaling @ self._system @ scaling) / self._scale[0]
+        dense = scaled.shape[0] <= DENSE_LIMIT
+        return Factorisation(np.asfortranarray(scaled.toarray()) if dense else scaled.tocsc())
+
+    def _solve(self, right: FloatArray) -> FloatArray:
+        scale = self._scale if right.ndim == 1 else self._scale[:, None]
+        found = self._factorisation.solve(right * scale / self._scale[0])
+        if found is None:
+            raise ArithmeticError("the conditions of a maximum are singular")
+        return found * scale
+
+
+def solve(start: Conditions, precision: float = _PRECISION) -> Conditions | None:
+    """The summit of this kind next to a start, None if there is none or it is no maximum."""
+    here, last = start, np.inf
+    for _ in range(_MAX_ITERATIONS):
+        step = here.step()
+        if step is None:
+            return None
+        length = here.length(step)
+        solved = here.evaluation.norm <= ACCEPTED and here.stationarity <= _STATIONARY
+        if solved and min(length, last) <= precision:
+            return here if here.is_maximum() else None
+        if length > _RADIUS or (length > 2 * last and last < 1e-3):
+            return None
+        try:
+            here, last = here.moved(step), length
+        except ArithmeticError:
+            return None
+    return None
+
+
+def _factors(matrix: Any) -> Factorisation:
+    return Factorisation(matrix if sp.issparse(matrix) else np.array(matrix, order="F"))

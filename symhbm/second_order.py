@@ -1,0 +1,223 @@
+"""The equations to second order: by unknowns, frequency and any parameters, exactly.
+
+The balance weighted by multipliers is bilinear in displacements and parameters at fixed switching
+angles; CasADi differentiates that. The angles move with the motion: the end of a stretch of stick
+by ``-q / (k_d dy/dtau)``, ``q`` being the jump of the derivatives of the force there, its begin, a
+reversal, by ``-(dphi/dtau) / (d2y/dtau2)``, ``phi`` being the basis functions. What that adds is
+closed form too, for any number of reversals, and grows without bound towards the onset of slip.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.contact import stick_intervals
+from symhbm.evaluation import Evaluation
+from symhbm.extremes import turning_points
+from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.residual import HarmonicBalance
+
+_GRAZING = 1e-9
+"""Relative velocity at an onset, over its largest, below which it has no second derivative."""
+_CONTACT = ("contact_stiffness", "friction_coefficient", "normal_load")
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Derivatives at one point, of the variables unknowns, frequency and parameters, in this order.
+
+    ``evaluation`` is that of the balance; ``by_parameters`` (n_unknowns, n_parameters), sparse, its
+    derivative; ``hessian`` (n_variables, n_variables), sparse, the second derivative of the balance
+    times the multipliers.
+    """
+
+    evaluation: Evaluation
+    by_parameters: Any
+    hessian: Any
+
+
+class SecondOrder:
+    """Second derivatives of a problem and all its copies by ``with_parameters``.
+
+    ``names`` are those of the parameters that are variables: their values at each blade or contact
+    that is balanced, one name after the other; ``places`` tells where each is among the variables.
+    Raises ValueError for friction over samples, which is piecewise linear.
+    """
+
+    def __init__(self, problem: HarmonicBalance, names: Sequence[str] = ()):
+        if problem.samples is not None:
+            raise ValueError(
+                f"samples={problem.samples}: expected a problem with located switching angles; "
+                "friction over samples is piecewise linear and has no second derivative"
+            )
+        if "cubic_stiffness" in names:
+            problem.derivative("cubic_stiffness")
+        self._balance = problem.residual
+        symbol = {
+            name: ca.SX.sym(name, self._balance.sparsity_in(name))
+            for name in self._balance.name_in()
+        }
+        (balance,) = self._balance.call(list(symbol.values()))
+        self.names = tuple(names)
+        first = problem.n_unknowns + 1
+        self.places: dict[str, slice] = {}
+        for name in names:
+            self.places[name] = slice(first, first + symbol[name].nnz())
+            first += symbol[name].nnz()
+        self.n_variables = first
+        parameters = ca.vertcat(*(symbol[name].nz[:] for name in names))
+        variables = ca.vertcat(symbol["unknowns"], symbol["frequency"], parameters)
+        multipliers = ca.SX.sym("multipliers", problem.n_unknowns)
+        hessian = ca.hessian(ca.dot(multipliers, balance), variables)[0]
+        by_parameters = ca.jacobian(balance, parameters) if names else ca.SX(problem.n_unknowns, 0)
+        inputs = symbol | {"multipliers": multipliers}
+        self._function = ca.Function(
+            "second_order",
+            list(inputs.values()),
+            [by_parameters, hessian],
+            list(inputs),
+            ["by_parameters", "hessian"],
+        )
+
+    def __call__(
+        self,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        frequency: float,
+        multipliers: FloatArray,
+        slip: Any = None,
+    ) -> Expansion:
+        """Derivatives at ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s].
+
+        ``multipliers`` (n_unknowns,) weigh the balance; ``slip`` (n_contacts,) imposes contact
+        states, see `symhbm.contact.locate`.
+        """
+        if problem.residual is not self._balance:
+            raise ValueError(
+                "problem: expected the one these equations were built from, or a copy of it by "
+                "with_parameters"
+            )
+        friction = problem.locate(unknowns, slip)
+        evaluation = problem.evaluate(unknowns, frequency, friction=friction)
+        named = problem.arguments(unknowns, frequency, friction=friction)
+        found = self._function(**named, multipliers=multipliers)
+        added = moving_angles(
+            problem.basis,
+            problem.relative(unknowns),
+            problem.contact_stiffness,
+            problem.slip_limit,
+            problem.relative(multipliers),
+            friction.slip,
+        )
+        hessian = found["hessian"].sparse()
+        if problem.n_contacts:
+            local = self._local(problem)
+            hessian = hessian + local.T @ sp.block_diag(added, format="csr") @ local
+        return Expansion(evaluation, found["by_parameters"].sparse(), sp.csr_array(hessian))
+
+    def _local(self, problem: HarmonicBalance) -> sp.csr_array:
+        """From all variables to displacement, ``k_d`` and ``mu F_n`` of contact after contact."""
+        size, n_contacts = problem.basis.n_components, problem.n_contacts
+        own = {name: problem.own(name, problem.parameters[name]) for name in _CONTACT}
+        ones = np.ones(n_contacts)
+        slopes = {
+            "contact_stiffness": (size, ones),
+            "friction_coefficient": (size + 1, own["normal_load"]),
+            "normal_load": (size + 1, own["friction_coefficient"]),
+        }
+        relative = problem.directions.tocoo()
+        contact, component = np.divmod(relative.row, size)
+        rows, columns = [contact * (size + 2) + component], [relative.col]
+        values = [relative.data]
+        for name, (row, slope) in slopes.items():
+            if name in self.places:
+                rows.append(np.arange(n_contacts) * (size + 2) + row)
+                columns.append(self.places[name].start + np.arange(n_contacts))
+                values.append(slope)
+        entries = np.concatenate(rows), np.concatenate(columns)
+        shape = n_contacts * (size + 2), self.n_variables
+        return sp.csr_array((np.concatenate(values), entries), shape=shape)
+
+
+def moving_angles(
+    basis: FourierBasis,
+    coefficients: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+    weights: FloatArray,
+    slip: Any,
+) -> FloatArray:
+    """Second derivatives of weighted friction forces by the motion of their angles alone.
+
+    Parameters
+    ----------
+    basis
+        The harmonic set.
+    coefficients, weights : (n_contacts, n_components)
+        Relative displacement [m], and the weights of the force's coefficients.
+    contact_stiffness, slip_limit, slip : (n_contacts,)
+        ``k_d`` [N/m], ``mu F_n`` [N], and whether each contact slips.
+
+    Returns
+    -------
+    (n_contacts, n_components + 2, n_components + 2), by the displacement, ``k_d`` and ``mu F_n``.
+    """
+    n_contacts, size = coefficients.shape
+    result = np.zeros((n_contacts, size + 2, size + 2))
+    contact, begin, end = stick_intervals(basis, coefficients, contact_stiffness, slip_limit)
+    kept = np.asarray(slip)[contact]
+    contact, begin, end = contact[kept], begin[kept], end[kept]
+    stiffness, limit = contact_stiffness[contact], slip_limit[contact]
+    motion, weight = coefficients[contact], weights[contact]
+
+    at_begin, at_end = basis.values(begin), basis.values(end)
+    jump = np.empty((len(contact), size + 2))
+    jump[:, :size] = stiffness[:, None] * (at_end - at_begin)
+    travel = np.einsum("im,im->i", at_end - at_begin, motion)
+    jump[:, size] = travel
+    # k_d times the travel is 0 or twice the limit, up or down.
+    safe = np.where(limit > 0, limit, 1.0)
+    jump[:, size + 1] = -2 * np.round(stiffness * travel / (2 * safe))
+    velocity = np.einsum("im,im->i", basis.values(end, 1), motion)
+    fastest = np.abs(motion) @ basis.order
+    grazing = np.abs(velocity) <= _GRAZING * fastest
+    test = np.einsum("im,im->i", at_end * basis.norm, weight)
+    factor = np.where(grazing, 0.0, -test / (stiffness * np.where(grazing, 1.0, velocity)))
+    np.add.at(result, contact, factor[:, None, None] * jump[:, :, None] * jump[:, None, :])
+
+    slope = basis.values(begin, 1)
+    bend = np.einsum("im,im->i", basis.values(begin, 2), motion)
+    on_run = basis.integrals(basis.moments(np.column_stack([begin, end]))[:, 0])
+    share = np.einsum("im,im->i", on_run, weight) * stiffness / np.where(bend == 0, np.inf, bend)
+    moved = share[:, None, None] * slope[:, :, None] * slope[:, None, :]
+    np.add.at(result[:, :size, :size], contact, moved)
+    if basis.order[0] == 0:
+        result[:, :size, :size] += _centred(basis, coefficients, contact_stiffness, weights, slip)
+    return result
+
+
+def _centred(basis, coefficients, contact_stiffness, weights, slip) -> FloatArray:
+    """Of the static force of contacts that stick, centred between the extremes of the motion."""
+    bends = sum(extreme_hessian(basis, coefficients, lowest) for lowest in (False, True))
+    factor = np.where(slip, 0.0, -contact_stiffness / 2 * weights[:, 0])
+    return factor[:, None, None] * bends
+
+
+def extreme_hessian(
+    basis: FourierBasis, coefficients: FloatArray, lowest: bool = False
+) -> FloatArray:
+    """Second derivatives of the largest, or ``lowest``, values of motions (n, n_components).
+
+    (n, n_components, n_components) [1/m], zero for motions that are constant.
+    """
+    points = turning_points(basis, coefficients)
+    rows = np.arange(len(coefficients))
+    angle = points.angle[rows, points.lowest] if lowest else points.angle[:, 0]
+    slope = basis.values(angle, 1)
+    bend = np.einsum("im,im->i", basis.values(angle, 2), coefficients)
+    factor = -1 / np.where(bend == 0, np.inf, bend)
+    return factor[:, None, None] * slope[:, :, None] * slope[:, None, :]
