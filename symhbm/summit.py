@@ -16,9 +16,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.events import ON_LIMIT
-from symhbm.extremes import largest_displacement, turning_points
+from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray
-from symhbm.peaks import TIE, Peak, PeakKind, leading
+from symhbm.peaks import TIE, Peak, PeakKind
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder, extreme_hessian
 
@@ -67,11 +67,12 @@ class Summit:
         return cls(problem, kind, peak.dof, peak.unknowns, peak.value, slip, contact, together)
 
     @classmethod
-    def at_edge(cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> "Summit":
-        """The largest response at an end of the band."""
-        amplitude = largest_displacement(problem.basis, problem.coefficients(unknowns))[0]
+    def at_edge(
+        cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float, dof: int
+    ) -> "Summit":
+        """The response of one degree of freedom at an end of the band, ``frequency`` in rad/s."""
         slip = problem.locate(unknowns).slip
-        return cls(problem, SummitKind.EDGE, leading(amplitude), unknowns, frequency, slip)
+        return cls(problem, SummitKind.EDGE, dof, unknowns, frequency, slip)
 
     @property
     def held(self) -> list[int]:

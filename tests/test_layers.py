@@ -60,6 +60,7 @@ ORDER = [
     "superharmonics",
     "truncation",
     "walk",
+    "landscape",
     "stretches",
     "refinement",
     "branch",

@@ -1,0 +1,83 @@
+"""All maxima of the response between two frequencies: located peaks and the ends of the band."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symhbm.curve import FrequencyCurve
+from symhbm.extremes import largest_displacement
+from symhbm.peaks import Peak, PeakKind
+from symhbm.point import RADIANS
+from symhbm.residual import HarmonicBalance
+from symhbm.status import Status
+from symhbm.summit import Summit
+from symhbm.symmetry import find_symmetry
+from symhbm.walk import Walk
+
+_OTHERS = (Status.REACHED_END, Status.OTHER_SOLUTIONS)
+"""Ends of complete curves."""
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """Maxima of each degree of freedom over a frequency response, the highest first.
+
+    ``unbounded`` are peaks that nothing limits; ``status`` tells how the curve ended.
+    """
+
+    summits: list[Summit]
+    unbounded: list[Peak]
+    status: Status
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole band was followed."""
+        return self.status in _OTHERS
+
+    @property
+    def height(self) -> float:
+        """The largest response [m], infinite where a peak is unbounded or the band is not."""
+        if self.unbounded or not self.summits:
+            return np.inf
+        return self.summits[0].amplitude
+
+
+def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
+    """The equations of one sector where all are alike, else the problem itself."""
+    if not problem.single_valued or problem.symmetry is not None:
+        return problem
+    symmetry = find_symmetry(problem.model, problem.excitation, problem.basis)
+    if symmetry is None:
+        return problem
+    return HarmonicBalance(problem.model, problem.excitation, problem.harmonics, symmetry=symmetry)
+
+
+def survey(
+    problem: HarmonicBalance, bands: Sequence[tuple[float, float]], max_points: int = 5000
+) -> Landscape:
+    """All maxima in ``bands`` [Hz], by frequency responses over each of them."""
+    summits: list[Summit] = []
+    unbounded: list[Peak] = []
+    status = Status.REACHED_END
+    for band in bands:
+        ends = RADIANS * band[0], RADIANS * band[1]
+        walk = Walk(FrequencyCurve(problem), ends, max_points, each=True)
+        if walk.status not in _OTHERS:
+            status = walk.status
+        unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]
+        bounded = [peak for peak in walk.peaks if peak.kind != PeakKind.UNBOUNDED]
+        summits += [Summit.at_peak(problem, peak) for peak in bounded]
+        for point in {id(p): p for p in (walk.points[:1] + walk.points[-1:])}.values():
+            if point.value in ends:
+                summits += _edges(problem, point.unknowns, point.value)
+    summits.sort(key=lambda summit: -summit.amplitude)
+    return Landscape(summits, unbounded, status)
+
+
+def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Summit]:
+    """The responses of all degrees of freedom at an end of the band."""
+    amplitude, _ = largest_displacement(problem.basis, problem.coefficients(unknowns))
+    top = amplitude.max(initial=0.0)
+    dofs = np.flatnonzero(amplitude >= 0.5 * top) if top > 0 else []
+    return [Summit.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]
