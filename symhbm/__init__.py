@@ -5,6 +5,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from symhbm.archive import ArchiveError, load, rebuild, save
+from symhbm.design import minimise_peak
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
@@ -35,6 +36,7 @@ __all__ = [
     "follow",
     "frf",
     "load",
+    "minimise_peak",
     "mistuning",
     "plot",
     "rebuild",

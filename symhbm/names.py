@@ -109,9 +109,52 @@ VARIABLES = {
     "integration_tolerance": Variable(
         (), "1", "error of a step of the integrator that is allowed, relative to the motion"
     ),
+    "variable": Variable((), "1", "design variable"),
+    "variable_units": Variable((), "1", "unit of the design variable"),
+    "design_value": Variable((), "variable_units", "optimal value"),
+    "design_lower": Variable((), "variable_units", "lower bound"),
+    "design_upper": Variable((), "variable_units", "upper bound"),
+    "design_bound_multiplier": Variable(
+        (), "1", "slope of the logarithm of the response by that of the value, held by a bound"
+    ),
+    "design_amplitude": Variable((), "m", "statistic of the largest responses at the optimum"),
+    "design_optimality": Variable(
+        (), "1", "largest slope of the logarithm of the response that nothing holds"
+    ),
+    "design_curvature": Variable(
+        (), "1", "smallest curvature of the logarithm of the response that nothing holds"
+    ),
+    "design_status": Variable((), "1", "how the search for a design ended"),
+    "certificate": Variable((), "1", "what was proved of the design and what was not"),
+    "case_amplitude": Variable((), "m", "largest response of the case"),
+    "start_value": Variable((), "variable_units", "value at a start of the search"),
+    "start_amplitude": Variable((), "m", "statistic at a start of the search"),
+    "descent_value": Variable((), "variable_units", "value at the end of a descent"),
+    "descent_amplitude": Variable((), "m", "statistic at the end of a descent"),
+    "descent_converged": Variable((), "1", "whether the descent ended at a minimum"),
+    "active_case": Variable((), "1", "number of the case of the active maximum"),
+    "active_frequency": Variable((), "Hz", "frequency of the active maximum"),
+    "active_amplitude": Variable((), "m", "displacement at the active maximum"),
+    "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
+    "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
+    "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
+    "n_surveys": Variable((), "1", "whole bands that were followed"),
+    "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
+    "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
+    "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
 }
 
-TEXTS = ("peak_kind", "event_kind", "status", "component")
+TEXTS = (
+    "peak_kind",
+    "event_kind",
+    "status",
+    "component",
+    "variable",
+    "variable_units",
+    "design_status",
+    "certificate",
+    "active_kind",
+)
 """Variables that hold text."""
 
 PARAMETERS = {

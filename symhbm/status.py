@@ -60,6 +60,45 @@ class Status(StrEnum):
         "the motion grows without bound from the start, as cubic springs of negative stiffness "
         "allow; try a start nearer to a motion, or a smaller force"
     )
+    DESIGN_OPTIMAL = (
+        "a minimum of the largest response was found, and the whole band was followed there"
+    )
+    DESIGN_AT_BOUND = (
+        "the best design found lies on bounds of its variables: the largest response falls towards "
+        "them; try wider bounds"
+    )
+    DESIGN_AT_EDGE = (
+        "at the best design found the largest response lies at an end of the band, not at a peak: "
+        "a resonance may have left the band, and be higher outside; try a wider band"
+    )
+    DESIGN_WITHOUT_PEAK = (
+        "at the best design found no peak lies in the band: the largest response is at an end of "
+        "it, and a resonance may be outside; try a wider band"
+    )
+    DESIGN_ON_PLATEAU = (
+        "the best design found lies where the largest response does not change with the design; "
+        "elsewhere within the bounds it is higher, as far as it was tried"
+    )
+    DESIGN_WITHOUT_EFFECT = (
+        "the largest response does not change with the design anywhere it was tried, as contacts "
+        "that never slip do not; try lower normal loads, or a band that holds other resonances"
+    )
+    DESIGN_INFEASIBLE = (
+        "no design within the bounds satisfies the constraint; try wider bounds or another "
+        "constraint"
+    )
+    DESIGN_UNBOUNDED = (
+        "a resonance is unbounded at every design that was tried; add damping, or try bounds with "
+        "larger friction limits"
+    )
+    DESIGN_STALLED = (
+        "the search ended at a design where the largest response has a kink that exact conditions "
+        "do not describe; the design is the best one tried, no minimum is proved; try other starts"
+    )
+    DESIGN_NOT_SURVEYED = (
+        "the response could not be followed over the whole band at the best design found, so that "
+        "nothing is proved; try a narrower band"
+    )
     COMPUTATION_FAILED = (
         "the computation failed; try this parameter set by itself, as symhbm.rebuild of its part "
         "of the dataset gives it"

@@ -1,0 +1,137 @@
+"""The cases of a design, each a parameter set with its bands, in this process or by an executor."""
+
+import pickle
+import threading
+import warnings
+from collections.abc import Sequence
+from concurrent.futures import Executor, Future
+from functools import lru_cache
+
+from tqdm import tqdm
+
+from symhbm.design.pieces import Pieces, Response
+from symhbm.design.space import Space
+from symhbm.fourier import FloatArray
+from symhbm.residual import HarmonicBalance
+from symhbm.second_order import SecondOrder
+from symhbm.sweep import Sweep
+
+_BAR_DELAY = 2.0
+"""Seconds before a progress bar appears."""
+Bands = tuple[tuple[float, float], ...]
+
+
+class Cases:
+    """Responses of a problem for all parameter sets of a ``sweep``, each in its ``bands`` [Hz].
+
+    Designed parameters that are swept as well keep their proportions to the nominal ones.
+    ``surveys`` and ``follows`` count what was computed.
+    """
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        sweep: Sweep,
+        space: Space,
+        bands: Sequence[Bands],
+        executor: Executor | None = None,
+        progress: bool = False,
+    ):
+        self.size = sweep.size
+        self.surveys = self.follows = 0
+        self._given = problem, sweep, space, bands
+        self._bar = tqdm(unit="response", delay=_BAR_DELAY, disable=not progress, leave=False)
+        self._work = _Work(problem, sweep, space, tuple(bands))
+        self._executor = executor
+        self._payload = pickle.dumps((problem, sweep, space, tuple(bands))) if executor else b""
+
+    def of(self, space: Space) -> "Cases":
+        """The same parameter sets over another space."""
+        problem, sweep, _, bands = self._given
+        return Cases(problem, sweep, space, bands, self._executor, not self._bar.disable)
+
+    def others(self, sweep: Sweep, bands: Sequence[Bands]) -> "Cases":
+        """Other parameter sets over the same space."""
+        problem, _, space, _ = self._given
+        return Cases(problem, sweep, space, bands, self._executor, not self._bar.disable)
+
+    def response(self, number: int) -> Response:
+        """One of them, in this process."""
+        return self._work.response(number)
+
+    def __call__(self, x: FloatArray, known: list[Pieces] | None = None) -> list[Pieces]:
+        """Maxima of all cases at a design: surveyed, or followed from ``known`` ones."""
+        before: Sequence[Pieces | None] = known or [None] * self.size
+        if self._executor is None or self.size == 1:
+            found = [self._work(number, x, state) for number, state in enumerate(before)]
+        else:
+            found = self._shared(x, before)
+        surveyed = sum(state.surveyed for state in found)
+        self.surveys += surveyed
+        self.follows += len(found) - surveyed
+        self._bar.update(len(found))
+        return found
+
+    def _shared(self, x: FloatArray, before: Sequence[Pieces | None]) -> list[Pieces]:
+        assert self._executor is not None
+        pending: list[Future | None] = []
+        for number, state in enumerate(before):
+            try:
+                future = self._executor.submit(_remote, self._payload, number, x, state)
+            except Exception as error:
+                self._give_up(error)
+                return [self._work(i, x, known) for i, known in enumerate(before)]
+            pending.append(future)
+        found = []
+        for number, (future, state) in enumerate(zip(pending, before, strict=True)):
+            try:
+                assert future is not None
+                found.append(future.result())
+            except Exception as error:
+                self._give_up(error)
+                found.append(self._work(number, x, state))
+        return found
+
+    def _give_up(self, error: Exception) -> None:
+        if self._executor is not None:
+            warnings.warn(
+                f"the executor failed ({type(error).__name__}: {error}); what it does not compute "
+                "is computed in this process",
+                RuntimeWarning,
+                stacklevel=4,
+            )
+        self._executor = None
+
+
+class _Work:
+    """All cases in one process; those of one structure share what is compiled."""
+
+    def __init__(
+        self, problem: HarmonicBalance, sweep: Sweep, space: Space, bands: tuple[Bands, ...]
+    ):
+        self._given = problem, sweep, space, bands
+        self._responses: dict[int, Response] = {}
+        self._compiled: dict[int, SecondOrder] = {}
+
+    def response(self, number: int) -> Response:
+        if number not in self._responses:
+            problem, sweep, space, bands = self._given
+            chosen = sweep.chosen(number)
+            own = space.proportional(problem, chosen)
+            case = problem.with_parameters(**chosen)
+            self._responses[number] = Response(case, own, bands[number], self._compiled)
+        return self._responses[number]
+
+    def __call__(self, number: int, x: FloatArray, known: Pieces | None) -> Pieces:
+        response = self.response(number)
+        followed = None if known is None else response.follow(x, known)
+        return response.survey(x) if followed is None else followed
+
+
+def _remote(payload: bytes, number: int, x: FloatArray, known: Pieces | None) -> Pieces:
+    return _unpacked(payload, threading.get_ident())(number, x, known)
+
+
+@lru_cache(maxsize=8)
+def _unpacked(payload: bytes, thread: int) -> _Work:
+    return _Work(*pickle.loads(payload))

@@ -1,0 +1,267 @@
+"""The front door to design: parameters that make the largest response as small as it gets."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.optimize import LinearConstraint
+
+from symhbm import check
+from symhbm.design.arguments import (
+    check_ratios,
+    read_bands,
+    read_constraint,
+    read_space,
+    read_start,
+)
+from symhbm.design.cases import Bands, Cases
+from symhbm.design.certificate import certificate, status_of
+from symhbm.design.program import Program, Statistic
+from symhbm.design.report import report
+from symhbm.design.search import Found, common, search
+from symhbm.design.space import Space
+from symhbm.fourier import FloatArray
+from symhbm.frf import frf
+from symhbm.model import BLADE_PARAMETERS
+from symhbm.names import meaning
+from symhbm.provenance import with_provenance
+from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.runs import check_executor
+from symhbm.status import SolveError, Status
+from symhbm.sweep import Sweep, parse
+
+_GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
+_DESCENTS = 3
+
+
+def minimise_peak(
+    problem: HarmonicBalance,
+    parameters: str | Sequence[str],
+    bounds: Any,
+    frequency: ArrayLike,
+    over: Mapping[str, Any] | xr.Dataset | None = None,
+    *,
+    vary: Any = "common",
+    statistic: Literal["worst", "mean", "tail"] = "worst",
+    tail: float = 0.1,
+    constraint: LinearConstraint | None = None,
+    start: ArrayLike | None = None,
+    n_starts: int | None = None,
+    fresh: Mapping[str, Any] | xr.Dataset | None = None,
+    executor: Executor | None = None,
+    throw: bool = False,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Parameters that make the largest response as small as it gets, with a certificate.
+
+    The maxima over the frequency, smooth peaks, corners and ends of the band, are functions of the
+    parameters with exact first and second derivatives; their largest is minimised in a trust region
+    of quadratic models by IPOPT, from several starts, and the whole response is followed at the
+    optimum. There is no library of responses and no grid.
+
+    Parameters
+    ----------
+    problem
+        What to design.
+    parameters
+        Names of the parameters to choose: ``normal_load``, ``contact_stiffness``,
+        ``friction_coefficient``, or those of the blades.
+    bounds
+        Lower and upper value, positive; a mapping by name for several parameters.
+    frequency
+        First and last frequency [Hz], several such pairs, or a DataArray of pairs over the
+        dimensions of ``over``.
+    over
+        Cases: parameters to sweep as in `frf`, for example ``{"engine_order": [1, 3]}`` or samples
+        of mistuning. Swept values of a parameter that is designed are taken relative to the
+        problem's, and stay in proportion.
+    vary
+        Which values of a parameter are one variable: all (``"common"``), ``"each"``, or those of
+        equal numbers in a pattern that repeats, for example ``[0, 1]``; a mapping by name for
+        several parameters.
+    statistic
+        What of the largest responses of the cases is minimised: the worst, their mean, or the mean
+        of the worst share ``tail`` of them (the conditional value at risk).
+    constraint
+        On the values of the variables, in their order, for example
+        ``LinearConstraint(np.ones(13) / 13, 2.0, 2.0)`` for a given mean of 13.
+    start
+        Values to start from, one or one per variable, beside those that are spread over the bounds.
+    n_starts
+        Number of those for equal values of all variables; by default one per decade, at least 3.
+    fresh
+        Other cases, not designed for, whose statistic at the optimum is reported.
+    executor
+        Where the cases are computed; by default in this process.
+    throw
+        Raise SolveError where no optimum was found instead of returning its status.
+    progress
+        Show a bar when it takes longer than a few seconds.
+
+    Returns
+    -------
+    Dataset as that of `frf` at the optimum (`symhbm.rebuild` gives the optimal problem), with the
+    values along ``variable``, what holds them along ``active``, with multipliers that sum to 1, all
+    starts and descents, derivatives by every parameter, ``design_status`` and, in plain sentences,
+    the ``certificate``: what was proved and what was not.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, each named with its value and what is allowed.
+    SolveError
+        If there is no optimum and ``throw`` is True; its ``result`` is the dataset.
+    """
+    check_problem(problem)
+    check_executor(executor)
+    if problem.samples is not None:
+        raise ValueError(
+            f"problem: expected located switching angles, got friction over {problem.samples} "
+            "samples, which has no second derivatives"
+        )
+    sweep = parse(problem, over)
+    space = read_space(problem, parameters, bounds, vary)
+    check_ratios(problem, space, sweep)
+    if statistic not in [str(each) for each in Statistic]:
+        raise ValueError(f"statistic={check.shown(statistic)}: expected 'worst', 'mean' or 'tail'")
+    if not 0 < check.scalar("tail", tail) <= 1:
+        raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
+    program = Program(space, Statistic(statistic), tail, read_constraint(space, constraint))
+    given = read_start(space, start)
+    bands = read_bands(frequency, sweep.size, sweep.shape)
+    if n_starts is not None:
+        n_starts = check.integer("n_starts", n_starts, minimum=1)
+    unknown = None if fresh is None else parse(problem, fresh)
+    if unknown is not None:
+        check_ratios(problem, space, unknown)
+        if len(set(bands)) > 1:
+            raise ValueError("fresh: expected None where cases have bands of their own")
+    if not program.feasible():
+        return _thrown(_nothing(problem, space), throw)
+    cases = Cases(problem, sweep, space, bands, executor, check.flag("progress", progress))
+    found = _search(program, cases, [] if given is None else [given], n_starts)
+    status = status_of(program, found)
+    result = _responses(problem, program, found, sweep, bands, executor, progress)
+    if status in _GOOD and not bool((result["status"] == str(Status.REACHED_END)).all()):
+        status = Status.DESIGN_NOT_SURVEYED
+    dims = dict(zip(sweep.dims, sweep.shape, strict=True))
+    result = result.merge(report(program, cases, found, dims))
+    if unknown is not None:
+        result = result.merge(_fresh(program, cases, found, unknown, bands))
+    ends = sorted({band for each in bands for band in each})
+    text = certificate(program, found, ends, sweep.size)
+    return _thrown(_said(result, status, text), throw)
+
+
+def _search(
+    program: Program,
+    cases: Cases,
+    given: list[FloatArray],
+    n_starts: int | None,
+) -> Found:
+    """Search among designs alike first: what they reach is a start for those that differ."""
+    space = program.space
+    if space.n_variables > len(space.names):
+        alike = replace(program, space=common(space), constraint=_merged(program))
+        if alike.feasible():
+            best = search(alike, cases.of(alike.space), [], n_starts, _DESCENTS)
+            values = dict(zip(space.names, best.design.x, strict=True))
+            given = [*given, np.array([values[group.parameter] for group in space.groups])]
+    return search(program, cases, given, n_starts, _DESCENTS)
+
+
+def _merged(program: Program) -> LinearConstraint | None:
+    """The constraint on designs whose variables of one parameter are alike."""
+    if program.constraint is None:
+        return None
+    names = np.array([group.parameter for group in program.space.groups])
+    matrix = np.atleast_2d(np.asarray(program.constraint.A, dtype=float))
+    merged = [matrix[:, names == name].sum(axis=1) for name in program.space.names]
+    return LinearConstraint(np.column_stack(merged), program.constraint.lb, program.constraint.ub)
+
+
+def _responses(
+    problem: HarmonicBalance,
+    program: Program,
+    found: Found,
+    sweep: Sweep,
+    bands: list[Bands],
+    executor: Executor | None,
+    progress: bool,
+) -> xr.Dataset:
+    """Frequency responses of all cases at a design, over the hull of all bands."""
+    space, x = program.space, found.design.x
+    over: dict[str, Any] = {
+        name: value for name, value in sweep.values.items() if name not in space.names
+    }
+    for name in space.names:
+        if name in sweep.values:
+            own = [space.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
+            values = [each.parameters(problem, x)[name] for each in own]
+            shape = (*sweep.shape, *np.shape(values[0]))
+            inner = ("dof",) if name in BLADE_PARAMETERS else ("contact",)
+            labels = {
+                str(label): coordinate
+                for label, coordinate in sweep.values[name].coords.items()
+                if label not in inner
+            }
+            array = np.reshape(values, shape)
+            over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
+    edges = np.array([band for each in bands for band in each])
+    hull = float(edges.min()), float(edges.max())
+    best = space.problem(problem, x)
+    return frf(best, hull, over=over or None, executor=executor, progress=progress)
+
+
+def _fresh(
+    program: Program, cases: Cases, found: Found, sweep: Sweep, bands: list[Bands]
+) -> xr.Dataset:
+    """The statistic of cases that the design does not know."""
+    states = cases.others(sweep, [bands[0]] * sweep.size)(found.design.x)
+    heights = np.array([state.height for state in states])
+    return xr.Dataset(
+        {
+            "fresh_case_amplitude": ("fresh", np.exp(heights), _about("fresh_case_amplitude")),
+            "fresh_amplitude": ((), np.exp(program.value(heights)), _about("fresh_amplitude")),
+        }
+    )
+
+
+def _nothing(problem: HarmonicBalance, space: Space) -> xr.Dataset:
+    """A dataset of the problem where no design is possible."""
+    labels = np.array([group.label for group in space.groups], dtype=object)
+    values = np.full(space.n_variables, np.nan)
+    dataset = xr.Dataset(
+        {
+            "design_value": ("variable", values, _about("design_value")),
+            "design_amplitude": ((), np.nan, _about("design_amplitude")),
+        },
+        {"variable": ("variable", labels, _about("variable"))},
+    )
+    dataset = with_provenance(dataset, problem, Sweep({}, (), ()))
+    text = (
+        "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
+        "program shows."
+    )
+    return _said(dataset, Status.DESIGN_INFEASIBLE, text)
+
+
+def _said(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
+    said = {"design_status": str(status), "certificate": text}
+    return result.assign({name: ((), value, _about(name)) for name, value in said.items()})
+
+
+def _about(name: str) -> dict[str, Any]:
+    about = meaning(name)
+    return {"units": about.units, "long_name": about.long_name}
+
+
+def _thrown(result: xr.Dataset, throw: bool) -> xr.Dataset:
+    status = str(result["design_status"].item())
+    if throw and status not in _GOOD:
+        raise SolveError(status, result)
+    return result

@@ -1,0 +1,175 @@
+"""First-order conditions of an optimal design: multipliers, the last digits, and derivatives.
+
+Where the maxima that matter and the bounds that hold are known, an optimum solves equations: the
+weighted gradients cancel, and the maxima of one case are equally high. Newton's method on these has
+the last digits, and their derivatives tell how the optimum moves with any parameter.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space
+
+from symhbm.design.pieces import Piece, Pieces
+from symhbm.design.program import Program, Statistic, Step
+from symhbm.fourier import FloatArray
+
+ACTIVE = 1e-7
+"""Multiplier, of all that sum to 1, above which a maximum or a bound holds a design."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """What holds a design ``x`` (n_variables,).
+
+    ``cases`` and ``pieces`` are the maxima that matter, with ``weights`` (n_active,) that sum to 1;
+    ``free`` (n_variables,) tells which variables are off their bounds, ``rows`` (n_rows,
+    n_variables) are the constraint rows that hold, on the values, with their ``pulls`` (n_rows,).
+    """
+
+    program: Program
+    x: FloatArray
+    cases: list[int]
+    pieces: list[Piece]
+    weights: FloatArray
+    free: np.ndarray
+    rows: FloatArray
+    pulls: FloatArray
+    heights: FloatArray
+
+    @classmethod
+    def of(cls, program: Program, x: FloatArray, states: list[Pieces], step: Step) -> "Held":
+        """What holds a design from which a ``step`` of the models leads nowhere."""
+        chosen = [
+            (case, piece, weight)
+            for case, (state, weights) in enumerate(zip(states, step.weights, strict=True))
+            for piece, weight in zip(state.pieces, weights, strict=True)
+            if weight > ACTIVE
+        ]
+        rows = program.rows()[0]
+        hold = np.abs(step.on_constraint) > ACTIVE
+        lower, upper = program.space.lower, program.space.upper
+        at_bound = (x - lower <= 1e-9) | (upper - x <= 1e-9)
+        return cls(
+            program,
+            x,
+            [case for case, _, _ in chosen],
+            [piece for _, piece, _ in chosen],
+            np.array([weight for _, _, weight in chosen]),
+            ~(at_bound & (np.abs(step.on_bounds) > ACTIVE)),
+            rows[hold],
+            step.on_constraint[hold],
+            np.array([state.height for state in states]),
+        )
+
+    @property
+    def gradients(self) -> FloatArray:
+        """Of the maxima that matter, (n_active, n_variables)."""
+        return np.array([piece.gradient for piece in self.pieces]).reshape(-1, len(self.x))
+
+    @property
+    def pull(self) -> FloatArray:
+        """Slope of the statistic's logarithm that bounds have to hold, (n_variables,)."""
+        return self.weights @ self.gradients + self.pulls @ (self.rows * np.exp(self.x))
+
+    @property
+    def stationarity(self) -> float:
+        """Largest slope of the statistic's logarithm that nothing holds."""
+        return float(np.abs(self.pull[self.free]).max(initial=0.0))
+
+    @property
+    def curvature(self) -> float:
+        """Smallest second derivative of the statistic's logarithm along designs that are free.
+
+        Infinite where as many maxima as variables hold the design: it rises linearly all around.
+        """
+        matrix, _ = self.system()
+        n_free, n_levels = int(self.free.sum()), self._levels().shape[1]
+        # Changes of variables and heights along which all that holds keeps holding.
+        both = matrix[: n_free + n_levels, : n_free + n_levels]
+        kept = null_space(matrix[n_free + n_levels :, : n_free + n_levels], rcond=1e-9)
+        if not kept.shape[1]:
+            return np.inf
+        return float(np.linalg.eigvalsh(kept.T @ both @ kept).min())
+
+    def step(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Newton's step of the variables, and the weights and pulls after it."""
+        matrix, right = self.system()
+        found = np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+        change = np.zeros(len(self.x))
+        n_free = int(self.free.sum())
+        change[self.free] = found[:n_free]
+        last = len(found) - len(self.rows)
+        return change, found[last - len(self.pieces) : last], found[last:]
+
+    def derivative(self, by_gradient: FloatArray, by_value: FloatArray) -> FloatArray:
+        """Derivatives of the variables by parameters, (n_variables, n_parameters).
+
+        ``by_gradient`` (n_active, n_variables, n_parameters) and ``by_value``
+        (n_active, n_parameters) are those of the gradients and values of the maxima that matter.
+        """
+        matrix, _ = self.system()
+        n_free, last = int(self.free.sum()), len(matrix) - len(self.rows)
+        right = np.zeros((len(matrix), by_value.shape[1]))
+        right[:n_free] = -np.einsum("k,kvp->vp", self.weights, by_gradient)[self.free]
+        right[last - len(self.pieces) : last] = -by_value
+        result = np.zeros((len(self.x), by_value.shape[1]))
+        result[self.free] = np.linalg.lstsq(matrix, right, rcond=1e-13)[0][:n_free]
+        return result
+
+    def system(self) -> tuple[FloatArray, FloatArray]:
+        """Matrix and right side of Newton's method on the conditions.
+
+        The unknowns are the change of the free variables, and heights, weights and pulls after it.
+        """
+        free, n_free, n_active = self.free, int(self.free.sum()), len(self.pieces)
+        levels = self._levels()
+        n_levels = levels.shape[1]
+        size = n_free + n_levels + n_active + len(self.rows)
+        t, w, v = n_free, n_free + n_levels, n_free + n_levels + n_active
+        matrix, right = np.zeros((size, size)), np.zeros(size)
+        slopes = (self.rows * np.exp(self.x))[:, free]
+        bend = sum(
+            weight * piece.hessian[np.ix_(free, free)]
+            for weight, piece in zip(self.weights, self.pieces, strict=True)
+        )
+        matrix[:t, :t] = bend + np.diag(self.pulls @ slopes)
+        matrix[:t, w:v] = self.gradients[:, free].T
+        matrix[w:v, :t] = self.gradients[:, free]
+        matrix[:t, v:], matrix[v:, :t] = slopes.T, slopes
+        matrix[w:v, t:w], matrix[t:w, w:v] = -levels, -levels.T
+        right[w:v] = -np.array([piece.value for piece in self.pieces])
+        share, bend_of_levels = self._shares(levels)
+        matrix[t:w, t:w] = bend_of_levels
+        right[t:w] = bend_of_levels @ self._level_values(levels) - share
+        if len(self.rows):
+            right[v:] = self._missing()
+        return matrix, right
+
+    def _levels(self) -> FloatArray:
+        """Which height each maximum that matters is to have, (n_active, n_levels)."""
+        if self.program.statistic == Statistic.WORST:
+            return np.ones((len(self.pieces), 1))
+        present = sorted(set(self.cases))
+        return np.array([[float(case == other) for other in present] for case in self.cases])
+
+    def _level_values(self, levels: FloatArray) -> FloatArray:
+        values = np.array([piece.value for piece in self.pieces])
+        return (levels.T @ values) / levels.sum(axis=0)
+
+    def _shares(self, levels: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivative of the statistic's logarithm by the heights, and its second derivative."""
+        if self.program.statistic == Statistic.WORST:
+            return np.ones(1), np.zeros((1, 1))
+        weights = self.program.weights(self.heights)
+        amplitudes = weights * np.exp(self.heights - self.heights.max())
+        share = amplitudes[sorted(set(self.cases))] / amplitudes.sum()
+        return share, np.diag(share) - np.outer(share, share)
+
+    def _missing(self) -> FloatArray:
+        """What the rows that hold miss of their nearest bound."""
+        matrix, low, high = self.program.rows()
+        hold = [int(np.flatnonzero((matrix == row).all(axis=1))[0]) for row in self.rows]
+        values = self.rows @ np.exp(self.x)
+        below = np.abs(values - low[hold]) < np.abs(values - high[hold])
+        return np.where(below, low[hold], high[hold]) - values

@@ -1,0 +1,137 @@
+"""The maxima of one response as functions of the design: values and exact derivatives.
+
+The logarithm of an amplitude over the logarithms of the design variables is close to linear over
+decades, as amplitudes go with powers of loads and stiffnesses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symhbm.design.space import Space
+from symhbm.fourier import FloatArray
+from symhbm.landscape import Landscape, sector_of, survey
+from symhbm.peak_conditions import Conditions, solve
+from symhbm.residual import HarmonicBalance
+from symhbm.second_order import SecondOrder
+from symhbm.summit import Summit, SummitKind
+
+CONTENDER = 0.7
+"""Share of the largest response from which a maximum is a piece: it may be the largest next."""
+_MOST = 60
+"""Largest number of pieces of one response."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One maximum of a response: ``value``, the logarithm of its amplitude, and derivatives.
+
+    ``gradient`` (n_variables,), ``hessian`` (n_variables, n_variables), by the variables of a
+    `Space`; ``summit`` and ``multipliers``, to follow it from.
+    """
+
+    value: float
+    gradient: FloatArray
+    hessian: FloatArray
+    summit: Summit
+    multipliers: FloatArray
+
+    @property
+    def amplitude(self) -> float:
+        """The response there [m]."""
+        return float(np.exp(self.value))
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The largest maxima of one response at one design, the highest first.
+
+    ``height`` is the logarithm of the largest response, infinite where it is unbounded;
+    ``surveyed`` tells that the whole band was looked at, and then ``n_peaks``, how many peaks it
+    holds; ``reason``, why the height is infinite.
+    """
+
+    pieces: list[Piece]
+    height: float
+    surveyed: bool
+    n_peaks: int = 0
+    reason: str = ""
+
+
+class Response:
+    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz]."""
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        space: Space,
+        bands: Sequence[tuple[float, float]],
+        compiled: dict[int, SecondOrder] | None = None,
+    ):
+        self.space = space
+        self.bands = bands
+        # The design at which this starts may be symmetric by chance.
+        self._problem = problem
+        if space.symmetric(problem):
+            middle = space.problem(problem, (space.lower + space.upper) / 2)
+            self._problem = sector_of(middle)
+        shared = {} if compiled is None else compiled
+        key = id(self._problem.residual)
+        if key not in shared:
+            shared[key] = SecondOrder(self._problem, space.names)
+        self._second_order = shared[key]
+
+    @property
+    def n_sectors(self) -> int:
+        """Number of sectors that move alike."""
+        symmetry = self._problem.symmetry
+        return 1 if symmetry is None else symmetry.n_sectors
+
+    def at(self, x: FloatArray) -> HarmonicBalance:
+        """The problem that is solved at a design (n_variables,)."""
+        return self.space.problem(self._problem, x)
+
+    def survey(self, x: FloatArray) -> Pieces:
+        """All large maxima over the whole of the bands."""
+        found = survey(self.at(x), self.bands)
+        top = found.height
+        n_peaks = sum(summit.kind != SummitKind.EDGE for summit in found.summits)
+        if not np.isfinite(top):
+            return Pieces([], np.inf, True, n_peaks, _why(found))
+        summits = [s for s in found.summits if s.amplitude >= CONTENDER * top][:_MOST]
+        pieces = [self._piece(Conditions(self._second_order, s)) for s in summits]
+        return Pieces(pieces, float(np.log(top)), True, n_peaks)
+
+    def follow(self, x: FloatArray, pieces: Pieces) -> Pieces | None:
+        """The same maxima at another design, None where any of them is lost on the way."""
+        problem = self.at(x)
+        found = []
+        for piece in pieces.pieces:
+            summit = replace(piece.summit, problem=problem)
+            conditions = solve(Conditions(self._second_order, summit, piece.multipliers))
+            if conditions is None:
+                return None
+            found.append(self._piece(conditions))
+        found.sort(key=lambda piece: -piece.value)
+        return Pieces(found, found[0].value, False) if found else None
+
+    def _piece(self, conditions: Conditions) -> Piece:
+        summit = conditions.summit
+        entries = self.space.derivative(summit.problem, self._second_order.places)
+        slope = entries.T @ conditions.gradient
+        bend = entries.T @ conditions.hessian @ entries + np.diag(slope)
+        amplitude = summit.amplitude
+        gradient = slope / amplitude
+        hessian = bend / amplitude - np.outer(gradient, gradient)
+        # Pieces travel between processes, without the problem.
+        place = replace(summit, problem=None)
+        value = float(np.log(amplitude))
+        return Piece(value, gradient, hessian, place, conditions.multipliers)
+
+
+def _why(found: Landscape) -> str:
+    if found.unbounded:
+        peak = found.unbounded[0]
+        return f"unbounded at {peak.value / (2 * np.pi):.6g} Hz"
+    return str(found.status)

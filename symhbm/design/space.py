@@ -1,0 +1,140 @@
+"""Design variables: which values of which parameters they set, their bounds, their logarithms."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from symhbm.fourier import FloatArray
+from symhbm.residual import HarmonicBalance
+from symhbm.symmetry import find_symmetry
+
+
+@dataclass(frozen=True)
+class Group:
+    """Values of one parameter that are one variable: ``entries`` of its array, and its bounds."""
+
+    parameter: str
+    label: str
+    entries: tuple[int, ...]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Space:
+    """Design variables ``x``, the logarithms of positive values, each set for a group of entries.
+
+    ``ratios`` has, for each parameter, the factors (n_entries,) between its entries and the
+    variable: 1, or how the entries of a sample differ from the nominal ones.
+    """
+
+    groups: tuple[Group, ...]
+    ratios: dict[str, FloatArray]
+
+    @property
+    def n_variables(self) -> int:
+        """Number of variables."""
+        return len(self.groups)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters that are designed."""
+        return tuple(dict.fromkeys(group.parameter for group in self.groups))
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        """Lower bounds of ``x``, (n_variables,)."""
+        return np.log([group.lower for group in self.groups])
+
+    @cached_property
+    def upper(self) -> FloatArray:
+        """Upper bounds of ``x``, (n_variables,)."""
+        return np.log([group.upper for group in self.groups])
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Values of the variables, within their bounds to the last digit, (n_variables,)."""
+        bounds = np.array([[group.lower, group.upper] for group in self.groups])
+        return np.clip(np.exp(x), bounds[:, 0], bounds[:, 1])
+
+    def parameters(self, problem: HarmonicBalance, x: FloatArray) -> dict[str, FloatArray]:
+        """Parameters of a problem at ``x``; entries of no group keep their values."""
+        values = self.values(x)
+        result = {}
+        for name in self.names:
+            array = np.array(problem.parameters[name], dtype=float)
+            for group, value in zip(self.groups, values, strict=True):
+                if group.parameter == name:
+                    entries = list(group.entries)
+                    scaled = value * self.ratios[name][entries]
+                    if array.ndim:
+                        array[entries] = scaled
+                    else:
+                        array = scaled[0]
+            result[name] = array
+        return result
+
+    def problem(self, problem: HarmonicBalance, x: FloatArray) -> HarmonicBalance:
+        """The problem at ``x``."""
+        return problem.with_parameters(**self.parameters(problem, x))
+
+    def proportional(self, problem: HarmonicBalance, chosen: dict[str, FloatArray]) -> "Space":
+        """The space of a parameter set whose designed values keep their nominal proportions."""
+        ratios = dict(self.ratios)
+        for name in self.names:
+            if name in chosen:
+                nominal = np.asarray(problem.parameters[name], dtype=float)
+                ratios[name] = np.broadcast_to(chosen[name] / nominal, ratios[name].shape)
+        return Space(self.groups, ratios)
+
+    def symmetric(self, problem: HarmonicBalance) -> bool:
+        """Whether sectors stay alike wherever the variables go."""
+        if not problem.single_valued:
+            return False
+        # No two variables alike.
+        apart = self.lower + (self.upper - self.lower) * (
+            0.3 + 0.4 * np.arange(self.n_variables) / max(self.n_variables, 2)
+        )
+        other = self.problem(problem, apart)
+        return find_symmetry(other.model, other.excitation, other.basis) is not None
+
+    def derivative(self, problem: HarmonicBalance, places: dict[str, slice]) -> FloatArray:
+        """Derivative of the balanced parameters by ``x``, (n_parameters, n_variables).
+
+        ``places`` are those of a `SecondOrder`. It is the second derivative as well.
+        """
+        first = min(place.start for place in places.values())
+        size = max(place.stop for place in places.values()) - first
+        result = np.zeros((size, self.n_variables))
+        for number, group in enumerate(self.groups):
+            values = np.asarray(problem.parameters[group.parameter], dtype=float)
+            chosen = np.zeros(values.shape)
+            if values.ndim:
+                chosen[list(group.entries)] = values[list(group.entries)]
+            else:
+                chosen = values
+            place = places[group.parameter]
+            own = np.atleast_1d(problem.own(group.parameter, chosen))
+            result[place.start - first : place.stop - first, number] = own
+        return result
+
+
+def groups_of(
+    name: str, pattern: Sequence[int] | str, n_entries: int, lower: float, upper: float
+) -> list[Group]:
+    """Groups of one parameter: ``"common"``, ``"each"``, or a pattern of numbers that repeats."""
+    if isinstance(pattern, str):
+        numbers = np.zeros(n_entries, int) if pattern == "common" else np.arange(n_entries)
+    else:
+        numbers = np.resize(np.asarray(pattern, dtype=int), n_entries)
+    return [
+        Group(
+            name,
+            name if np.ptp(numbers) == 0 else f"{name}[{number}]",
+            tuple(np.flatnonzero(numbers == number).tolist()),
+            lower,
+            upper,
+        )
+        for number in np.unique(numbers)
+    ]
