@@ -71,8 +71,8 @@ def read_bands(frequency: Any, n_cases: int, shape: tuple[int, ...]) -> list[Ban
             f"sweep and a pair, got {edges.shape}"
         )
     if per_case:
-        return [(tuple(pair),) for pair in ordered.reshape(-1, 2).tolist()]
-    return [tuple(tuple(pair) for pair in ordered.tolist())] * n_cases
+        return [((low, high),) for low, high in ordered.reshape(-1, 2).tolist()]
+    return [tuple((low, high) for low, high in ordered.tolist())] * n_cases
 
 
 def read_start(space: Space, start: Any) -> FloatArray | None:

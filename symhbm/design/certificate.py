@@ -77,8 +77,8 @@ def certificate(
     )
     said.append(
         "Not proved: that no other design within the bounds is better. "
-        f"{len(found.starts)} designs were surveyed first ({np.exp(min(values)):.4g} m the lowest), and {n_same} of "
-        f"{len(found.descents)} descents from them ended here."
+        f"{len(found.starts)} designs were surveyed first, the lowest with "
+        f"{np.exp(min(values)):.4g} m, and {n_same} of {len(found.descents)} descents from them ended here."
     )
     higher = sorted(
         {

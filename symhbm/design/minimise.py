@@ -22,7 +22,7 @@ from symhbm.design.cases import Bands, Cases
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
-from symhbm.design.search import Found, common, search
+from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
 from symhbm.frf import frf
@@ -36,6 +36,7 @@ from symhbm.sweep import Sweep, parse
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 _DESCENTS = 3
+_AROUND = 2
 
 
 def minimise_peak(
@@ -92,7 +93,9 @@ def minimise_peak(
     start
         Values to start from, one or one per variable, beside those that are spread over the bounds.
     n_starts
-        Number of those for equal values of all variables; by default one per decade, at least 3.
+        Number of those that are spread; by default one per decade, at least 3. Where the values of
+        one parameter may differ, the best equal ones are found first, and these are as many designs
+        around them, by default 2.
     fresh
         Other cases, not designed for, whose statistic at the optimum is reported.
     executor
@@ -170,7 +173,10 @@ def _search(
         if alike.feasible():
             best = search(alike, cases.of(alike.space), [], n_starts, _DESCENTS)
             values = dict(zip(space.names, best.design.x, strict=True))
-            given = [*given, np.array([values[group.parameter] for group in space.groups])]
+            alike_best = np.array([values[group.parameter] for group in space.groups])
+            # A symmetric optimum may be a saddle, or the highest of several minima.
+            given = [*given, alike_best, *around(space, alike_best, n_starts or _AROUND)]
+            return search(program, cases, given, 1, 0)
     return search(program, cases, given, n_starts, _DESCENTS)
 
 
@@ -181,7 +187,8 @@ def _merged(program: Program) -> LinearConstraint | None:
     names = np.array([group.parameter for group in program.space.groups])
     matrix = np.atleast_2d(np.asarray(program.constraint.A, dtype=float))
     merged = [matrix[:, names == name].sum(axis=1) for name in program.space.names]
-    return LinearConstraint(np.column_stack(merged), program.constraint.lb, program.constraint.ub)
+    constraint = program.constraint
+    return LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
 
 
 def _responses(

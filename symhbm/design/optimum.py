@@ -95,7 +95,7 @@ class Held:
     def step(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Newton's step of the variables, and the weights and pulls after it."""
         matrix, right = self.system()
-        found = np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+        found = np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=np.float64)
         change = np.zeros(len(self.x))
         n_free = int(self.free.sum())
         change[self.free] = found[:n_free]

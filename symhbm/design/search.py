@@ -13,6 +13,7 @@ from symhbm.design.space import Group, Space
 from symhbm.fourier import FloatArray
 
 _SEED = 2013
+_NEARBY = np.log(3.0)
 _POLISH = 6
 _SMALL = 1e-3
 """Trust region that tells the multipliers at an optimum."""
@@ -46,13 +47,14 @@ def is_flat(design: Design) -> bool:
 def search(
     program: Program, cases: Cases, given: list[FloatArray], n_starts: int | None, n_descents: int
 ) -> Found:
-    """The best of the minima that are reached from several starts, some of them ``given``."""
+    """The best of the minima that are reached from several starts.
+
+    All finite ones that are ``given`` are gone down from, and the ``n_descents`` best of others.
+    """
     points = [*given, *starts(program.space, n_starts)]
     designs = [_surveyed(program, cases, program.nearest(point)) for point in points]
-    chosen = _promising(program.space, designs, n_descents)
-    for design in designs[: len(given)]:
-        if np.isfinite(design.value) and not any(design is other for other in chosen):
-            chosen.append(design)
+    chosen = [design for design in designs[: len(given)] if np.isfinite(design.value)]
+    chosen += _promising(program.space, designs[len(given) :], n_descents)
     sloping = [design for design in chosen if not is_flat(design)] or sorted(
         (design for design in designs if np.isfinite(design.value) and not is_flat(design)),
         key=lambda design: design.value,
@@ -81,13 +83,24 @@ def starts(space: Space, n_starts: int | None) -> FloatArray:
     n = space.n_variables
     wide = space.upper - space.lower
     along = n_starts or max(3, int(np.ceil(np.max(wide) / np.log(10) - 1e-9)))
-    shares = (np.arange(along) + 0.5) / along
-    points = np.repeat(shares[:, None], n, axis=1)
-    if n > 1:
-        # Powers of two keep the sequence balanced.
-        sobol = qmc.Sobol(n, rng=np.random.default_rng(_SEED))
-        points = np.vstack([points, sobol.random_base2(int(np.ceil(np.log2(max(along, 2)))))])
+    if n == 1:
+        points = (np.arange(along)[:, None] + 0.5) / along
+    else:
+        points = _spread(n, along)
     return space.lower + points * wide
+
+
+def around(space: Space, x: FloatArray, n_points: int) -> FloatArray:
+    """Designs whose values differ from those of another by up to a factor, (n_points, ...)."""
+    nearby = x + _NEARBY * (2 * _spread(space.n_variables, n_points) - 1)
+    return np.clip(nearby, space.lower, space.upper)
+
+
+def _spread(n_variables: int, n_points: int) -> FloatArray:
+    """Points spread evenly over the unit cube."""
+    sobol = qmc.Sobol(n_variables, rng=np.random.default_rng(_SEED))
+    # Powers of two keep the sequence balanced.
+    return sobol.random_base2(int(np.ceil(np.log2(n_points))))[:n_points]
 
 
 def common(space: Space) -> Space:
