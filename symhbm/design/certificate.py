@@ -78,7 +78,7 @@ def certificate(
     said.append(
         "Not proved: that no other design within the bounds is better. "
         f"{len(found.starts)} designs were surveyed first, the lowest with "
-        f"{np.exp(min(values)):.4g} m, and {n_same} of {len(found.descents)} descents from them ended here."
+        f"{np.exp(min(values)):.4g} m; {n_same} of {len(found.descents)} descents ended here."
     )
     higher = sorted(
         {
@@ -100,6 +100,8 @@ def certificate(
         )
         if not free and (low or high)
     ]
+    if held is not None and len(held.rows):
+        said.append("Held by the constraint: without it the response would be lower.")
     if bound:
         said.append(f"Held by a bound: {', '.join(bound)}.")
     return " ".join(said)
