@@ -1,18 +1,20 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-import threading
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.compiled import Compiled
 from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.linear import DENSE_LIMIT
 from symhbm.model import FRICTION_PARAMETERS, Model
+from symhbm.one_harmonic import FREE, one_harmonic_kernel, packed_size, unpacked
 from symhbm.symmetry import Symmetry
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
@@ -29,7 +31,8 @@ class Equations:
     they are those of one sector: its unknowns, its equations and its contacts.
 
     ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
-    coefficients of the relative displacements from the unknowns, contact by contact.
+    coefficients of the relative displacements from the unknowns, contact by contact. ``closed``
+    tells that the events of contacts are closed forms, found in the same call.
     """
 
     def __init__(
@@ -126,26 +129,25 @@ class Equations:
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
         jacobian = ca.jacobian(smooth, symbol["unknowns"])
         jacobian += self._friction_jacobian(spread.T)
-        self._evaluate = ca.Function(
-            "evaluate",
-            inputs,
-            [
-                self._balance,
-                ca.mmax(total),
-                jacobian,
-                ca.densify(ca.jacobian(self._balance, omega)),
-            ],
-            names,
-            ["residual", "magnitude", "jacobian", "by_parameter"],
-        )
+        by_parameter = ca.densify(ca.jacobian(self._balance, omega))
+        outputs = [self._balance, ca.mmax(total), jacobian, by_parameter]
+        self._evaluate = Compiled(ca.Function("evaluate", inputs, outputs))
+        self.closed = basis.highest == 1
+        if self.closed:
+            imposed = ca.SX.sym("imposed", n_contacts)
+            events = self._events(relative, imposed)
+            if n_contacts:
+                located = [symbol["matrix"], symbol["vector"]]
+                outputs = ca.substitute(outputs, located, _split(events, size))
+            outputs[1] += self._stretches(travel, events, size)
+            function = ca.Function("closed", [*inputs[:-2], imposed], [*outputs, events])
+            self._evaluate_closed = Compiled(function)
         self._size = n_dof * size
         self._rows = np.array(jacobian.sparsity().row(), dtype=np.int32)
         self._starts = np.array(jacobian.sparsity().colind(), dtype=np.int32)
         columns = np.repeat(np.arange(self._size), np.diff(self._starts))
         self._flat = columns * self._size + self._rows
         self._derivatives: dict[str, ca.Function] = {}
-        self._lock = threading.Lock()
-        self._connect()
 
     def rows(self, model: Model, name: str) -> Any:
         """The rows of a matrix of the structure that are balanced here, by columns."""
@@ -158,6 +160,26 @@ class Equations:
         stiffness, matrix = self._symbol["contact_stiffness"], self._symbol["matrix"]
         blocks = [stiffness[j] * matrix[:, j * size : (j + 1) * size] for j in range(n_contacts)]
         return ca.mtimes([spread, ca.diagcat(*blocks), spread.T]) if blocks else 0
+
+    def _events(self, relative: Any, imposed: Any) -> Any:
+        """The events of all contacts under one harmonic, packed, a column each."""
+        kernel = one_harmonic_kernel(relative.shape[1])
+        columns = []
+        for j in range(relative.shape[0]):
+            stiffness, friction, load = (self._symbol[name][j] for name in FRICTION_PARAMETERS)
+            columns.append(kernel(relative[j, :].T, stiffness, friction * load, imposed[j]))
+        return ca.horzcat(*columns) if columns else ca.SX(packed_size(relative.shape[1]), 0)
+
+    def _stretches(self, travel: Any, events: Any, size: int) -> Any:
+        """Largest of the two terms of stretches of stick, ``k_d`` times where they begin and end.
+
+        Their difference is the force: where a contact slips far, two large terms.
+        """
+        state, _, _, _, stick, _ = ca.vertsplit(events[packed_size(size) - 6 :, :])
+        farthest = [ca.mmax(part) for part in ca.vertsplit(travel, size)]
+        spring = self._symbol["contact_stiffness"].T
+        largest = 2 * spring * ca.horzcat(*farthest) * state * stick
+        return ca.mmax(largest) if farthest else 0
 
     def _springs(self, basis: FourierBasis, y: Any) -> tuple[Any, Any]:
         """Forces of the cubic springs and their magnitudes, ``(size, n_contacts)`` each."""
@@ -183,17 +205,6 @@ class Equations:
             )
         return self._derivatives[name]
 
-    def _connect(self) -> None:
-        """Give CasADi memory of NumPy to read and write: no conversion at a call."""
-        function = self._evaluate
-        self._buffer, self._trigger = function.buffer()
-        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore
-        for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))  # type: ignore
-
     def __call__(
         self,
         unknowns: FloatArray,
@@ -202,17 +213,22 @@ class Equations:
         friction: LocatedFriction,
     ) -> list[FloatArray]:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
-        with self._lock:
-            inputs = self._inputs
-            inputs[0][:] = unknowns
-            inputs[1][0] = frequency
-            for array, value in zip(inputs[2:-2], arguments, strict=True):
-                array[:] = value
-            # CasADi stores columns one after the other.
-            inputs[-2][:] = friction.matrix.transpose(0, 2, 1).ravel()
-            inputs[-1][:] = friction.vector.ravel()
-            self._trigger()
-            return [array.copy() for array in self._outputs]
+        # CasADi stores columns one after the other.
+        located = friction.matrix.transpose(0, 2, 1).ravel(), friction.vector.ravel()
+        return self._evaluate((unknowns, frequency), arguments, located)
+
+    def in_closed_form(
+        self,
+        unknowns: FloatArray,
+        frequency: float,
+        arguments: list[FloatArray],
+        slip: NDArray[np.bool_] | None,
+    ) -> tuple[list[FloatArray], LocatedFriction]:
+        """The same under one harmonic, and the events; ``slip`` imposes states."""
+        imposed = FREE if slip is None else slip
+        *found, events = self._evaluate_closed((unknowns, frequency), arguments, (imposed,))
+        size = self._size // len(self.dofs)
+        return found, unpacked(events.reshape(len(self.contacts), -1), size)
 
     def assemble(self, values: FloatArray) -> Any:
         """Jacobian from its stored entries: a full matrix up to a size, sparse above."""
@@ -234,3 +250,9 @@ def _constant(matrix: Any) -> ca.DM:
     columns = sp.csc_array(matrix)
     columns.sort_indices()
     return ca.DM(_sparsity(columns), columns.data)
+
+
+def _split(events: Any, size: int) -> list[Any]:
+    """Matrices side by side and vectors of packed events."""
+    matrices = [ca.reshape(column[: size * size], size, size) for column in ca.horzsplit(events)]
+    return [ca.horzcat(*matrices), events[size * size : size * (size + 1), :]]

@@ -62,6 +62,11 @@ def largest_displacement(
     ``coefficients`` (n_motions, n_components) gives two arrays of shape ``(n_motions,)``, the
     first in the unit of the coefficients, the second in rad.
     """
+    if basis.has_one_harmonic and basis.order[0] > 0:
+        size = np.hypot(coefficients[:, -2], coefficients[:, -1])
+        if not np.isfinite(size).all():
+            raise FloatingPointError("the coefficients of a motion are not finite")
+        return size, np.arctan2(coefficients[:, -1], coefficients[:, -2]) / basis.highest
     points = turning_points(basis, coefficients)
     at = np.argmax(np.abs(points.value), axis=1)
     rows = np.arange(len(at))

@@ -5,11 +5,20 @@
 mirrors the first.
 """
 
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.fourier import FloatArray, FourierBasis
-from symhbm.friction import LocatedFriction, limit_excess
+from symhbm.friction import LocatedFriction
+
+FREE = -1.0
+"""State imposed on a contact that is in the one its motion asks for; 0 is stick, 1 slip."""
+_SHORT = 0.3
+"""Angle below which its difference from its sine is a series."""
 
 
 def locate_one_harmonic(
@@ -21,61 +30,117 @@ def locate_one_harmonic(
 ) -> LocatedFriction:
     """Locate the events of motions of harmonic 1, with or without a mean; see `contact.locate`."""
     n_contacts, size = coefficients.shape
-    cosine, sine = coefficients[:, -2], coefficients[:, -1]
-    radius = np.hypot(cosine, sine)
-    moves = radius > 0
-    theta_0 = np.arctan2(sine, cosine)
-    excess, state = limit_excess(2 * radius, contact_stiffness, slip_limit, slip)
-    slides = state & moves
-    travel = np.where(slides, contact_stiffness * radius, 1.0)
-    share = np.where(travel > 0, slip_limit / np.where(travel > 0, travel, 1.0), 0.0)
-    share = np.where(slides, np.minimum(share, 1.0), 1.0)
-    # cos(stick) = 1 - 2 share, in forms that keep their digits for stiff contacts in gross slip.
-    stick = 2 * np.arctan2(np.sqrt(share), np.sqrt(1 - share))
-    sin_stick = 2 * np.sqrt(share * (1 - share))
-    bend = _angle_minus_sine(stick, sin_stick)
+    imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
+    if not n_contacts:
+        return unpacked(np.zeros((0, packed_size(size))), size)
+    function = _each(size, n_contacts)
+    found = function(coefficients.T, contact_stiffness[None], slip_limit[None], imposed[None])
+    return unpacked(np.ascontiguousarray(found.full().T), size)
 
-    # The 2 x 2 block of the matrix in axes along the motion and across it, and the vector.
-    along = bend / 2 - sin_stick * share
-    across = bend / 2 + sin_stick * share
-    upper, lower = sin_stick**2 / 2, -2 * share**2
-    push_along, push_across = 4 / np.pi * sin_stick, 4 / np.pi * (2 * share - 1)
-    # Turned to the axes of cosine and sine.
-    safe = np.where(moves, radius, 1.0)
-    c, s = np.where(moves, cosine / safe, 1.0), np.where(moves, sine / safe, 0.0)
-    cc, cs, ss = c * c, c * s, s * s
-    turned, middle = (upper + lower) * cs, (along - across) * cs
-    block = np.empty((n_contacts, 2, 2))
-    block[:, 0, 0] = along * cc - turned + across * ss
-    block[:, 0, 1] = middle + upper * cc - lower * ss
-    block[:, 1, 0] = middle - upper * ss + lower * cc
-    block[:, 1, 1] = along * ss + turned + across * cc
 
-    matrix = np.zeros((n_contacts, size, size))
-    vector = np.zeros((n_contacts, size))
-    gradient = np.zeros((n_contacts, size))
-    matrix[:, -2:, -2:] = np.where(state[:, None, None], 2 / np.pi * block, np.eye(2))
-    matrix[state & ~moves] = 0.0
-    vector[:, -2] = np.where(slides, push_along * c - push_across * s, 0.0)
-    vector[:, -1] = np.where(slides, push_along * s + push_across * c, 0.0)
-    gradient[:, -2] = np.where(moves, c / safe, 0.0)
-    gradient[:, -1] = np.where(moves, s / safe, 0.0)
-    theta_star = theta_0 + stick
-    turn = 2 * np.pi
+def packed_size(size: int) -> int:
+    """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
+    return size * size + 2 * size + 6
+
+
+def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
+    """What the kernel gives, (n_contacts, packed_size)."""
+    first = size * size
+    state = packed[:, first + 2 * size :].T
     return LocatedFriction(
-        matrix=matrix,
-        vector=vector,
-        slip=state,
-        excess=excess,
-        excess_gradient=gradient,
-        theta_0=np.where(moves, theta_0 % turn, np.nan),
-        theta_star=np.where(slides, theta_star % turn, np.nan),
-        stick_fraction=np.where(state, np.where(moves, stick / np.pi, 0.0), 1.0),
-        reversals=np.where(moves, 2, 0),
+        # CasADi stores columns one after the other.
+        matrix=packed[:, :first].reshape(-1, size, size).transpose(0, 2, 1),
+        vector=packed[:, first : first + size],
+        excess_gradient=packed[:, first + size : first + 2 * size],
+        slip=state[0] > 0,
+        excess=state[1],
+        theta_0=state[2],
+        theta_star=state[3],
+        stick_fraction=state[4],
+        reversals=state[5].astype(int),
     )
 
 
-def _angle_minus_sine(angle: FloatArray, sine: FloatArray) -> FloatArray:
+@lru_cache(maxsize=64)
+def _each(size: int, n_contacts: int) -> Any:
+    return one_harmonic_kernel(size).map(n_contacts)
+
+
+@lru_cache(maxsize=4)
+def one_harmonic_kernel(size: int) -> ca.Function:
+    """CasADi function of one contact: all of `LocatedFriction`, packed, from its motion.
+
+    Inputs: ``coefficients`` (size), the last two of harmonic 1 [m], ``contact_stiffness`` [N/m],
+    ``slip_limit`` [N], and the state ``imposed``.
+    """
+    y = ca.SX.sym("coefficients", size)
+    stiffness, limit = ca.SX.sym("contact_stiffness"), ca.SX.sym("slip_limit")
+    imposed = ca.SX.sym("imposed")
+    cosine, sine = y[-2], y[-1]
+    radius = ca.hypot(cosine, sine)
+    moves = radius > 0
+    theta_0 = ca.atan2(sine, cosine)
+    travel = stiffness * radius
+    # Without limit any motion slips, without motion or spring none does.
+    bounded = ca.logic_and(limit > 0, travel > 0)
+    logarithm = ca.log(_where(bounded, travel, 1)) - ca.log(_where(bounded, limit, 1))
+    excess = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
+    free = ca.logic_or(imposed < 0, ca.logic_not(bounded))
+    state = _where(free, excess > 0, imposed)
+    slides = ca.logic_and(state, moves)
+    pulls = ca.logic_and(slides, travel > 0)
+    share = _where(pulls, ca.fmin(limit / _where(pulls, travel, 1), 1), ca.logic_not(slides))
+    # cos(stick) = 1 - 2 share, in forms that keep their digits for stiff contacts in gross slip.
+    stick = 2 * ca.atan2(ca.sqrt(share), ca.sqrt(1 - share))
+    sin_stick = 2 * ca.sqrt(share * (1 - share))
+    bend = _angle_minus_sine(stick, sin_stick)
+
+    # The 2 x 2 block of the matrix in axes along the motion and across it, and the vector.
+    along, across = bend / 2 - sin_stick * share, bend / 2 + sin_stick * share
+    upper, lower = sin_stick**2 / 2, -2 * share**2
+    push_along, push_across = 4 / np.pi * sin_stick, 4 / np.pi * (2 * share - 1)
+    # Turned to the axes of cosine and sine.
+    safe = _where(moves, radius, 1)
+    c, s = _where(moves, cosine / safe, 1), sine / safe
+    turn = ca.horzcat(ca.vertcat(c, s), ca.vertcat(-s, c))
+    local = ca.horzcat(ca.vertcat(along, lower), ca.vertcat(upper, across))
+    block = 2 / np.pi * ca.mtimes([turn, local, turn.T])
+    push = ca.mtimes(turn, ca.vertcat(push_along, push_across))
+
+    matrix = ca.SX.zeros(size, size)
+    vector, gradient = ca.SX.zeros(size), ca.SX.zeros(size)
+    still = ca.logic_and(state, ca.logic_not(moves))
+    for i in range(size):
+        for j in range(size):
+            inside = i >= size - 2 and j >= size - 2
+            slipping = block[i - size + 2, j - size + 2] if inside else 0
+            sticking = float(i == j) if inside else 0
+            matrix[i, j] = _where(state, slipping, sticking) * ca.logic_not(still)
+    vector[-2:] = push * slides
+    gradient[-2:] = ca.vertcat(c, s) / safe * moves
+    turns = 2 * np.pi
+    theta_star = theta_0 + stick
+    others = [
+        state,
+        excess,
+        _where(moves, _positive(theta_0), np.nan),
+        _where(slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan),
+        _where(state, _where(moves, stick / np.pi, 0), 1),
+        2 * moves,
+    ]
+    packed = ca.vertcat(ca.vec(matrix), vector, gradient, *others)
+    return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])
+
+
+def _where(condition: Any, value: Any, other: Any) -> Any:
+    return ca.if_else(condition, value, other)
+
+
+def _positive(angle: Any) -> Any:
+    return _where(angle < 0, angle + 2 * np.pi, angle)
+
+
+def _angle_minus_sine(angle: Any, sine: Any) -> Any:
     square = angle**2
     series = 1 - square / 20 * (1 - square / 42 * (1 - square / 72 * (1 - square / 110)))
-    return np.where(angle < 0.3, angle**3 / 6 * series, angle - sine)
+    return _where(angle < _SHORT, angle**3 / 6 * series, angle - sine)

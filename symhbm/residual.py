@@ -246,23 +246,31 @@ class HarmonicBalance:
         ``slip`` (n_contacts,) imposes contact states, see `symhbm.contact.locate`; ``friction``
         are the events of the contacts where they are known.
         """
-        if friction is None:
-            friction = self.locate(unknowns, slip)
-        residual, magnitude, values, by_parameter = self._equations(
-            unknowns, frequency, self._arguments, friction
-        )
-        # A sticking stretch is k_d (y - y_start): two large terms where the contact slips far.
-        spread = self._equations.directions_absolute @ np.abs(unknowns)
-        spread = spread.reshape(self.n_contacts, self.basis.n_components).max(axis=1, initial=0.0)
-        travel = spread * self.contact_stiffness
-        stretches = 2 * travel * np.where(friction.slip, friction.stick_fraction, 0.0)
+        at = unknowns, frequency, self._arguments
+        if self._equations.closed and self.samples is None:
+            imposed = slip if friction is None else friction.slip
+            found, friction = self._equations.in_closed_form(*at, imposed)
+            stretches = 0.0
+        else:
+            friction = self.locate(unknowns, slip) if friction is None else friction
+            found = self._equations(*at, friction)
+            stretches = self._stretches(unknowns, friction)
+        residual, magnitude, values, by_parameter = found
         return Evaluation(
             residual,
-            float(magnitude[0]) + stretches.max(initial=0.0),
+            float(magnitude[0]) + stretches,
             self._equations.assemble(values),
             by_parameter,
             friction,
         )
+
+    def _stretches(self, unknowns: FloatArray, friction: LocatedFriction) -> float:
+        """Largest of the two terms of stretches of stick, see `Equations`."""
+        spread = self._equations.directions_absolute @ np.abs(unknowns)
+        spread = spread.reshape(self.n_contacts, self.basis.n_components).max(axis=1, initial=0.0)
+        travel = spread * self.contact_stiffness
+        stretches = 2 * travel * np.where(friction.slip, friction.stick_fraction, 0.0)
+        return float(stretches.max(initial=0.0))
 
     def amplification(self, unknowns: FloatArray, frequency: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one)."""

@@ -20,6 +20,7 @@ ORDER = [
     "symmetry",
     # first floor: symbols
     "friction",
+    "compiled",
     "one_harmonic",
     "contact",
     "sampled",
@@ -129,6 +130,8 @@ ORDER = [
 ]
 ONLY_IN = {
     "casadi": {
+        "compiled",
+        "one_harmonic",
         "friction",
         "cubic_spring",
         "equations",
