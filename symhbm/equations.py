@@ -1,6 +1,5 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-import threading
 from typing import Any
 
 import casadi as ca
@@ -8,10 +7,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm import check
+from symhbm.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
-from symhbm.linear import DENSE_LIMIT
 from symhbm.model import FRICTION_PARAMETERS, Model
 from symhbm.symmetry import Symmetry
 
@@ -29,7 +28,8 @@ class Equations:
     they are those of one sector: its unknowns, its equations and its contacts.
 
     ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
-    coefficients of the relative displacements from the unknowns, contact by contact.
+    coefficients of the relative displacements from the unknowns, contact by contact. ``assemble``
+    makes the stored entries of the Jacobian a matrix, full up to a size, sparse above.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Equations:
         contact_names = (*FRICTION_PARAMETERS, *springs)
         self.parameter_names = (*MATRIX_INPUTS, *contact_names, *FORCE_INPUTS)
         n_dof, n_contacts = len(self.dofs), len(self.contacts)
-        sparsity = {name: _sparsity(self.rows(model, name)) for name in MATRIX_INPUTS}
+        sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= dict.fromkeys(contact_names, n_contacts)
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
@@ -90,8 +90,8 @@ class Equations:
             friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
             return inertia, viscous, elastic, friction
 
-        spread, spread_absolute = _constant(self.directions), _constant(self.directions_absolute)
-        whole = ca.mtimes(_constant(self.expansion), symbol["unknowns"])
+        spread, spread_absolute = constant(self.directions), constant(self.directions_absolute)
+        whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
         relative = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), size, n_contacts).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
@@ -126,7 +126,7 @@ class Equations:
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
         jacobian = ca.jacobian(smooth, symbol["unknowns"])
         jacobian += self._friction_jacobian(spread.T)
-        self._evaluate = ca.Function(
+        evaluate = ca.Function(
             "evaluate",
             inputs,
             [
@@ -138,14 +138,9 @@ class Equations:
             names,
             ["residual", "magnitude", "jacobian", "by_parameter"],
         )
-        self._size = n_dof * size
-        self._rows = np.array(jacobian.sparsity().row(), dtype=np.int32)
-        self._starts = np.array(jacobian.sparsity().colind(), dtype=np.int32)
-        columns = np.repeat(np.arange(self._size), np.diff(self._starts))
-        self._flat = columns * self._size + self._rows
+        self._evaluate = Compiled(evaluate)
+        self.assemble = Assembly(jacobian.sparsity())
         self._derivatives: dict[str, ca.Function] = {}
-        self._lock = threading.Lock()
-        self._connect()
 
     def rows(self, model: Model, name: str) -> Any:
         """The rows of a matrix of the structure that are balanced here, by columns."""
@@ -183,17 +178,6 @@ class Equations:
             )
         return self._derivatives[name]
 
-    def _connect(self) -> None:
-        """Give CasADi memory of NumPy to read and write: no conversion at a call."""
-        function = self._evaluate
-        self._buffer, self._trigger = function.buffer()
-        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore
-        for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))  # type: ignore
-
     def __call__(
         self,
         unknowns: FloatArray,
@@ -202,35 +186,6 @@ class Equations:
         friction: LocatedFriction,
     ) -> list[FloatArray]:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
-        with self._lock:
-            inputs = self._inputs
-            inputs[0][:] = unknowns
-            inputs[1][0] = frequency
-            for array, value in zip(inputs[2:-2], arguments, strict=True):
-                array[:] = value
-            # CasADi stores columns one after the other.
-            inputs[-2][:] = friction.matrix.transpose(0, 2, 1).ravel()
-            inputs[-1][:] = friction.vector.ravel()
-            self._trigger()
-            return [array.copy() for array in self._outputs]
-
-    def assemble(self, values: FloatArray) -> Any:
-        """Jacobian from its stored entries: a full matrix up to a size, sparse above."""
-        if self._size > DENSE_LIMIT:
-            return sp.csc_array((values, self._rows, self._starts), shape=(self._size, self._size))
-        matrix = np.zeros(self._size * self._size)
-        matrix[self._flat] = values
-        return matrix.reshape(self._size, self._size).T
-
-
-def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
-    rows, columns = matrix.shape  # type: ignore
-    return ca.Sparsity(
-        rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]
-    )
-
-
-def _constant(matrix: Any) -> ca.DM:
-    columns = sp.csc_array(matrix)
-    columns.sort_indices()
-    return ca.DM(_sparsity(columns), columns.data)
+        # CasADi stores columns one after the other.
+        matrix = friction.matrix.transpose(0, 2, 1).ravel()
+        return self._evaluate(unknowns, frequency, *arguments, matrix, friction.vector.ravel())

@@ -62,16 +62,21 @@ def locate_one_harmonic(
     gradient[:, -1] = np.where(moves, s / safe, 0.0)
     theta_star = theta_0 + stick
     turn = 2 * np.pi
+    theta_0 = theta_0 % turn
+    # A contact held in slip short of its limit never leaves its stretch of stick.
+    begin = np.where(slides & (excess > 0), theta_0, np.nan)[:, None] + np.array([0.0, np.pi])
     return LocatedFriction(
         matrix=matrix,
         vector=vector,
         slip=state,
         excess=excess,
         excess_gradient=gradient,
-        theta_0=np.where(moves, theta_0 % turn, np.nan),
+        theta_0=np.where(moves, theta_0, np.nan),
         theta_star=np.where(slides, theta_star % turn, np.nan),
         stick_fraction=np.where(state, np.where(moves, stick / np.pi, 0.0), 1.0),
         reversals=np.where(moves, 2, 0),
+        stick_begin=begin,
+        stick_end=begin + stick[:, None],
     )
 
 

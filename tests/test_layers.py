@@ -25,6 +25,7 @@ ORDER = [
     "sampled",
     "cubic_spring",
     "linear",
+    "compiled",
     "equations",
     "evaluation",
     "residual",
@@ -131,6 +132,7 @@ ONLY_IN = {
     "casadi": {
         "friction",
         "cubic_spring",
+        "compiled",
         "equations",
         "residual",
         "second_order",
