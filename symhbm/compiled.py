@@ -1,16 +1,22 @@
-"""A CasADi function that reads and writes NumPy memory: no conversion at a call."""
+"""CasADi functions called with memory of NumPy, and the matrices of their stored entries."""
 
 import threading
-from collections.abc import Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from symhbm.fourier import FloatArray
+from symhbm.linear import DENSE_LIMIT
 
 
 class Compiled:
-    """Calls ``function`` with arrays of the stored entries of its inputs, in column order."""
+    """A CasADi function that reads and writes memory of NumPy: no conversion at a call.
+
+    Inputs and outputs are stored entries, column after column, a one-dimensional array each.
+    """
 
     def __init__(self, function: ca.Function):
         self._buffer, self._trigger = function.buffer()
@@ -20,26 +26,47 @@ class Compiled:
             self._buffer.set_arg(i, memoryview(array))  # type: ignore
         for i, array in enumerate(self._outputs):
             self._buffer.set_res(i, memoryview(array))  # type: ignore
-        self._known: Sequence[FloatArray] | None = None
         self._lock = threading.Lock()
 
-    def __call__(
-        self, first: Sequence, constant: Sequence[FloatArray], last: Sequence
-    ) -> list[FloatArray]:
-        """Stored entries of the outputs; the inputs ``constant`` in the middle are kept by call.
-
-        They are only read where they are another object than in the call before.
-        """
+    def __call__(self, *inputs: ArrayLike) -> list[FloatArray]:
+        """Stored entries of the outputs."""
         with self._lock:
-            inputs = self._inputs
-            for array, value in zip(inputs, first, strict=False):
-                array[:] = value
-            n = len(first)
-            if self._known is not constant:
-                for array, value in zip(inputs[n : n + len(constant)], constant, strict=True):
-                    array[:] = value
-                self._known = constant
-            for array, value in zip(inputs[n + len(constant) :], last, strict=True):
+            for array, value in zip(self._inputs, inputs, strict=True):
                 array[:] = value
             self._trigger()
             return [array.copy() for array in self._outputs]
+
+
+class Assembly:
+    """Matrices of one sparsity from their stored entries: full up to a size, sparse above."""
+
+    def __init__(self, sparsity: ca.Sparsity):
+        self._shape = n_rows, n_columns = sparsity.shape
+        self._full = max(self._shape) <= DENSE_LIMIT
+        self._rows = np.array(sparsity.row(), dtype=np.int32)
+        self._starts = np.array(sparsity.colind(), dtype=np.int32)
+        self._flat = np.repeat(np.arange(n_columns), np.diff(self._starts)) * n_rows + self._rows
+
+    def __call__(self, values: FloatArray) -> Any:
+        """The matrix with these stored entries."""
+        if not self._full:
+            return sp.csc_array((values, self._rows, self._starts), shape=self._shape)
+        n_rows, n_columns = self._shape
+        matrix = np.zeros(n_rows * n_columns)
+        matrix[self._flat] = values
+        return matrix.reshape(n_columns, n_rows).T
+
+
+def sparsity_of(matrix: sp.csc_array) -> ca.Sparsity:
+    """CasADi's form of the stored places of a matrix."""
+    rows, columns = matrix.shape  # type: ignore
+    return ca.Sparsity(
+        rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]
+    )
+
+
+def constant(matrix: Any) -> ca.DM:
+    """CasADi's form of a matrix."""
+    columns = sp.csc_array(matrix)
+    columns.sort_indices()
+    return ca.DM(sparsity_of(columns), columns.data)

@@ -61,6 +61,8 @@ def locate(
     with np.errstate(divide="ignore", invalid="ignore"):
         gradient = np.where(moves[:, None], (high - low) / spread[:, None], 0.0)
 
+    # The run of a contact that slips on a branch ends there.
+    ends = (origin[:, 1::2] != origin[:, 0::2]) & (state & (excess > 0) & moves)[:, None]
     simple = points.count == 2
     return LocatedFriction(
         matrix=matrix,
@@ -72,6 +74,8 @@ def locate(
         theta_star=np.where(simple & state, angle[:, 1] % (2 * np.pi), np.nan),
         stick_fraction=np.where(state, (stick * np.diff(angle)).sum(axis=1) / (2 * np.pi), 1.0),
         reversals=points.count,
+        stick_begin=np.where(ends, origin[:, 0::2], np.nan),
+        stick_end=np.where(ends, angle[:, 1::2], np.nan),
     )
 
 
@@ -87,19 +91,7 @@ def stick_intervals(
     [rad], each (n_intervals,), contact by contact and ascending. A contact that never slips has no
     interval.
     """
-    if basis.highest == 1:
-        friction = locate_one_harmonic(basis, coefficients, contact_stiffness, slip_limit)
-        contact = np.flatnonzero(~np.isnan(friction.theta_star)).repeat(2)
-        begin = friction.theta_0[contact] + np.tile([0.0, np.pi], len(contact) // 2)
-        return contact, begin, begin + np.pi * friction.stick_fraction[contact]
-    points = turning_points(basis, coefficients)
-    spread = points.value[:, 0] - points.value[np.arange(len(coefficients)), points.lowest]
-    _, slips = limit_excess(spread, contact_stiffness, slip_limit, None)
-    angle, _, _, origin = _march(basis, coefficients, points, contact_stiffness, slip_limit)
-    # The run of a contact that slips on a branch ends there.
-    ends = (origin[:, 1::2] != origin[:, 0::2]) & (slips & (points.count > 0))[:, None]
-    contact, branch = np.nonzero(ends)
-    return contact, origin[contact, 2 * branch], angle[contact, 2 * branch + 1]
+    return locate(basis, coefficients, contact_stiffness, slip_limit).stick_intervals
 
 
 def _march(

@@ -8,11 +8,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm import check
-from symhbm.compiled import Compiled
+from symhbm.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
-from symhbm.linear import DENSE_LIMIT
 from symhbm.model import FRICTION_PARAMETERS, Model
 from symhbm.one_harmonic import FREE, one_harmonic_kernel, packed_size, unpacked
 from symhbm.symmetry import Symmetry
@@ -31,7 +30,8 @@ class Equations:
     they are those of one sector: its unknowns, its equations and its contacts.
 
     ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
-    coefficients of the relative displacements from the unknowns, contact by contact. ``closed``
+    coefficients of the relative displacements from the unknowns, contact by contact. ``assemble``
+    makes the stored entries of the Jacobian a matrix, full up to a size, sparse above. ``closed``
     tells that the events of contacts are closed forms, found in the same call.
     """
 
@@ -58,7 +58,7 @@ class Equations:
         contact_names = (*FRICTION_PARAMETERS, *springs)
         self.parameter_names = (*MATRIX_INPUTS, *contact_names, *FORCE_INPUTS)
         n_dof, n_contacts = len(self.dofs), len(self.contacts)
-        sparsity = {name: _sparsity(self.rows(model, name)) for name in MATRIX_INPUTS}
+        sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= dict.fromkeys(contact_names, n_contacts)
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
@@ -93,8 +93,8 @@ class Equations:
             friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
             return inertia, viscous, elastic, friction
 
-        spread, spread_absolute = _constant(self.directions), _constant(self.directions_absolute)
-        whole = ca.mtimes(_constant(self.expansion), symbol["unknowns"])
+        spread, spread_absolute = constant(self.directions), constant(self.directions_absolute)
+        whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
         relative = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), size, n_contacts).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
@@ -132,6 +132,7 @@ class Equations:
         by_parameter = ca.densify(ca.jacobian(self._balance, omega))
         outputs = [self._balance, ca.mmax(total), jacobian, by_parameter]
         self._evaluate = Compiled(ca.Function("evaluate", inputs, outputs))
+        self.assemble = Assembly(jacobian.sparsity())
         self.closed = basis.highest == 1
         if self.closed:
             imposed = ca.SX.sym("imposed", n_contacts)
@@ -142,11 +143,6 @@ class Equations:
             outputs[1] += self._stretches(travel, events, size)
             function = ca.Function("closed", [*inputs[:-2], imposed], [*outputs, events])
             self._evaluate_closed = Compiled(function)
-        self._size = n_dof * size
-        self._rows = np.array(jacobian.sparsity().row(), dtype=np.int32)
-        self._starts = np.array(jacobian.sparsity().colind(), dtype=np.int32)
-        columns = np.repeat(np.arange(self._size), np.diff(self._starts))
-        self._flat = columns * self._size + self._rows
         self._derivatives: dict[str, ca.Function] = {}
 
     def rows(self, model: Model, name: str) -> Any:
@@ -175,7 +171,9 @@ class Equations:
 
         Their difference is the force: where a contact slips far, two large terms.
         """
-        state, _, _, _, stick, _ = ca.vertsplit(events[packed_size(size) - 6 :, :])
+        state, _, _, _, stick, _ = ca.vertsplit(
+            events[packed_size(size) - 10 : packed_size(size) - 4, :]
+        )
         farthest = [ca.mmax(part) for part in ca.vertsplit(travel, size)]
         spring = self._symbol["contact_stiffness"].T
         largest = 2 * spring * ca.horzcat(*farthest) * state * stick
@@ -214,8 +212,8 @@ class Equations:
     ) -> list[FloatArray]:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
         # CasADi stores columns one after the other.
-        located = friction.matrix.transpose(0, 2, 1).ravel(), friction.vector.ravel()
-        return self._evaluate((unknowns, frequency), arguments, located)
+        matrix = friction.matrix.transpose(0, 2, 1).ravel()
+        return self._evaluate(unknowns, frequency, *arguments, matrix, friction.vector.ravel())
 
     def in_closed_form(
         self,
@@ -226,30 +224,9 @@ class Equations:
     ) -> tuple[list[FloatArray], LocatedFriction]:
         """The same under one harmonic, and the events; ``slip`` imposes states."""
         imposed = FREE if slip is None else slip
-        *found, events = self._evaluate_closed((unknowns, frequency), arguments, (imposed,))
-        size = self._size // len(self.dofs)
+        *found, events = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
+        size = len(unknowns) // len(self.dofs)
         return found, unpacked(events.reshape(len(self.contacts), -1), size)
-
-    def assemble(self, values: FloatArray) -> Any:
-        """Jacobian from its stored entries: a full matrix up to a size, sparse above."""
-        if self._size > DENSE_LIMIT:
-            return sp.csc_array((values, self._rows, self._starts), shape=(self._size, self._size))
-        matrix = np.zeros(self._size * self._size)
-        matrix[self._flat] = values
-        return matrix.reshape(self._size, self._size).T
-
-
-def _sparsity(matrix: sp.csc_array) -> ca.Sparsity:
-    rows, columns = matrix.shape  # type: ignore
-    return ca.Sparsity(
-        rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]
-    )
-
-
-def _constant(matrix: Any) -> ca.DM:
-    columns = sp.csc_array(matrix)
-    columns.sort_indices()
-    return ca.DM(_sparsity(columns), columns.data)
 
 
 def _split(events: Any, size: int) -> list[Any]:

@@ -44,6 +44,9 @@ class LocatedFriction:
         Share of the period spent sticking.
     reversals : (n_contacts,)
         Number of sign changes of the relative velocity per period.
+    stick_begin, stick_end : (n_contacts, n_stretches)
+        Where a contact that slips begins to stick and where it slips again [rad], ascending; NaN
+        elsewhere. Friction over samples has none.
     """
 
     matrix: FloatArray
@@ -55,6 +58,14 @@ class LocatedFriction:
     theta_star: FloatArray
     stick_fraction: FloatArray
     reversals: NDArray[np.int_]
+    stick_begin: FloatArray
+    stick_end: FloatArray
+
+    @property
+    def stick_intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """The contact, the begin and the end of all stretches of stick, (n_intervals,) each."""
+        contact, stretch = np.nonzero(~np.isnan(self.stick_end))
+        return contact, self.stick_begin[contact, stretch], self.stick_end[contact, stretch]
 
     def split(self, count: int) -> list["LocatedFriction"]:
         """The events of ``count`` batches of as many contacts each."""

@@ -27,6 +27,30 @@ def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
     return matrix
 
 
+def saddle(hessian: Any, constraints: Any) -> Any:
+    """The symmetric matrix ``[hessian, -constraints'; -constraints, 0]``, dense or sparse."""
+    if sp.issparse(hessian):
+        return sp.block_array([[hessian, -constraints.T], [-constraints, None]], format="csc")
+    size = len(hessian)
+    matrix = np.zeros((size + len(constraints),) * 2, order="F")
+    matrix[:size, :size] = hessian
+    matrix[:size, size:] = -constraints.T
+    matrix[size:, :size] = -constraints
+    return matrix
+
+
+def by_size(matrix: Any) -> Any:
+    """The matrix as it is factorised fastest: full up to a size, sparse above."""
+    if matrix.shape[0] > DENSE_LIMIT:
+        return sp.csc_array(matrix)
+    return full(matrix)
+
+
+def full(matrix: Any) -> FloatArray:
+    """The matrix as an array."""
+    return matrix.toarray(order="F") if sp.issparse(matrix) else matrix
+
+
 class Factorisation:
     """LU factors of a square matrix; ``sign`` is that of its determinant, 0 if it is singular."""
 

@@ -40,7 +40,7 @@ def locate_one_harmonic(
 
 def packed_size(size: int) -> int:
     """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
-    return size * size + 2 * size + 6
+    return size * size + 2 * size + 10
 
 
 def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
@@ -58,6 +58,8 @@ def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
         theta_star=state[3],
         stick_fraction=state[4],
         reversals=state[5].astype(int),
+        stick_begin=packed[:, -4:-2],
+        stick_end=packed[:, -2:],
     )
 
 
@@ -102,10 +104,10 @@ def one_harmonic_kernel(size: int) -> ca.Function:
     # Turned to the axes of cosine and sine.
     safe = _where(moves, radius, 1)
     c, s = _where(moves, cosine / safe, 1), sine / safe
-    turn = ca.horzcat(ca.vertcat(c, s), ca.vertcat(-s, c))
+    turn: Any = ca.horzcat(ca.vertcat(c, s), ca.vertcat(-s, c))
     local = ca.horzcat(ca.vertcat(along, lower), ca.vertcat(upper, across))
-    block = 2 / np.pi * ca.mtimes([turn, local, turn.T])
-    push = ca.mtimes(turn, ca.vertcat(push_along, push_across))
+    block = 2 / np.pi * (turn @ local @ turn.T)
+    push = turn @ ca.vertcat(push_along, push_across)
 
     matrix = ca.SX.zeros(size, size)
     vector, gradient = ca.SX.zeros(size), ca.SX.zeros(size)
@@ -115,18 +117,26 @@ def one_harmonic_kernel(size: int) -> ca.Function:
             inside = i >= size - 2 and j >= size - 2
             slipping = block[i - size + 2, j - size + 2] if inside else 0
             sticking = float(i == j) if inside else 0
-            matrix[i, j] = _where(state, slipping, sticking) * ca.logic_not(still)
+            entry = _where(state, slipping, sticking)
+            matrix[i, j] = _where(still, 0, entry)
     vector[-2:] = push * slides
     gradient[-2:] = ca.vertcat(c, s) / safe * moves
     turns = 2 * np.pi
     theta_star = theta_0 + stick
+    theta_0 = _where(moves, _positive(theta_0), np.nan)
+    # A contact held in slip short of its limit never leaves its stretch of stick.
+    begin = _where(ca.logic_and(slides, excess > 0), theta_0, np.nan)
     others = [
         state,
         excess,
-        _where(moves, _positive(theta_0), np.nan),
+        theta_0,
         _where(slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan),
         _where(state, _where(moves, stick / np.pi, 0), 1),
         2 * moves,
+        begin,
+        begin + np.pi,
+        begin + stick,
+        begin + np.pi + stick,
     ]
     packed = ca.vertcat(ca.vec(matrix), vector, gradient, *others)
     return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symhbm.evaluation import Evaluation
 from symhbm.events import crossed
 from symhbm.fourier import FloatArray
-from symhbm.linear import DENSE_LIMIT, Factorisation, bordered
+from symhbm.linear import Factorisation, bordered, by_size, full, saddle
 from symhbm.newton import ACCEPTED
 from symhbm.second_order import SecondOrder
 from symhbm.summit import Summit, SummitKind
@@ -49,25 +49,21 @@ class Conditions:
         self._n = problem.n_unknowns
         self._place = summit.place
         at = summit.unknowns, summit.frequency
-        if multipliers is None:
-            evaluation = problem.evaluate(*at, summit.slip)
-            multipliers = self._fitting(evaluation)
-        self.multipliers = multipliers
-        found = second_order(problem, *at, multipliers[: self._n], summit.slip)
-        self.evaluation = found.evaluation
-        self._limit_row = self._limit(found.evaluation)
-        balance = [found.evaluation.jacobian, found.evaluation.by_parameter[:, None]]
-        rows = [sp.hstack([*map(sp.csr_array, balance), found.by_parameters])]
+        evaluation = self.evaluation = problem.evaluate(*at, summit.slip)
+        self._limit_row = summit.limit(second_order, evaluation.friction.excess_gradient)
+        self.multipliers = multipliers = self._fitting() if multipliers is None else multipliers
+        found = second_order(problem, *at, multipliers[: self._n], summit.slip, evaluation)
+        self._constraints: Any = found.jacobian
         if summit.kind != SummitKind.SMOOTH:
-            rows.append(sp.csr_array(self._limit_row[None]))
-        self._constraints = sp.vstack(rows).tocsr()
+            stack = sp.vstack if sp.issparse(found.jacobian) else np.vstack
+            self._constraints = stack([found.jacobian, self._limit_row[None]])
         slope = -self._constraints.T @ multipliers
         slope[self._place] += summit.amplitude_slope
         self._slope = slope
         hessian = summit.amplitude_curvature(second_order.n_variables) - found.hessian
         if summit.kind == SummitKind.CORNER:
             hessian = hessian - multipliers[-1] * summit.limit_curvature(second_order)
-        self._hessian = sp.csr_array(hessian)
+        self._hessian = hessian
 
     @property
     def gradient(self) -> FloatArray:
@@ -77,9 +73,8 @@ class Conditions:
     @cached_property
     def hessian(self) -> FloatArray:
         """Second derivative of the amplitude by the parameters, (n_parameters, n_parameters)."""
-        last = self._n + 1
-        mixed = self._mixed
-        return self._hessian[last:, last:].toarray() - mixed.T @ self._solve(mixed)
+        own = self._hessian[self._n + 1 :, self._n + 1 :]
+        return full(own) + self._mixed.T @ self.by_parameters
 
     @cached_property
     def by_parameters(self) -> FloatArray:
@@ -125,8 +120,8 @@ class Conditions:
 
     def is_maximum(self) -> bool:
         """Whether the response falls on both sides, every contact in the state held for it."""
-        summit, problem = self.summit, self.summit.problem
-        free = problem.evaluate(summit.unknowns, summit.frequency)
+        summit = self.summit
+        free = self._in_states(self.evaluation.friction.excess > 0)
         beyond = crossed(self.evaluation, summit.slip)
         beyond[summit.held] = False
         if free.norm > ACCEPTED or beyond.any():
@@ -148,30 +143,32 @@ class Conditions:
         stick, slip = (d[self._place] @ summit.amplitude_slope for d in (along, beside))
         return bool(stick * rate > 0 and slip * rate < 0)
 
+    def _in_states(self, slip: NDArray[np.bool_]) -> Evaluation:
+        """The equations with contact states ``slip`` held."""
+        if np.array_equal(slip, self.evaluation.friction.slip):
+            return self.evaluation
+        return self.summit.problem.evaluate(self.summit.unknowns, self.summit.frequency, slip)
+
     def _tangent(self, slip: NDArray[np.bool_]) -> FloatArray | None:
         """Derivatives of unknowns and frequency by the frequency, contact states ``slip`` held."""
-        summit = self.summit
-        at = summit.problem.evaluate(summit.unknowns, summit.frequency, slip)
-        change = _factors(at.jacobian).solve(-at.by_parameter)
+        at = self._in_states(slip)
+        change = Factorisation(at.jacobian).solve(-at.by_parameter)
         return None if change is None else np.append(change, 1.0)
 
-    def _fitting(self, evaluation: Evaluation) -> FloatArray:
+    def _fitting(self) -> FloatArray:
         """Multipliers that make the Lagrangian stationary by unknowns, and frequency if bound."""
         right = np.zeros(self._n)
         right[self._place] = self.summit.amplitude_slope
-        matrix = evaluation.jacobian.T
+        matrix = self.evaluation.jacobian.T
         if self.summit.kind != SummitKind.SMOOTH:
-            limit = self._limit(evaluation)
-            force = np.append(evaluation.by_parameter, limit[self._n])
+            limit = self._limit_row
+            force = np.append(self.evaluation.by_parameter, limit[self._n])
             matrix = bordered(matrix, limit[: self._n], force)
             right = np.append(right, 0.0)
-        found = _factors(matrix).solve(right)
+        found = Factorisation(matrix).solve(right)
         if found is None:
             raise ArithmeticError("the equations are singular at a maximum")
         return found
-
-    def _limit(self, evaluation: Evaluation) -> FloatArray:
-        return self.summit.limit(self.second_order, evaluation.friction.excess_gradient)
 
     @cached_property
     def _scale(self) -> FloatArray:
@@ -188,22 +185,19 @@ class Conditions:
     def _system(self) -> Any:
         """Derivative of the conditions by unknowns, frequency and multipliers: symmetric."""
         last = self._n + 1
-        rows = self._constraints[:, :last]
-        return sp.block_array([[self._hessian[:last, :last], -rows.T], [-rows, None]]).tocsr()
+        return saddle(self._hessian[:last, :last], self._constraints[:, :last])
 
     @cached_property
     def _mixed(self) -> FloatArray:
         """Derivative of the conditions by the parameters."""
         last = self._n + 1
-        by_parameters = [self._hessian[:last, last:], -self._constraints[:, last:]]
-        return sp.vstack(by_parameters).toarray()
+        by_parameters = self._hessian[:last, last:], -self._constraints[:, last:]
+        return np.vstack([full(each) for each in by_parameters])
 
     @cached_property
     def _factorisation(self) -> Factorisation:
-        scaling = sp.diags_array(self._scale)
-        scaled = (scaling @ self._system @ scaling) / self._scale[0]
-        dense = scaled.shape[0] <= DENSE_LIMIT
-        return Factorisation(np.asfortranarray(scaled.toarray()) if dense else scaled.tocsc())
+        scaled = self._system * self._scale * (self._scale[:, None] / self._scale[0])
+        return Factorisation(by_size(scaled))
 
     def _solve(self, right: FloatArray) -> FloatArray:
         scale = self._scale if right.ndim == 1 else self._scale[:, None]
@@ -231,7 +225,3 @@ def solve(start: Conditions, precision: float = _PRECISION) -> Conditions | None
         except ArithmeticError:
             return None
     return None
-
-
-def _factors(matrix: Any) -> Factorisation:
-    return Factorisation(matrix if sp.issparse(matrix) else np.array(matrix, order="F"))

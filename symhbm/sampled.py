@@ -98,6 +98,8 @@ def locate_sampled(
         ),
         stick_fraction=np.where(state, n_stick.sum(axis=1) / samples, 1.0),
         reversals=motion.reversals,
+        stick_begin=np.empty((len(matrix), 0)),
+        stick_end=np.empty((len(matrix), 0)),
     )
 
 

@@ -13,31 +13,36 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
 
-from symhbm.contact import stick_intervals
+from symhbm.compiled import Assembly, Compiled, constant
+from symhbm.contact import locate
 from symhbm.evaluation import Evaluation
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
 
 _GRAZING = 1e-9
 """Relative velocity at an onset, over its largest, below which it has no second derivative."""
-_CONTACT = ("contact_stiffness", "friction_coefficient", "normal_load")
 
 
 @dataclass(frozen=True)
 class Expansion:
     """Derivatives at one point, of the variables unknowns, frequency and parameters, in this order.
 
-    ``evaluation`` is that of the balance; ``by_parameters`` (n_unknowns, n_parameters), sparse, its
-    derivative; ``hessian`` (n_variables, n_variables), sparse, the second derivative of the balance
-    times the multipliers.
+    ``evaluation`` is that of the balance; ``jacobian`` (n_unknowns, n_variables), its derivative;
+    ``hessian`` (n_variables, n_variables), the second derivative of the balance times the
+    multipliers: both dense or sparse by the number of variables.
     """
 
     evaluation: Evaluation
-    by_parameters: Any
+    jacobian: Any
     hessian: Any
+
+    @property
+    def by_parameters(self) -> Any:
+        """Derivative of the balance by the parameters, (n_unknowns, n_parameters)."""
+        return self.jacobian[:, self.jacobian.shape[0] + 1 :]
 
 
 class SecondOrder:
@@ -72,16 +77,24 @@ class SecondOrder:
         parameters = ca.vertcat(*(symbol[name].nz[:] for name in names))
         variables = ca.vertcat(symbol["unknowns"], symbol["frequency"], parameters)
         multipliers = ca.SX.sym("multipliers", problem.n_unknowns)
+        jacobian = ca.jacobian(balance, variables)
         hessian = ca.hessian(ca.dot(multipliers, balance), variables)[0]
-        by_parameters = ca.jacobian(balance, parameters) if names else ca.SX(problem.n_unknowns, 0)
-        inputs = symbol | {"multipliers": multipliers}
-        self._function = ca.Function(
-            "second_order",
-            list(inputs.values()),
-            [by_parameters, hessian],
-            list(inputs),
-            ["by_parameters", "hessian"],
-        )
+        size, n_contacts = problem.basis.n_components + 2, problem.n_contacts
+        added = ca.SX.sym("added", size, n_contacts * size)
+        if n_contacts:
+            # The angles move with displacement, k_d and mu F_n of their own contact.
+            relative = ca.mtimes(constant(problem.directions), symbol["unknowns"])
+            limit = symbol["friction_coefficient"] * symbol["normal_load"]
+            local = ca.vertcat(
+                ca.reshape(relative, size - 2, n_contacts), symbol["contact_stiffness"].T, limit.T
+            )
+            spread = ca.jacobian(ca.vec(local), variables)
+            blocks = ca.diagcat(*ca.horzsplit(added, size))
+            hessian += ca.mtimes([spread.T, blocks, spread])
+        self._inputs = list(symbol)
+        inputs = [*symbol.values(), multipliers, added]
+        self._compiled = Compiled(ca.Function("second_order", inputs, [jacobian, hessian]))
+        self._assemblies = Assembly(jacobian.sparsity()), Assembly(hessian.sparsity())
 
     def __call__(
         self,
@@ -90,21 +103,23 @@ class SecondOrder:
         frequency: float,
         multipliers: FloatArray,
         slip: Any = None,
+        evaluation: Evaluation | None = None,
     ) -> Expansion:
         """Derivatives at ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s].
 
         ``multipliers`` (n_unknowns,) weigh the balance; ``slip`` (n_contacts,) imposes contact
-        states, see `symhbm.contact.locate`.
+        states, see `symhbm.contact.locate`; ``evaluation`` is that of the balance there, in these
+        states, where it is known.
         """
         if problem.residual is not self._balance:
             raise ValueError(
                 "problem: expected the one these equations were built from, or a copy of it by "
                 "with_parameters"
             )
-        friction = problem.locate(unknowns, slip)
-        evaluation = problem.evaluate(unknowns, frequency, friction=friction)
+        if evaluation is None:
+            evaluation = problem.evaluate(unknowns, frequency, slip)
+        friction = evaluation.friction
         named = problem.arguments(unknowns, frequency, friction=friction)
-        found = self._function(**named, multipliers=multipliers)
         added = moving_angles(
             problem.basis,
             problem.relative(unknowns),
@@ -112,35 +127,14 @@ class SecondOrder:
             problem.slip_limit,
             problem.relative(multipliers),
             friction.slip,
+            friction,
         )
-        hessian = found["hessian"].sparse()
-        if problem.n_contacts:
-            local = self._local(problem)
-            hessian = hessian + local.T @ sp.block_diag(added, format="csr") @ local
-        return Expansion(evaluation, found["by_parameters"].sparse(), sp.csr_array(hessian))
-
-    def _local(self, problem: HarmonicBalance) -> sp.csr_array:
-        """From all variables to displacement, ``k_d`` and ``mu F_n`` of contact after contact."""
-        size, n_contacts = problem.basis.n_components, problem.n_contacts
-        own = {name: problem.own(name, problem.parameters[name]) for name in _CONTACT}
-        ones = np.ones(n_contacts)
-        slopes = {
-            "contact_stiffness": (size, ones),
-            "friction_coefficient": (size + 1, own["normal_load"]),
-            "normal_load": (size + 1, own["friction_coefficient"]),
-        }
-        relative = problem.directions.tocoo()
-        contact, component = np.divmod(relative.row, size)
-        rows, columns = [contact * (size + 2) + component], [relative.col]
-        values = [relative.data]
-        for name, (row, slope) in slopes.items():
-            if name in self.places:
-                rows.append(np.arange(n_contacts) * (size + 2) + row)
-                columns.append(self.places[name].start + np.arange(n_contacts))
-                values.append(slope)
-        entries = np.concatenate(rows), np.concatenate(columns)
-        shape = n_contacts * (size + 2), self.n_variables
-        return sp.csr_array((np.concatenate(values), entries), shape=shape)
+        inputs = [np.ravel(named[name], order="F") for name in self._inputs]
+        found = self._compiled(*inputs, multipliers, added.ravel())
+        jacobian, hessian = (
+            assemble(values) for assemble, values in zip(self._assemblies, found, strict=True)
+        )
+        return Expansion(evaluation, jacobian, hessian)
 
 
 def moving_angles(
@@ -150,6 +144,7 @@ def moving_angles(
     slip_limit: FloatArray,
     weights: FloatArray,
     slip: Any,
+    friction: LocatedFriction | None = None,
 ) -> FloatArray:
     """Second derivatives of weighted friction forces by the motion of their angles alone.
 
@@ -161,6 +156,8 @@ def moving_angles(
         Relative displacement [m], and the weights of the force's coefficients.
     contact_stiffness, slip_limit, slip : (n_contacts,)
         ``k_d`` [N/m], ``mu F_n`` [N], and whether each contact slips.
+    friction
+        The events of the contacts where they are known.
 
     Returns
     -------
@@ -168,7 +165,9 @@ def moving_angles(
     """
     n_contacts, size = coefficients.shape
     result = np.zeros((n_contacts, size + 2, size + 2))
-    contact, begin, end = stick_intervals(basis, coefficients, contact_stiffness, slip_limit)
+    if friction is None:
+        friction = locate(basis, coefficients, contact_stiffness, slip_limit)
+    contact, begin, end = friction.stick_intervals
     kept = np.asarray(slip)[contact]
     contact, begin, end = contact[kept], begin[kept], end[kept]
     stiffness, limit = contact_stiffness[contact], slip_limit[contact]
@@ -202,7 +201,9 @@ def moving_angles(
 
 def _centred(basis, coefficients, contact_stiffness, weights, slip) -> FloatArray:
     """Of the static force of contacts that stick, centred between the extremes of the motion."""
-    bends = sum(extreme_hessian(basis, coefficients, lowest) for lowest in (False, True))
+    points = turning_points(basis, coefficients)
+    low = points.angle[np.arange(len(coefficients)), points.lowest]
+    bends = sum(turning_hessian(basis, coefficients, at) for at in (points.angle[:, 0], low))
     factor = np.where(slip, 0.0, -contact_stiffness / 2 * weights[:, 0])
     return factor[:, None, None] * bends
 
@@ -217,6 +218,11 @@ def extreme_hessian(
     points = turning_points(basis, coefficients)
     rows = np.arange(len(coefficients))
     angle = points.angle[rows, points.lowest] if lowest else points.angle[:, 0]
+    return turning_hessian(basis, coefficients, angle)
+
+
+def turning_hessian(basis: FourierBasis, coefficients: FloatArray, angle: FloatArray) -> FloatArray:
+    """As `extreme_hessian`, of the values at turning points whose ``angle`` (n,) [rad] is known."""
     slope = basis.values(angle, 1)
     bend = np.einsum("im,im->i", basis.values(angle, 2), coefficients)
     factor = -1 / np.where(bend == 0, np.inf, bend)

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from symhbm.events import ON_LIMIT
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray
+from symhbm.linear import DENSE_LIMIT
 from symhbm.peaks import TIE, Peak, PeakKind
 from symhbm.residual import HarmonicBalance
-from symhbm.second_order import SecondOrder, extreme_hessian
+from symhbm.second_order import SecondOrder, turning_hessian
 
 _SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
 """Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
@@ -95,7 +96,7 @@ class Summit:
         """The response there [m]."""
         return self._top[0]
 
-    @property
+    @cached_property
     def amplitude_slope(self) -> FloatArray:
         """Derivative of the amplitude by the coefficients of the degree of freedom."""
         values = self.problem.basis.values(self._top[1])
@@ -110,7 +111,7 @@ class Summit:
         return float(size[at]), float(points.angle[0, at])
 
     def amplitude_curvature(self, size: int) -> Any:
-        """Second derivative of the amplitude by ``size`` variables, sparse."""
+        """Second derivative of the amplitude by ``size`` variables, dense or sparse by size."""
         basis = self.problem.basis
         slope, bend = (basis.values(self._top[1], derivative) for derivative in (1, 2))
         # The angle of the maximum moves with the motion.
@@ -133,36 +134,42 @@ class Summit:
         return row
 
     def limit_curvature(self, second_order: SecondOrder) -> Any:
-        """Second derivative by all variables of the limit of a corner, sparse."""
+        """Second derivative by all variables of the limit of a corner, dense or sparse by size."""
         problem, contact = self.problem, self.contact
-        basis, size = problem.basis, second_order.n_variables
+        basis = problem.basis
         motion = problem.relative(self.unknowns)[[contact]]
         points = turning_points(basis, motion)
         lowest = points.lowest[0]
         spread = points.value[0, 0] - points.value[0, lowest]
-        high, low = basis.values(points.angle[0, 0]), basis.values(points.angle[0, lowest])
+        angle = points.angle[0, [0, lowest]]
+        high, low = basis.values(angle)
         gradient = (high - low) / spread
-        bends = extreme_hessian(basis, motion)[0] - extreme_hessian(basis, motion, lowest=True)[0]
-        block = bends / spread - np.outer(gradient, gradient)
-        rows = problem.directions[contact * len(block) : (contact + 1) * len(block)]
-        spreading = sp.hstack([rows, sp.csr_array((len(block), size - problem.n_unknowns))])
-        result = spreading.T @ sp.csr_array(block) @ spreading
-        for place, sign, value in self._limit_parameters(second_order):
-            result = result + _placed(np.array([[-sign / value**2]]), np.array([place]), size)
-        return result
+        bend_high, bend_low = turning_hessian(basis, motion[[0, 0]], angle)
+        block = (bend_high - bend_low) / spread - np.outer(gradient, gradient)
+        rows = problem.expand(contact, np.eye(len(block)))
+        near = np.flatnonzero(rows.any(axis=0))
+        parameters = self._limit_parameters(second_order)
+        places = np.array([*near, *(place for place, _, _ in parameters)])
+        curvature = np.diag([0.0] * len(near) + [-sign / value**2 for _, sign, value in parameters])
+        curvature[: len(near), : len(near)] = rows[:, near].T @ block @ rows[:, near]
+        return _placed(curvature, places, second_order.n_variables)
 
     def _limit_parameters(self, second_order: SecondOrder) -> list[tuple[int, float, float]]:
         """Place, exponent and value of the parameters of the limit of a corner."""
-        problem, contact = self.problem, self.contact
+        problem, contact, values = self.problem, self.contact, self.problem.parameters
         return [
             (second_order.places[name].start + contact, sign, float(own[contact]))
             for name, sign in _SIGNS.items()
             if name in second_order.places
-            for own in (problem.own(name, problem.parameters[name]),)
+            for own in (problem.own(name, values[name]),)
         ]
 
 
 def _placed(block: FloatArray, place: NDArray[np.intp], size: int) -> Any:
-    """A square block at some rows and columns of a sparse matrix."""
+    """A square block at some rows and columns of a matrix of zeros, dense or sparse by size."""
+    if size <= DENSE_LIMIT:
+        matrix = np.zeros((size, size))
+        matrix[np.ix_(place, place)] = block
+        return matrix
     rows, columns = np.repeat(place, len(place)), np.tile(place, len(place))
     return sp.csr_array((block.ravel(), (rows, columns)), shape=(size, size))

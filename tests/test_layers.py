@@ -20,12 +20,12 @@ ORDER = [
     "symmetry",
     # first floor: symbols
     "friction",
-    "compiled",
     "one_harmonic",
     "contact",
     "sampled",
     "cubic_spring",
     "linear",
+    "compiled",
     "equations",
     "evaluation",
     "residual",
