@@ -11,6 +11,7 @@ from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.residual import HarmonicBalance
 from symhbm.runs import resume
+from symhbm.sensitivity import sensitivity
 from symhbm.solve import solve
 from symhbm.status import SolveError, Status
 from symhbm.switching_angles import SwitchingAngles
@@ -42,6 +43,7 @@ __all__ = [
     "rebuild",
     "resume",
     "save",
+    "sensitivity",
     "single_blade",
     "solve",
     "statistics",

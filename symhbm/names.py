@@ -1,5 +1,7 @@
 """Names, dimensions, units and meaning of everything in a dataset: the archive's contract."""
 
+import re
+from collections import Counter
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -18,6 +20,7 @@ OWN_DIMENSIONS = (
     "event",
     "angle",
     "multiplier",
+    "peaking_dof",
 )
 
 
@@ -74,6 +77,10 @@ VARIABLES = {
     "peak_highest_harmonic": Variable((), "1", "highest harmonic of the response at the peak"),
     "peak_truncation_error": Variable(
         (), "1", "estimated error of the peak by the harmonics left out, relative"
+    ),
+    "peaking_dof": Variable((), "1", "degree of freedom whose peak it is"),
+    "sensitivity_status": Variable(
+        (), "1", "whether the derivatives of the peak are exact, or why there are none"
     ),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
     "event_kind": Variable((), "1", "onset of slip, end of slip, or fold"),
@@ -148,6 +155,7 @@ TEXTS = (
     "peak_kind",
     "event_kind",
     "status",
+    "sensitivity_status",
     "component",
     "variable",
     "variable_units",
@@ -178,3 +186,14 @@ def meaning(name: str) -> Variable:
     units, long_name = PARAMETERS[name.removeprefix(prefix)]
     of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}[prefix]
     return Variable((), units, long_name + of_what)
+
+
+def derivative(name: str, parameter: str) -> Variable:
+    """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
+    of, by = VARIABLES[name], Variable((), *PARAMETERS[parameter])
+    powers: Counter[str] = Counter()
+    for about, sign in ((of, 1), (by, -1)):
+        for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", about.units):
+            powers[symbol] += sign * int(power or 1)
+    units = " ".join(f"{s}{'' if p == 1 else p}" for s, p in powers.items() if p)
+    return Variable((), units or "1", f"derivative of the {of.long_name} by the {by.long_name}")

@@ -8,7 +8,7 @@ closed form too, for any number of reversals, and grows without bound towards th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -119,7 +119,10 @@ class SecondOrder:
         if evaluation is None:
             evaluation = problem.evaluate(unknowns, frequency, slip)
         friction = evaluation.friction
-        named = problem.arguments(unknowns, frequency, friction=friction)
+        # Without a spring nothing pulls the slider, whatever its limit.
+        pulled = problem.contact_stiffness[:, None] > 0
+        pulling = replace(friction, vector=np.where(pulled, friction.vector, 0.0))
+        named = problem.arguments(unknowns, frequency, friction=pulling)
         added = moving_angles(
             problem.basis,
             problem.relative(unknowns),
@@ -162,13 +165,14 @@ def moving_angles(
     Returns
     -------
     (n_contacts, n_components + 2, n_components + 2), by the displacement, ``k_d`` and ``mu F_n``.
+    Where ``mu F_n`` is 0 the second derivative by it is unbounded, and 0 here.
     """
     n_contacts, size = coefficients.shape
     result = np.zeros((n_contacts, size + 2, size + 2))
     if friction is None:
         friction = locate(basis, coefficients, contact_stiffness, slip_limit)
     contact, begin, end = friction.stick_intervals
-    kept = np.asarray(slip)[contact]
+    kept = np.asarray(slip)[contact] & (contact_stiffness[contact] > 0)
     contact, begin, end = contact[kept], begin[kept], end[kept]
     stiffness, limit = contact_stiffness[contact], slip_limit[contact]
     motion, weight = coefficients[contact], weights[contact]
@@ -191,9 +195,14 @@ def moving_angles(
     slope = basis.values(begin, 1)
     bend = np.einsum("im,im->i", basis.values(begin, 2), motion)
     on_run = basis.integrals(basis.moments(np.column_stack([begin, end]))[:, 0])
-    share = np.einsum("im,im->i", on_run, weight) * stiffness / np.where(bend == 0, np.inf, bend)
+    bend = np.where(bend == 0, np.inf, bend)
+    share = np.einsum("im,im->i", on_run, weight) * stiffness / bend
     moved = share[:, None, None] * slope[:, :, None] * slope[:, None, :]
     np.add.at(result[:, :size, :size], contact, moved)
+    # With no limit, where no run is left, the force turns its sign at the reversal itself.
+    turned = np.where(limit > 0, 0.0, 2 * test / np.abs(bend))[:, None] * slope
+    np.add.at(result[:, :size, size + 1], contact, turned)
+    np.add.at(result[:, size + 1, :size], contact, turned)
     if basis.order[0] == 0:
         result[:, :size, :size] += _centred(basis, coefficients, contact_stiffness, weights, slip)
     return result

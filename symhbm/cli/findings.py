@@ -45,7 +45,9 @@ def _computed(dataset: xr.Dataset) -> Lines:
         ends = json.loads(dataset.attrs["followed"]).get("band") or _ends(band, finite)
         text = f"{what} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
         text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
-        if not band.ndim:
+        if along not in dataset.variables:
+            text = f"{what} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
+        elif not band.ndim:
             text = f"{what}, at {short(band)} {unit}".rstrip()
         if along != "frequency" and "frequency" in dataset.variables:
             text += f", at {short(dataset['frequency'].values)} Hz"
