@@ -226,7 +226,7 @@ class Equations:
         imposed = FREE if slip is None else slip
         *found, events = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
         size = len(unknowns) // len(self.dofs)
-        return found, unpacked(events.reshape(len(self.contacts), -1), size)
+        return found, unpacked(events.reshape(len(self.contacts), packed_size(size)), size)
 
 
 def _split(events: Any, size: int) -> list[Any]:

@@ -46,8 +46,12 @@ def growth_rate(
 def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
     """Whether multipliers and balance see the same folds, which few harmonics keep apart.
 
-    Each takes one real multiplier through one, and the determinant through zero.
+    Each takes one real multiplier through one, and the determinant through zero: at a fold of the
+    balance round-off has its sign.
     """
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    if sizes[-1] <= NEUTRAL * sizes[0]:
+        return False
     beyond = np.count_nonzero((values.imag == 0) & (values.real > 1))
     return bool((beyond % 2 == 0) == (np.linalg.slogdet(jacobian)[0] > 0))
 
