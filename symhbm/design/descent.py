@@ -7,10 +7,11 @@ surveyed, and what was not known before enters the models.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symhbm.design.optimum import Held
 from symhbm.design.pieces import Pieces
 from symhbm.design.program import Program
 from symhbm.fourier import FloatArray
@@ -24,6 +25,13 @@ _ROUND_OFF = 1e-13
 """Changes of the logarithm of an amplitude that tell nothing."""
 AGREE = 1e-9
 """Relative difference of two maxima that are the same."""
+_STILL = 1e-12
+"""Slope of the logarithm of an amplitude over that of a design below which there is none."""
+_SMALL = 1e-3
+"""Trust region that tells the multipliers at an optimum."""
+_DIGITS = 1e-12
+"""Last step of Newton's method."""
+_MAX_POLISHES = 6
 _MAX_STEPS = 100
 _MAX_SURVEYS = 30
 
@@ -33,7 +41,7 @@ Evaluate = Callable[[FloatArray, list[Pieces] | None], list[Pieces]]
 
 @dataclass(frozen=True)
 class Design:
-    """A design ``x`` (n_variables,), its surveyed cases, and the logarithm of the statistic."""
+    """A design ``x`` (n_variables,), its cases, and the logarithm of the statistic."""
 
     x: FloatArray
     states: list[Pieces]
@@ -42,40 +50,55 @@ class Design:
 
 @dataclass(frozen=True)
 class Descent:
-    """Where a descent ended: ``converged`` if no step of the models goes further down.
+    """Where a descent ended: a surveyed ``design``.
 
-    ``path`` are the designs accepted, with the logarithm of the statistic.
+    ``converged`` tells that no step of the models goes further down, and then ``held`` what holds
+    the design.
     """
 
     design: Design
     converged: bool
-    path: list[tuple[FloatArray, float]]
+    held: Held | None = None
+
+
+def is_flat(design: Design) -> bool:
+    """Whether no large maximum changes with the design, to first and second order."""
+    pieces = [piece for state in design.states for piece in state.pieces[:1]]
+    return bool(pieces) and all(
+        np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
+        for piece in pieces
+    )
 
 
 def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
     """Go down from a surveyed design whose statistic is finite."""
     best, here = start, start
-    path = [(start.x, start.value)]
     radius = FIRST_RADIUS
     for _ in range(_MAX_SURVEYS):
-        here, radius, converged = _follow(program, evaluate, here, radius, path)
+        here, radius, converged = _follow(program, evaluate, here, radius)
+        held = None
+        if converged:
+            here, held = _polished(program, evaluate, here)
         surveyed = here
         if not all(state.surveyed for state in here.states):
             states = evaluate(here.x, None)
             surveyed = Design(here.x, states, _value(program, states))
-        if surveyed.value <= best.value:
+        if surveyed.value <= best.value + _ROUND_OFF:
             best = surveyed
         if surveyed.value <= here.value + AGREE:
-            return Descent(best, converged and best is surveyed, path)
+            ended = best is surveyed
+            return Descent(best, converged and ended, held if ended else None)
         # A maximum that was not followed is higher: it is in the models from now on.
         here = surveyed if np.isfinite(surveyed.value) else best
         radius = max(radius / 4, _SMALLEST_RADIUS)
-    return Descent(best, False, path)
+    return Descent(best, False)
 
 
-def _follow(program, evaluate, here: Design, radius: float, path) -> tuple[Design, float, bool]:
+def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, float, bool]:
     """Steps until none goes further down, with the maxima that are known."""
     for _ in range(_MAX_STEPS):
+        if is_flat(here):
+            return here, radius, False
         step = program.step(here.states, here.x, radius)
         length = float(np.abs(step.x - here.x).max())
         expected = here.value - step.predicted
@@ -88,7 +111,6 @@ def _follow(program, evaluate, here: Design, radius: float, path) -> tuple[Desig
         within = abs(gain) <= _ROUND_OFF and abs(expected) <= _ROUND_OFF
         if within or gain > 1e-4 * expected > 0:
             here = Design(step.x, states, value)
-            path.append((here.x, here.value))
             if gain > 0.75 * expected and length > 0.9 * radius:
                 radius = min(2 * radius, _LARGEST_RADIUS)
             elif gain < 0.25 * expected and not within:
@@ -98,6 +120,35 @@ def _follow(program, evaluate, here: Design, radius: float, path) -> tuple[Desig
             if radius < _SMALLEST_RADIUS:
                 return here, radius, False
     return here, radius, False
+
+
+def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Design, Held]:
+    """Newton's method on the conditions that hold at a minimum, as long as they get better."""
+    held = _held(program, here)
+    for _ in range(_MAX_POLISHES):
+        change, _, _ = held.step()
+        length = float(np.abs(change).max())
+        if not length <= _SMALL:
+            break
+        x = np.clip(here.x + change, program.space.lower, program.space.upper)
+        states = evaluate(x, here.states)
+        there = Design(x, states, _value(program, states))
+        if not there.value <= here.value + AGREE:
+            break
+        better = _held(program, there)
+        if better.stationarity >= held.stationarity and length > _DIGITS:
+            break
+        here, held = there, better
+        if length <= _DIGITS:
+            break
+    return here, held
+
+
+def _held(program: Program, design: Design) -> Held:
+    step = program.step(design.states, design.x, _SMALL)
+    held = Held.of(program, design.x, design.states, step)
+    _, weights, pulls = held.step()
+    return replace(held, weights=weights, pulls=pulls) if np.all(weights > 0) else held
 
 
 def _value(program: Program, states: list[Pieces]) -> float:

@@ -1,12 +1,12 @@
 """The search for an optimal design: several starts, descents from them, and the last digits."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
 
 from symhbm.design.cases import Cases
-from symhbm.design.descent import AGREE, Descent, Design, descend
+from symhbm.design.descent import AGREE, Descent, Design, descend, is_flat
 from symhbm.design.optimum import Held
 from symhbm.design.program import Program
 from symhbm.design.space import Group, Space
@@ -14,11 +14,6 @@ from symhbm.fourier import FloatArray
 
 _SEED = 2013
 _NEARBY = np.log(3.0)
-_POLISH = 6
-_SMALL = 1e-3
-"""Trust region that tells the multipliers at an optimum."""
-_STILL = 1e-12
-"""Slope of the logarithm of an amplitude over that of a design below which there is none."""
 
 
 @dataclass(frozen=True)
@@ -33,15 +28,6 @@ class Found:
     held: Held | None
     starts: list[Design]
     descents: list[Descent]
-
-
-def is_flat(design: Design) -> bool:
-    """Whether no large maximum changes with the design, to first and second order."""
-    pieces = [piece for state in design.states for piece in state.pieces[:1]]
-    return bool(pieces) and all(
-        np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
-        for piece in pieces
-    )
 
 
 def search(
@@ -64,18 +50,10 @@ def search(
     lowest = min((descent.design.value for descent in descents), default=np.inf)
     if best.value < lowest - AGREE or not descents:
         return Found(best, None, designs, descents)
-    descent = min(descents, key=lambda found: (found.design.value, not found.converged))
     # Of minima that agree, one that converged has more digits.
-    alike = [
-        found
-        for found in descents
-        if found.converged and found.design.value <= descent.design.value + AGREE
-    ]
-    design = (alike or [descent])[0].design
-    held = None
-    if np.isfinite(design.value):
-        design, held = _polish(program, cases, design)
-    return Found(design, held, designs, descents)
+    alike = [descent for descent in descents if descent.design.value <= lowest + AGREE]
+    ended = min(alike, key=lambda descent: not descent.converged)
+    return Found(ended.design, ended.held, designs, descents)
 
 
 def starts(space: Space, n_starts: int | None) -> FloatArray:
@@ -132,35 +110,3 @@ def _promising(space: Space, designs: list[Design], most: int) -> list[Design]:
 def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:
     states = cases(x)
     return Design(x, states, program.value(np.array([state.height for state in states])))
-
-
-def _polish(program: Program, cases: Cases, design: Design) -> tuple[Design, Held]:
-    """Newton's method on the conditions that hold at a minimum, as long as they get better."""
-    held = _held(program, design)
-    here = design
-    for _ in range(_POLISH):
-        change, _, _ = held.step()
-        if not np.all(np.isfinite(change)) or np.abs(change).max() > _SMALL:
-            break
-        x = np.clip(here.x + change, program.space.lower, program.space.upper)
-        states = cases(x, here.states)
-        there = Design(x, states, program.value(np.array([s.height for s in states])))
-        if not there.value <= design.value + AGREE:
-            break
-        better = _held(program, there)
-        if better.stationarity >= held.stationarity and np.abs(change).max() > 1e-12:
-            break
-        here, held = there, better
-        if np.abs(change).max() <= 1e-12:
-            break
-    if here is design:
-        return design, held
-    final = _surveyed(program, cases, here.x)
-    return (final, held) if final.value <= design.value + AGREE else (design, held)
-
-
-def _held(program: Program, design: Design) -> Held:
-    step = program.step(design.states, design.x, _SMALL)
-    held = Held.of(program, design.x, design.states, step)
-    _, weights, pulls = held.step()
-    return replace(held, weights=weights, pulls=pulls) if np.all(weights > 0) else held
