@@ -8,6 +8,7 @@ from symhbm.archive import ArchiveError, load, rebuild, save
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
+from symhbm.peak_curve import peak_curve
 from symhbm.residual import HarmonicBalance
 from symhbm.runs import resume
 from symhbm.solve import solve
@@ -36,6 +37,7 @@ __all__ = [
     "frf",
     "load",
     "mistuning",
+    "peak_curve",
     "plot",
     "rebuild",
     "resume",
