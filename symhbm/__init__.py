@@ -9,6 +9,7 @@ from symhbm.design import minimise_peak
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
+from symhbm.peak_curve import peak_curve
 from symhbm.residual import HarmonicBalance
 from symhbm.runs import resume
 from symhbm.sensitivity import sensitivity
@@ -39,6 +40,7 @@ __all__ = [
     "load",
     "minimise_peak",
     "mistuning",
+    "peak_curve",
     "plot",
     "rebuild",
     "resume",

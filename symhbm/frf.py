@@ -106,8 +106,8 @@ def frf(
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
     check_problem(problem)
-    band = _check_band("frequency", frequency, "positive", " in Hz")
-    task = dict(name="frequency", band=band, at=_check_grid(at, band, "positive"))
+    band = check_band("frequency", frequency, "positive", " in Hz")
+    task = dict(name="frequency", band=band, at=check_grid(at, band, "positive"))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep)
     return _run(problem, task, options, over, archive, executor, throw, progress)
@@ -171,19 +171,14 @@ def follow(
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     """
     check_problem(problem)
-    check.known(parameter, problem.parameters)
-    if isinstance(problem.parameters[parameter], int):
-        raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    bound = "any" if parameter == "cubic_stiffness" else "non-negative"
-    if parameter == "mass":
-        bound = "positive"
-    band = _check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
+    bound = check_parameter(problem, parameter)
+    band = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
     task = dict(
         name=parameter,
         band=band,
-        at=_check_grid(at, band, bound),
+        at=check_grid(at, band, bound),
         frequency=check.scalar("frequency", frequency, "positive"),
-        index=_check_place(problem, parameter, contact, dof),
+        index=check_place(problem, parameter, contact, dof),
     )
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
@@ -228,7 +223,17 @@ def _run(
     return result
 
 
-def _check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
+def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
+    """The bound of the values that a parameter may move over, as `symhbm.check` names it."""
+    check.known(parameter, problem.parameters)
+    if isinstance(problem.parameters[parameter], int):
+        raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
+    bounds = {"cubic_stiffness": "any", "mass": "positive"}
+    return bounds.get(parameter, "non-negative")
+
+
+def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
+    """Two different values within a ``bound`` of `symhbm.check`."""
     edges = check.array(name, band, bound)
     if edges.shape != (2,) or edges[0] == edges[1]:
         raise ValueError(
@@ -237,7 +242,8 @@ def _check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, flo
     return float(edges[0]), float(edges[1])
 
 
-def _check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> FloatArray | None:
+def check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> FloatArray | None:
+    """Ascending values within a band, None for None."""
     if at is None:
         return None
     grid = check.array("at", at, bound)
@@ -252,9 +258,10 @@ def _check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> 
     return grid
 
 
-def _check_place(
+def check_place(
     problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
 ) -> int | None:
+    """The number of the one contact or blade that is chosen, None for all."""
     places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
     chosen = None
     for name, (place, parameters) in places.items():

@@ -18,6 +18,7 @@ OWN_DIMENSIONS = (
     "component",
     "peak",
     "event",
+    "minimum",
     "angle",
     "multiplier",
     "peaking_dof",
@@ -69,7 +70,8 @@ VARIABLES = {
     "peak_frequency": Variable((), "Hz", "frequency of the peak"),
     "peak_amplitude": Variable((), "m", "displacement at the peak"),
     "peak_dof": Variable((), "1", "degree of freedom that peaks"),
-    "peak_kind": Variable((), "1", "smooth, corner, or unbounded (in double precision)"),
+    "peak_kind": Variable((), "1", "smooth, corner, edge, or unbounded (in double precision)"),
+    "peak_amplitude_slope": Variable((), "m", "derivative of the peak by the parameter"),
     "peak_residual_norm": Variable((), "1", "residual norm at the peak"),
     "peak_coefficient": Variable(
         ("dof", "harmonic", "component"), "m", "Fourier coefficient at the peak"
@@ -82,6 +84,9 @@ VARIABLES = {
     "sensitivity_status": Variable(
         (), "1", "whether the derivatives of the peak are exact, or why there are none"
     ),
+    "minimum_amplitude": Variable((), "m", "largest displacement where that is lowest"),
+    "minimum_frequency": Variable((), "Hz", "frequency of the peak where that is lowest"),
+    "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
     "event_kind": Variable((), "1", "onset of slip, end of slip, or fold"),
     "event_contact": Variable((), "1", "contact that changes state, -1 at a fold"),
@@ -91,6 +96,7 @@ VARIABLES = {
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
+    "n_surveys": Variable((), "1", "surveys of all peaks over the whole band that were made"),
     "n_sectors": Variable(
         (), "1", "sectors that move alike, of which one was solved; 1: the whole structure"
     ),
@@ -145,7 +151,6 @@ VARIABLES = {
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
     "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
-    "n_surveys": Variable((), "1", "whole bands that were followed"),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
     "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
@@ -154,6 +159,7 @@ VARIABLES = {
 TEXTS = (
     "peak_kind",
     "event_kind",
+    "minimum_kind",
     "status",
     "sensitivity_status",
     "component",
@@ -182,10 +188,11 @@ def meaning(name: str) -> Variable:
     """Meaning of a variable, also of the parameter that is followed and its events and peaks."""
     if name in VARIABLES:
         return VARIABLES[name]
-    prefix = next((p for p in ("event_", "peak_") if name.startswith(p)), "")
+    prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
     units, long_name = PARAMETERS[name.removeprefix(prefix)]
-    of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}[prefix]
-    return Variable((), units, long_name + of_what)
+    of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}
+    of_what["minimum_"] = " at the minimum"
+    return Variable((), units, long_name + of_what[prefix])
 
 
 def derivative(name: str, parameter: str) -> Variable:

@@ -1,6 +1,7 @@
 """Labelled datasets from response curves: the names and dimensions of an archive."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.branch import Task
-from symhbm.names import VARIABLES, meaning
+from symhbm.names import PARAMETERS, VARIABLES, meaning
 from symhbm.point import Table
 from symhbm.provenance import with_provenance
 from symhbm.residual import HarmonicBalance
@@ -113,6 +114,37 @@ def label_point(
     coordinates["frequency"] = ((), frequency, _attributes("frequency"))
     dataset = with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
     return dataset if accuracy is None else dataset.assign_attrs(accuracy=accuracy)
+
+
+_CURVE_AXES = ("minimum", "event")
+
+
+def label_peak_curve(
+    problem: HarmonicBalance,
+    task: Task,
+    bands: Sequence[tuple[float, float]],
+    results: Table,
+    status: str,
+) -> xr.Dataset:
+    """Dataset of the largest peak over a parameter, ``task.at`` its values; ``bands`` in Hz.
+
+    Names of ``results`` tell whether they go along the parameter, the minima or the events.
+    """
+    nothing = Sweep({}, (), ())
+    variables: dict[str, tuple] = {}
+    for name, value in results.items():
+        prefix = name.split("_")[0]
+        along = prefix if prefix in _CURVE_AXES else task.name
+        axes = () if np.ndim(value) == 0 else (along,)
+        variables[name] = _variable(name, nothing, np.asarray(value)[None], axes)
+    units = PARAMETERS[task.name][0]
+    variables["peak_amplitude_slope"][2]["units"] = "m" if units == "1" else f"m/({units})"
+    variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
+    coordinates = _coordinates(problem, problem.harmonics)
+    coordinates[task.name] = (task.name, task.at, _attributes(task.name))
+    dataset = with_provenance(xr.Dataset(variables, coordinates), problem, nothing, task)
+    followed = json.loads(dataset.attrs["followed"]) | {"frequency_bands": list(bands)}
+    return dataset.assign_attrs(followed=json.dumps(followed))
 
 
 _MOTION_AXES = {

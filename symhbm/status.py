@@ -99,6 +99,23 @@ class Status(StrEnum):
         "the response could not be followed over the whole band at the best design found, so that "
         "nothing is proved; try a narrower band"
     )
+    PEAK_UNBOUNDED = (
+        "the largest response grows without bound over a part of the band (peak_kind is unbounded "
+        "there): neither damping nor friction limits it; add damping, or begin the band beyond"
+    )
+    PEAK_AT_EDGE = (
+        "the largest response lies at an end of the band of frequencies over a part of the band "
+        "(peak_kind is edge there), a resonance may lie beyond; try a wider frequency band"
+    )
+    PEAK_NOT_FOLLOWED = (
+        "between some values a survey found a higher response than the peaks that could be "
+        "followed there, and peaks may be missing; the points are valid; try a narrower band, or "
+        "values close to each other in at"
+    )
+    SURVEY_INCOMPLETE = (
+        "some surveys did not reach the end of the band of frequencies, so that peaks may be "
+        "missing; try a narrower frequency band, or frf at such a value"
+    )
     COMPUTATION_FAILED = (
         "the computation failed; try this parameter set by itself, as symhbm.rebuild of its part "
         "of the dataset gives it"

@@ -1,0 +1,1 @@
+"""Peaks followed over a parameter, and the highest of them all."""
