@@ -19,6 +19,8 @@ from symhbm.sweep import Sweep
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
 Bands = tuple[tuple[float, float], ...]
+Known = tuple[FloatArray, Pieces]
+"""A design and the maxima there."""
 
 
 class Cases:
@@ -59,9 +61,13 @@ class Cases:
         """One of them, in this process."""
         return self._work.response(number)
 
-    def __call__(self, x: FloatArray, known: list[Pieces] | None = None) -> list[Pieces]:
-        """Maxima of all cases at a design: surveyed, or followed from ``known`` ones."""
-        before: Sequence[Pieces | None] = known or [None] * self.size
+    def __call__(
+        self, x: FloatArray, known: tuple[FloatArray, list[Pieces]] | None = None
+    ) -> list[Pieces]:
+        """Maxima of all cases at a design: surveyed, or followed from what is ``known``."""
+        before: list[Known | None] = [None] * self.size
+        if known is not None:
+            before = [(known[0], state) for state in known[1]]
         if self._executor is None or self.size == 1:
             found = [self._work(number, x, state) for number, state in enumerate(before)]
         else:
@@ -72,7 +78,7 @@ class Cases:
         self._bar.update(len(found))
         return found
 
-    def _shared(self, x: FloatArray, before: Sequence[Pieces | None]) -> list[Pieces]:
+    def _shared(self, x: FloatArray, before: list[Known | None]) -> list[Pieces]:
         assert self._executor is not None
         pending: list[Future | None] = []
         for number, state in enumerate(before):
@@ -122,13 +128,13 @@ class _Work:
             self._responses[number] = Response(case, own, bands[number], self._compiled)
         return self._responses[number]
 
-    def __call__(self, number: int, x: FloatArray, known: Pieces | None) -> Pieces:
+    def __call__(self, number: int, x: FloatArray, known: Known | None) -> Pieces:
         response = self.response(number)
-        followed = None if known is None else response.follow(x, known)
+        followed = None if known is None else response.follow(x, *known)
         return response.survey(x) if followed is None else followed
 
 
-def _remote(payload: bytes, number: int, x: FloatArray, known: Pieces | None) -> Pieces:
+def _remote(payload: bytes, number: int, x: FloatArray, known: Known | None) -> Pieces:
     return _unpacked(payload, threading.get_ident())(number, x, known)
 
 

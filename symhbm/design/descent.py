@@ -35,7 +35,7 @@ _MAX_POLISHES = 6
 _MAX_STEPS = 100
 _MAX_SURVEYS = 30
 
-Evaluate = Callable[[FloatArray, list[Pieces] | None], list[Pieces]]
+Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Pieces]] | None], list[Pieces]]
 """All cases at a design: surveyed, or followed from those at another."""
 
 
@@ -104,7 +104,7 @@ def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, flo
         expected = here.value - step.predicted
         if length <= PRECISION:
             return here, radius, step.solved
-        states = evaluate(step.x, here.states)
+        states = evaluate(step.x, (here.x, here.states))
         value = _value(program, states)
         gain = here.value - value
         # Close to the minimum gains drown in round-off; the models are then as good as exact.
@@ -131,7 +131,7 @@ def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Desig
         if not length <= _SMALL:
             break
         x = np.clip(here.x + change, program.space.lower, program.space.upper)
-        states = evaluate(x, here.states)
+        states = evaluate(x, (here.x, here.states))
         there = Design(x, states, _value(program, states))
         if not there.value <= here.value + AGREE:
             break

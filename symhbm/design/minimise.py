@@ -28,6 +28,7 @@ from symhbm.fourier import FloatArray
 from symhbm.frf import frf
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import meaning
+from symhbm.natural_band import natural_band
 from symhbm.provenance import with_provenance
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.runs import check_executor
@@ -43,7 +44,7 @@ def minimise_peak(
     problem: HarmonicBalance,
     parameters: str | Sequence[str],
     bounds: Any,
-    frequency: ArrayLike,
+    frequency: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     vary: Any = "common",
@@ -75,7 +76,7 @@ def minimise_peak(
         Lower and upper value, positive; a mapping by name for several parameters.
     frequency
         First and last frequency [Hz], several such pairs, or a DataArray of pairs over the
-        dimensions of ``over``.
+        dimensions of ``over``; by default a band that holds all resonances.
     over
         Cases: parameters to sweep as in `frf`, for example ``{"engine_order": [1, 3]}`` or samples
         of mistuning. Swept values of a parameter that is designed are taken relative to the
@@ -93,7 +94,7 @@ def minimise_peak(
     start
         Values to start from, one or one per variable, beside those that are spread over the bounds.
     n_starts
-        Number of those that are spread; by default one per decade, at least 3. Where the values of
+        Number of those that are spread; by default one per factor of 25, at least 3. Where the values of
         one parameter may differ, the best equal ones are found first, and these are as many designs
         around them, by default 2.
     fresh
@@ -135,6 +136,8 @@ def minimise_peak(
         raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
     program = Program(space, Statistic(statistic), tail, read_constraint(space, constraint))
     given = read_start(space, start)
+    if frequency is None:
+        frequency = _resonances(problem, sweep, space)
     bands = read_bands(frequency, sweep.size, sweep.shape)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
@@ -158,6 +161,16 @@ def minimise_peak(
     ends = sorted({band for each in bands for band in each})
     text = certificate(program, found, ends, sweep.size)
     return _thrown(_said(result, status, text), throw)
+
+
+def _resonances(problem: HarmonicBalance, sweep: Sweep, space: Space) -> tuple[float, float]:
+    """A band [Hz] that holds the resonances of all cases at all designs."""
+    models = []
+    for number in range(sweep.size):
+        chosen = sweep.chosen(number)
+        case, own = problem.with_parameters(**chosen), space.proportional(problem, chosen)
+        models += [own.problem(case, x).model for x in (space.lower, space.upper)]
+    return natural_band(models)
 
 
 def _search(

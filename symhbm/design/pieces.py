@@ -12,10 +12,11 @@ import numpy as np
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
 from symhbm.landscape import Landscape, sector_of, survey
-from symhbm.peak_conditions import Conditions, solve
+from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder
 from symhbm.summit import Summit, SummitKind
+from symhbm.tracking.path import retrack
 
 CONTENDER = 0.7
 """Share of the largest response from which a maximum is a piece: it may be the largest next."""
@@ -103,16 +104,19 @@ class Response:
         pieces = [self._piece(Conditions(self._second_order, s)) for s in summits]
         return Pieces(pieces, float(np.log(top)), True, n_peaks)
 
-    def follow(self, x: FloatArray, pieces: Pieces) -> Pieces | None:
-        """The same maxima at another design, None where any of them is lost on the way."""
-        problem = self.at(x)
+    def follow(self, x: FloatArray, before: FloatArray, pieces: Pieces) -> Pieces | None:
+        """The same maxima at another design, from ``before``; None where all are lost on the way.
+
+        Those that end on the way are left out: the survey of the band tells what takes their place.
+        """
+        problem, known = self.at(x), self.at(before)
         found = []
         for piece in pieces.pieces:
-            summit = replace(piece.summit, problem=problem)
-            conditions = solve(Conditions(self._second_order, summit, piece.multipliers))
-            if conditions is None:
-                return None
-            found.append(self._piece(conditions))
+            summit = replace(piece.summit, problem=known)
+            here = Conditions(self._second_order, summit, piece.multipliers)
+            there = retrack(self._second_order, here, problem)
+            if there is not None:
+                found.append(self._piece(there))
         found.sort(key=lambda piece: -piece.value)
         return Pieces(found, found[0].value, False) if found else None
 

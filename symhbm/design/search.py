@@ -14,6 +14,8 @@ from symhbm.fourier import FloatArray
 
 _SEED = 2013
 _NEARBY = np.log(3.0)
+_APART = np.log(25.0)
+"""Distance of starts: a descent reaches over a factor of five on either side."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def starts(space: Space, n_starts: int | None) -> FloatArray:
     """Designs spread over the bounds, (n_starts, n_variables): alike first, then any."""
     n = space.n_variables
     wide = space.upper - space.lower
-    along = n_starts or max(3, int(np.ceil(np.max(wide) / np.log(10) - 1e-9)))
+    along = n_starts or max(3, int(np.ceil(np.max(wide) / _APART - 1e-9)))
     if n == 1:
         points = (np.arange(along)[:, None] + 0.5) / along
     else:
