@@ -24,6 +24,8 @@ _ROUND_OFF = 1e-13
 """Changes of the logarithm of an amplitude that tell nothing."""
 AGREE = 1e-9
 """Relative difference of two maxima that are the same."""
+_LEVEL_STEPS = 3
+"""Steps that change nothing, where quadratic convergence has ended: the response is level."""
 _MAX_STEPS = 100
 _MAX_SURVEYS = 30
 
@@ -75,6 +77,7 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
 
 def _follow(program, evaluate, here: Design, radius: float, path) -> tuple[Design, float, bool]:
     """Steps until none goes further down, with the maxima that are known."""
+    n_level = 0
     for _ in range(_MAX_STEPS):
         step = program.step(here.states, here.x, radius)
         length = float(np.abs(step.x - here.x).max())
@@ -89,6 +92,9 @@ def _follow(program, evaluate, here: Design, radius: float, path) -> tuple[Desig
         if within or gain > 1e-4 * expected > 0:
             here = Design(step.x, states, value)
             path.append((here.x, here.value))
+            n_level = n_level + 1 if within else 0
+            if n_level == _LEVEL_STEPS:
+                return here, radius, step.solved
             if gain > 0.75 * expected and length > 0.9 * radius:
                 radius = min(2 * radius, _LARGEST_RADIUS)
             elif gain < 0.25 * expected and not within:

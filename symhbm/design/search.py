@@ -8,6 +8,7 @@ from scipy.stats import qmc
 from symhbm.design.cases import Cases
 from symhbm.design.descent import AGREE, Descent, Design, descend
 from symhbm.design.optimum import Held
+from symhbm.design.pieces import Piece
 from symhbm.design.program import Program
 from symhbm.design.space import Group, Space
 from symhbm.fourier import FloatArray
@@ -38,7 +39,12 @@ class Found:
 def is_flat(design: Design) -> bool:
     """Whether no large maximum changes with the design, to first and second order."""
     pieces = [piece for state in design.states for piece in state.pieces[:1]]
-    return bool(pieces) and all(
+    return bool(pieces) and are_flat(pieces)
+
+
+def are_flat(pieces: list[Piece]) -> bool:
+    """Whether none of some maxima changes with the design, to first and second order."""
+    return all(
         np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
         for piece in pieces
     )
