@@ -50,8 +50,12 @@ class Sweep:
         }
 
 
-def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None) -> Sweep:
+def parse(
+    problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None, argument: str = "over"
+) -> Sweep:
     """Read ``over``: a list becomes a dimension of its own name, names that share one go in pairs.
+
+    ``argument`` is what messages call it.
 
     The extreme values are applied to the problem, so bad ones raise here and not in a worker.
 
@@ -67,11 +71,13 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
     if over is None:
         return Sweep({}, (), ())
     if not isinstance(over, Mapping):
-        raise TypeError(f"over={check.shown(over)}: expected a mapping of parameters or a Dataset")
+        raise TypeError(
+            f"{argument}={check.shown(over)}: expected a mapping of parameters or a Dataset"
+        )
     values: dict[str, xr.DataArray] = {}
     for name, value in (over.data_vars if isinstance(over, xr.Dataset) else over).items():
         check.known(str(name), problem.parameters)
-        values[str(name)] = _array(problem, str(name), value)
+        values[str(name)] = _array(problem, str(name), value, argument)
     sizes: dict[str, int] = {}
     labels: dict[str, np.ndarray] = {}
     for name, value in values.items():
@@ -79,18 +85,18 @@ def parse(problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None)
             size = value.sizes[dim]
             if sizes.setdefault(dim, size) != size:
                 raise ValueError(
-                    f"over[{name!r}]: dimension {dim!r} has {size} values, "
+                    f"{argument}[{name!r}]: dimension {dim!r} has {size} values, "
                     f"elsewhere it has {sizes[dim]}"
                 )
             own = value[dim].values if dim in value.coords else labels.get(dim)
             if own is not None and not np.array_equal(labels.setdefault(dim, own), own):
                 raise ValueError(
-                    f"over[{name!r}]: {dim!r} has the labels {check.shown(own.tolist())}, "
+                    f"{argument}[{name!r}]: {dim!r} has the labels {check.shown(own.tolist())}, "
                     f"elsewhere {check.shown(labels[dim].tolist())}"
                 )
             if dim in PARAMETERS and dim not in values:
                 raise ValueError(
-                    f"over[{name!r}]: expected a name of your own for a dimension, "
+                    f"{argument}[{name!r}]: expected a name of your own for a dimension, "
                     f"{dim!r} is a parameter that is not swept"
                 )
     for name, value in values.items():
@@ -109,8 +115,8 @@ def _extremes(value: xr.DataArray) -> list[np.ndarray]:
     return [rows[flat.min(axis=1).argmin()], rows[flat.max(axis=1).argmax()]]
 
 
-def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:
-    where = f"over[{name!r}]"
+def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr.DataArray:
+    where = f"{argument}[{name!r}]"
     if not isinstance(value, xr.DataArray):
         values = check.array(where, value)
         if values.ndim > 1:
@@ -119,10 +125,10 @@ def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:
                 "name the dimensions, for example DataArray(values, dims=('sample', 'contact'))"
             )
         dims = (name,) if values.ndim else ()
-        coords = {name: _natural(problem, name, values)} if values.ndim else {}
+        coords = {name: _natural(problem, name, values, where)} if values.ndim else {}
         value = xr.DataArray(values, dims=dims, coords=coords)
     check.array(where, value.values)
-    value = value.copy(data=_natural(problem, name, value.values))
+    value = value.copy(data=_natural(problem, name, value.values, where))
     sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
     of_what = {"dof": BLADE_PARAMETERS, "contact": CONTACT_PARAMETERS}
     for dim in (*value.dims, *value.coords):
@@ -152,10 +158,10 @@ def _array(problem: HarmonicBalance, name: str, value: Any) -> xr.DataArray:
     return value.transpose(..., *pattern)
 
 
-def _natural(problem: HarmonicBalance, name: str, values: np.ndarray) -> np.ndarray:
+def _natural(problem: HarmonicBalance, name: str, values: np.ndarray, where: str) -> np.ndarray:
     """Integers for an integer parameter, floats for all others."""
     if isinstance(problem.parameters[name], int):
         if np.any(values != np.round(values)):
-            raise ValueError(f"over[{name!r}]={check.shown(values.tolist())}: expected integers")
+            raise ValueError(f"{where}={check.shown(values.tolist())}: expected integers")
         return values.astype(np.int64)
     return np.asarray(values, dtype=float)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.optimize import LinearConstraint
 
 from symhbm import check
@@ -15,6 +16,8 @@ from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep
 
 DESIGNABLE = (*FRICTION_PARAMETERS, *BLADE_PARAMETERS)
+_DIMENSIONS = ("variable", "start", "descent", "active", "fresh")
+"""Dimensions of a design beside those of its cases."""
 _FORMS = "'common', 'each', or a sequence of numbers that repeats, for example [0, 1]"
 
 
@@ -25,6 +28,13 @@ def read_space(problem: HarmonicBalance, parameters: Any, bounds: Any, vary: Any
         raise TypeError(
             f"parameters={check.shown(parameters)}: expected a name or several different ones"
         )
+    for what, given in (("bounds", bounds), ("vary", vary)):
+        unused = [name for name in given if name not in names] if isinstance(given, Mapping) else []
+        if unused:
+            raise ValueError(
+                f"{what}={check.shown(given)}: expected entries for {', '.join(map(str, names))} "
+                f"alone, {unused[0]!r} is not designed"
+            )
     allowed = [name for name in DESIGNABLE if name in problem.parameters]
     groups: list[Group] = []
     for name in names:
@@ -32,47 +42,90 @@ def read_space(problem: HarmonicBalance, parameters: Any, bounds: Any, vary: Any
         where = "bounds" if len(names) == 1 else f"bounds[{name!r}]"
         lower, upper = _pair(where, _own("bounds", bounds, name, len(names)))
         n_entries = np.size(problem.parameters[name])
+        if not n_entries:
+            raise ValueError(f"parameters={name!r}: expected contacts, the structure has none")
         pattern = _pattern(_own("vary", vary, name, 1), n_entries)
         groups += groups_of(name, pattern, n_entries, lower, upper)
     ratios = {name: np.ones(np.size(problem.parameters[name])) for name in names}
     return Space(tuple(groups), ratios)
 
 
-def check_ratios(problem: HarmonicBalance, space: Space, sweep: Sweep) -> None:
+def check_ratios(
+    problem: HarmonicBalance, space: Space, sweep: Sweep, argument: str = "over"
+) -> None:
     """Raise ValueError where designed parameters are swept and have no nominal proportions."""
     for name in space.names:
         if name in sweep.values and np.any(np.asarray(problem.parameters[name]) <= 0):
             raise ValueError(
-                f"over[{name!r}]: expected positive nominal values of {name} in the problem, as "
-                "the values swept are taken relative to them where it is designed"
+                f"{argument}[{name!r}]: expected positive nominal values of {name} in the problem, "
+                "as the values swept are taken relative to them where it is designed"
             )
         if name in sweep.values and np.any(sweep.values[name].values <= 0):
-            raise ValueError(f"over[{name!r}]: expected positive values of a designed parameter")
+            raise ValueError(
+                f"{argument}[{name!r}]: expected positive values of a designed parameter"
+            )
 
 
-def read_bands(frequency: Any, n_cases: int, shape: tuple[int, ...]) -> list[Bands]:
+def check_forces(problem: HarmonicBalance, sweep: Sweep) -> None:
+    """Raise ValueError where a case has no force: its response is zero at every design."""
+    named = problem.parameters | sweep.values
+    if not np.all(np.asarray(named.get("force_amplitude", 1.0))):
+        raise ValueError("force_amplitude=0: expected a force, there is no response to design")
+
+
+def check_dimensions(sweep: Sweep) -> None:
+    """Raise ValueError where cases have a dimension or a coordinate named as one of the result."""
+    for name, value in sweep.values.items():
+        for dim in (*value.dims, *value.coords):
+            if dim in _DIMENSIONS:
+                raise ValueError(
+                    f"over[{name!r}]: expected a name of your own, {dim!r} is the result's"
+                )
+
+
+def read_bands(frequency: Any, sweep: Sweep) -> list[Bands]:
     """The bands [Hz] of each case: one pair for all, several pairs, or one per case."""
-    edges = check.array("frequency", frequency, "positive")
+    shape: tuple[int, ...] = ()
+    values = frequency
+    if set(sweep.dims) & {*getattr(frequency, "dims", ())}:
+        values, shape = _aligned(frequency, sweep), sweep.shape
+    edges = check.array("frequency", values, "positive")
     if edges.shape == (2,):
         edges = edges[None]
-    allowed = [2, len(shape) + 1]
-    if edges.shape[-1] != 2 or edges.ndim not in allowed or not edges.size:
-        raise ValueError(
-            f"frequency={check.shown(frequency)}: expected two different values (first, last) in "
-            "Hz, a list of such pairs, or a DataArray of pairs over the dimensions of the sweep"
-        )
+    n_dims = len(shape) + 1 if shape else 2
+    if edges.shape[-1:] != (2,) or edges.ndim != n_dims or not edges.size:
+        raise _no_bands(frequency)
     if np.any(edges[..., 0] == edges[..., 1]):
         raise ValueError(f"frequency={check.shown(frequency)}: expected bands of some width")
     ordered = np.sort(edges, axis=-1)
-    per_case = hasattr(frequency, "dims")
-    if per_case and edges.shape != (*shape, 2):
-        raise ValueError(
-            f"frequency={check.shown(frequency)}: expected the shape {(*shape, 2)}, that of the "
-            f"sweep and a pair, got {edges.shape}"
-        )
-    if per_case:
+    if shape:
         return [((low, high),) for low, high in ordered.reshape(-1, 2).tolist()]
-    return [tuple((low, high) for low, high in ordered.tolist())] * n_cases
+    return [tuple((low, high) for low, high in ordered.tolist())] * sweep.size
+
+
+def _aligned(frequency: Any, sweep: Sweep) -> Any:
+    """A DataArray of pairs in the order of the sweep's dimensions."""
+    sizes = dict(zip(sweep.dims, sweep.shape, strict=True))
+    pairs = [dim for dim in frequency.dims if dim not in sizes]
+    if len(pairs) != 1 or any(frequency.sizes.get(dim) != size for dim, size in sizes.items()):
+        raise _no_bands(frequency, f", {sizes}")
+    for value in sweep.values.values():
+        for dim in sizes:
+            labelled = dim in value.coords and dim in frequency.coords
+            if labelled and not np.array_equal(value[dim], frequency[dim]):
+                raise ValueError(
+                    f"frequency: {dim!r} has the labels "
+                    f"{check.shown(frequency[dim].values.tolist())}, those of the sweep are "
+                    f"{check.shown(value[dim].values.tolist())}"
+                )
+    return frequency.transpose(*sweep.dims, *pairs)
+
+
+def _no_bands(frequency: Any, sizes: str = "") -> ValueError:
+    return ValueError(
+        f"frequency={check.shown(frequency)}: expected two different values (first, last) in Hz, a "
+        f"list of such pairs, or a DataArray of pairs over the dimensions of the sweep{sizes}"
+    )
 
 
 def read_start(space: Space, start: Any) -> FloatArray | None:
@@ -97,13 +150,28 @@ def read_constraint(space: Space, constraint: Any) -> LinearConstraint | None:
             f"constraint={check.shown(constraint)}: expected a scipy.optimize.LinearConstraint on "
             "the values of the variables"
         )
-    matrix = np.atleast_2d(np.asarray(constraint.A, dtype=float))
+    given: Any = constraint.A
+    matrix = np.atleast_2d(given.toarray() if sp.issparse(given) else given).astype(float)
     if matrix.shape[1] != space.n_variables or not np.all(np.isfinite(matrix)):
         raise ValueError(
             f"constraint: expected a finite matrix with {space.n_variables} columns, one for each "
             f"variable, got shape {matrix.shape}"
         )
-    return constraint
+    if not matrix.any(axis=1).all():
+        row = int(np.argmin(matrix.any(axis=1)))
+        raise ValueError(
+            f"constraint: expected rows with an entry other than 0, row {row} has none"
+        )
+    lower, upper = (
+        np.broadcast_to(np.asarray(bound, dtype=float), len(matrix))
+        for bound in (constraint.lb, constraint.ub)
+    )
+    if not np.all((lower < np.inf) & (upper > -np.inf)):
+        raise ValueError(
+            f"constraint: expected numbers as bounds, -inf below or inf above for none, got "
+            f"lb={check.shown(constraint.lb)}, ub={check.shown(constraint.ub)}"
+        )
+    return LinearConstraint(matrix, lower, upper)  # type: ignore
 
 
 def _own(what: str, given: Any, name: str, n_names: int) -> Any:

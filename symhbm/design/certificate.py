@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symhbm.design.descent import AGREE
-from symhbm.design.program import Program, Statistic
-from symhbm.design.search import Found, is_flat
+from symhbm.design.descent import AGREE, are_flat, is_flat
+from symhbm.design.optimum import LEVEL
+from symhbm.design.program import AT_BOUND, Program, Statistic
+from symhbm.design.search import Found
 from symhbm.point import RADIANS
 from symhbm.status import Status
 from symhbm.summit import SummitKind
@@ -23,7 +24,9 @@ def status_of(program: Program, found: Found) -> Status:
         return Status.DESIGN_UNBOUNDED if unbounded else Status.DESIGN_NOT_SURVEYED
     if not any(state.n_peaks for state in design.states):
         return Status.DESIGN_WITHOUT_PEAK
-    if held is None:
+    if held is None and not is_flat(design):
+        return Status.DESIGN_STALLED
+    if held is None or are_flat(held.pieces):
         flat = all(is_flat(each) for each in found.starts)
         return Status.DESIGN_WITHOUT_EFFECT if flat else Status.DESIGN_ON_PLATEAU
     if held.stationarity > STATIONARY:
@@ -59,8 +62,10 @@ def certificate(
         f"Proved: at this design {what} over {where} is {np.exp(design.value):.10g} m; the whole "
         "band was followed, with every peak and both ends."
     )
-    if held is not None:
+    if held is not None and not are_flat(held.pieces):
         said += _held_by(found, n_cases)
+    elif held is None and not is_flat(design):
+        said.append("Not proved: that it is a minimum, as no exact condition holds there.")
     else:
         said.append(
             "The response does not change with the design here: contacts never slip, or a maximum "
@@ -93,8 +98,8 @@ def certificate(
         f"{group.label} at its {'lower' if low else 'upper'} bound"
         for group, low, high, free in zip(
             space.groups,
-            design.x - space.lower < 1e-9,
-            space.upper - design.x < 1e-9,
+            design.x - space.lower <= AT_BOUND,
+            space.upper - design.x <= AT_BOUND,
             held.free if held is not None else np.ones(space.n_variables, bool),
             strict=True,
         )
@@ -130,6 +135,10 @@ def _held_by(found: Found, n_cases: int) -> list[str]:
     curvature = held.curvature
     if np.isinf(curvature):
         said.append("The response rises linearly in every direction: a strict local minimum.")
+    elif abs(curvature) <= LEVEL:
+        said.append(
+            "The curvature vanishes in some direction: designs along it may be as good, or better."
+        )
     elif curvature > 0:
         said.append(f"The smallest curvature there is {curvature:.4g}: a strict local minimum.")
     else:

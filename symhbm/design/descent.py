@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symhbm.design.optimum import Held
-from symhbm.design.pieces import Pieces
+from symhbm.design.pieces import Piece, Pieces
 from symhbm.design.program import Program
 from symhbm.fourier import FloatArray
 
@@ -23,6 +23,8 @@ PRECISION = 1e-10
 """Last step of a minimum, relative: convergence is quadratic."""
 _ROUND_OFF = 1e-13
 """Changes of the logarithm of an amplitude that tell nothing."""
+_HIDDEN = 1e-10
+"""Gains that the tolerance of IPOPT hides, of short steps."""
 AGREE = 1e-9
 """Relative difference of two maxima that are the same."""
 _STILL = 1e-12
@@ -64,7 +66,12 @@ class Descent:
 def is_flat(design: Design) -> bool:
     """Whether no large maximum changes with the design, to first and second order."""
     pieces = [piece for state in design.states for piece in state.pieces[:1]]
-    return bool(pieces) and all(
+    return bool(pieces) and are_flat(pieces)
+
+
+def are_flat(pieces: list[Piece]) -> bool:
+    """Whether none of some maxima changes with the design, to first and second order."""
+    return all(
         np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
         for piece in pieces
     )
@@ -102,18 +109,18 @@ def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, flo
         step = program.step(here.states, here.x, radius)
         length = float(np.abs(step.x - here.x).max())
         expected = here.value - step.predicted
-        if length <= PRECISION:
+        # Gains that IPOPT's tolerance hides are none; Newton's method has the last digits.
+        hidden = abs(expected) <= (_HIDDEN if length <= _SMALL else _ROUND_OFF)
+        if length <= PRECISION or hidden:
             return here, radius, step.solved
         states = evaluate(step.x, (here.x, here.states))
         value = _value(program, states)
         gain = here.value - value
-        # Close to the minimum gains drown in round-off; the models are then as good as exact.
-        within = abs(gain) <= _ROUND_OFF and abs(expected) <= _ROUND_OFF
-        if within or gain > 1e-4 * expected > 0:
+        if gain > 1e-4 * expected > 0:
             here = Design(step.x, states, value)
             if gain > 0.75 * expected and length > 0.9 * radius:
                 radius = min(2 * radius, _LARGEST_RADIUS)
-            elif gain < 0.25 * expected and not within:
+            elif gain < 0.25 * expected:
                 radius = length / 2
         else:
             radius = length / 4
@@ -122,10 +129,11 @@ def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, flo
     return here, radius, False
 
 
-def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Design, Held]:
+def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Design, Held | None]:
     """Newton's method on the conditions that hold at a minimum, as long as they get better."""
     held = _held(program, here)
-    for _ in range(_MAX_POLISHES):
+    for _ in range(_MAX_POLISHES if held else 0):
+        assert held is not None
         change, _, _ = held.step()
         length = float(np.abs(change).max())
         if not length <= _SMALL:
@@ -133,9 +141,9 @@ def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Desig
         x = np.clip(here.x + change, program.space.lower, program.space.upper)
         states = evaluate(x, (here.x, here.states))
         there = Design(x, states, _value(program, states))
-        if not there.value <= here.value + AGREE:
-            break
         better = _held(program, there)
+        if better is None or not there.value <= here.value + AGREE:
+            break
         if better.stationarity >= held.stationarity and length > _DIGITS:
             break
         here, held = there, better
@@ -144,8 +152,11 @@ def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Desig
     return here, held
 
 
-def _held(program: Program, design: Design) -> Held:
+def _held(program: Program, design: Design) -> Held | None:
+    """What holds a design, None where IPOPT does not tell."""
     step = program.step(design.states, design.x, _SMALL)
+    if not step.solved:
+        return None
     held = Held.of(program, design.x, design.states, step)
     _, weights, pulls = held.step()
     return replace(held, weights=weights, pulls=pulls) if np.all(weights > 0) else held

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from symhbm.design.cases import Cases
-from symhbm.design.optimum import Held
-from symhbm.design.program import Statistic
+from symhbm.design.optimum import LEVEL, Held
 from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions
 from symhbm.second_order import SecondOrder
@@ -26,8 +25,8 @@ def parameters_of(problem) -> list[str]:
 def influence(cases: Cases, held: Held) -> dict[str, tuple[float, FloatArray]]:
     """Derivatives of the statistic [m] and of the variables by each parameter, all values alike.
 
-    Those of the variables (n_variables,), in units of the variable over that of the parameter, are
-    NaN for `Statistic.TAIL`, whose cases in the tail may change.
+    Those of the variables (n_variables,) are in units of the variable over that of the parameter;
+    NaN where the response is level in some direction, so that the optimum has no one place.
     """
     names = parameters_of(cases.response(held.cases[0]).at(held.x))
     by_value = np.empty((len(held.pieces), len(names)))
@@ -57,7 +56,7 @@ def influence(cases: Cases, held: Held) -> dict[str, tuple[float, FloatArray]]:
     by_statistic = np.exp(top) * (held.weights @ by_value)
     moved = held.derivative(by_gradient, by_value)
     moved *= held.program.space.values(held.x)[:, None]
-    if held.program.statistic == Statistic.TAIL:
+    if not held.curvature > LEVEL:
         moved[:] = np.nan
     return {
         name: (float(by_statistic[number]), moved[:, number]) for number, name in enumerate(names)

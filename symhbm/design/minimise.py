@@ -12,6 +12,8 @@ from scipy.optimize import LinearConstraint
 
 from symhbm import check
 from symhbm.design.arguments import (
+    check_dimensions,
+    check_forces,
     check_ratios,
     read_bands,
     read_constraint,
@@ -127,7 +129,10 @@ def minimise_peak(
             f"problem: expected located switching angles, got friction over {problem.samples} "
             "samples, which has no second derivatives"
         )
+    throw = check.flag("throw", throw)
     sweep = parse(problem, over)
+    check_dimensions(sweep)
+    check_forces(problem, sweep)
     space = read_space(problem, parameters, bounds, vary)
     check_ratios(problem, space, sweep)
     if statistic not in [str(each) for each in Statistic]:
@@ -138,12 +143,13 @@ def minimise_peak(
     given = read_start(space, start)
     if frequency is None:
         frequency = _resonances(problem, sweep, space)
-    bands = read_bands(frequency, sweep.size, sweep.shape)
+    bands = read_bands(frequency, sweep)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
-    unknown = None if fresh is None else parse(problem, fresh)
+    unknown = None if fresh is None else parse(problem, fresh, "fresh")
     if unknown is not None:
-        check_ratios(problem, space, unknown)
+        check_ratios(problem, space, unknown, "fresh")
+        check_forces(problem, unknown)
         if len(set(bands)) > 1:
             raise ValueError("fresh: expected None where cases have bands of their own")
     if not program.feasible():

@@ -11,11 +11,13 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symhbm.design.pieces import Piece, Pieces
-from symhbm.design.program import Program, Statistic, Step
+from symhbm.design.program import AT_BOUND, Program, Step
 from symhbm.fourier import FloatArray
 
 ACTIVE = 1e-7
 """Multiplier, of all that sum to 1, above which a maximum or a bound holds a design."""
+LEVEL = 1e-9
+"""Curvature of the statistic's logarithm below which there is none: its round-off is 1e-15."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,8 @@ class Held:
 
     ``cases`` and ``pieces`` are the maxima that matter, with ``weights`` (n_active,) that sum to 1;
     ``free`` (n_variables,) tells which variables are off their bounds, ``rows`` (n_rows,
-    n_variables) are the constraint rows that hold, on the values, with their ``pulls`` (n_rows,).
+    n_variables) are the constraint rows that hold, on the values, with their ``pulls`` and the
+    ``limits`` at which they hold (n_rows,).
     """
 
     program: Program
@@ -35,6 +38,7 @@ class Held:
     free: np.ndarray
     rows: FloatArray
     pulls: FloatArray
+    limits: FloatArray
     heights: FloatArray
 
     @classmethod
@@ -46,10 +50,10 @@ class Held:
             for piece, weight in zip(state.pieces, weights, strict=True)
             if weight > ACTIVE
         ]
-        rows = program.rows()[0]
+        rows, low, high = program.rows()
         hold = np.abs(step.on_constraint) > ACTIVE
         lower, upper = program.space.lower, program.space.upper
-        at_bound = (x - lower <= 1e-9) | (upper - x <= 1e-9)
+        at_bound = (x - lower <= AT_BOUND) | (upper - x <= AT_BOUND)
         return cls(
             program,
             x,
@@ -59,6 +63,7 @@ class Held:
             ~(at_bound & (np.abs(step.on_bounds) > ACTIVE)),
             rows[hold],
             step.on_constraint[hold],
+            np.where(step.on_constraint > 0, high, low)[hold],
             np.array([state.height for state in states]),
         )
 
@@ -84,7 +89,7 @@ class Held:
         Infinite where as many maxima as variables hold the design: it rises linearly all around.
         """
         matrix, _ = self.system()
-        n_free, n_levels = int(self.free.sum()), self._levels().shape[1]
+        n_free, n_levels = int(self.free.sum()), self._levels()[0].shape[1]
         # Changes of variables and heights along which all that holds keeps holding.
         both = matrix[: n_free + n_levels, : n_free + n_levels]
         kept = null_space(matrix[n_free + n_levels :, : n_free + n_levels], rcond=1e-9)
@@ -123,7 +128,7 @@ class Held:
         The unknowns are the change of the free variables, and heights, weights and pulls after it.
         """
         free, n_free, n_active = self.free, int(self.free.sum()), len(self.pieces)
-        levels = self._levels()
+        levels, share = self._levels()
         n_levels = levels.shape[1]
         size = n_free + n_levels + n_active + len(self.rows)
         t, w, v = n_free, n_free + n_levels, n_free + n_levels + n_active
@@ -138,38 +143,27 @@ class Held:
         matrix[w:v, :t] = self.gradients[:, free]
         matrix[:t, v:], matrix[v:, :t] = slopes.T, slopes
         matrix[w:v, t:w], matrix[t:w, w:v] = -levels, -levels.T
-        right[w:v] = -np.array([piece.value for piece in self.pieces])
-        share, bend_of_levels = self._shares(levels)
-        matrix[t:w, t:w] = bend_of_levels
-        right[t:w] = bend_of_levels @ self._level_values(levels) - share
+        values = np.array([piece.value for piece in self.pieces])
+        right[w:v] = -values
+        # The statistic's logarithm has these second derivatives by the heights.
+        matrix[t:w, t:w] = np.diag(share) - np.outer(share, share)
+        heights = (levels.T @ values) / levels.sum(axis=0)
+        right[t:w] = matrix[t:w, t:w] @ heights - share
         if len(self.rows):
-            right[v:] = self._missing()
+            right[v:] = self.limits - self.rows @ np.exp(self.x)
         return matrix, right
 
-    def _levels(self) -> FloatArray:
-        """Which height each maximum that matters is to have, (n_active, n_levels)."""
-        if self.program.statistic == Statistic.WORST:
-            return np.ones((len(self.pieces), 1))
-        present = sorted(set(self.cases))
-        return np.array([[float(case == other) for other in present] for case in self.cases])
+    def _levels(self) -> tuple[FloatArray, FloatArray]:
+        """Which height each maximum that matters is to have, and the share of each height.
 
-    def _level_values(self, levels: FloatArray) -> FloatArray:
-        values = np.array([piece.value for piece in self.pieces])
-        return (levels.T @ values) / levels.sum(axis=0)
-
-    def _shares(self, levels: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Derivative of the statistic's logarithm by the heights, and its second derivative."""
-        if self.program.statistic == Statistic.WORST:
-            return np.ones(1), np.zeros((1, 1))
+        Shape (n_active, n_levels), and (n_levels,), which sum to 1.
+        """
+        level = np.arange(len(self.heights))
+        tied = self.program.tied(self.heights)
+        level[tied] = min(tied, default=0)
+        chosen = level[self.cases]
+        present = np.unique(chosen)
         weights = self.program.weights(self.heights)
-        amplitudes = weights * np.exp(self.heights - self.heights.max())
-        share = amplitudes[sorted(set(self.cases))] / amplitudes.sum()
-        return share, np.diag(share) - np.outer(share, share)
-
-    def _missing(self) -> FloatArray:
-        """What the rows that hold miss of their nearest bound."""
-        matrix, low, high = self.program.rows()
-        hold = [int(np.flatnonzero((matrix == row).all(axis=1))[0]) for row in self.rows]
-        values = self.rows @ np.exp(self.x)
-        below = np.abs(values - low[hold]) < np.abs(values - high[hold])
-        return np.where(below, low[hold], high[hold]) - values
+        amplitudes = np.exp(self.heights[present] - self.heights.max())
+        share = amplitudes * [weights[level == one].sum() for one in present]
+        return (chosen[:, None] == present).astype(float), share / share.sum()

@@ -72,11 +72,8 @@ class Response:
     ):
         self.space = space
         self.bands = bands
-        # The design at which this starts may be symmetric by chance.
-        self._problem = problem
-        if space.symmetric(problem):
-            middle = space.problem(problem, (space.lower + space.upper) / 2)
-            self._problem = sector_of(middle)
+        # Sectors that are alike where no variables are stay alike at every design.
+        self._problem = sector_of(space.problem(problem, space.apart))
         shared = {} if compiled is None else compiled
         key = id(self._problem.residual)
         if key not in shared:

@@ -26,6 +26,10 @@ _OPTIONS = {
     "ipopt.mu_strategy": "adaptive",
     "ipopt.bound_relax_factor": 0.0,
 }
+AT_BOUND = 1e-9
+"""Distance to a bound, relative, that is none."""
+_TIE = 1e-6
+"""Relative difference of responses that a minimum makes equal: descents end within 1e-10."""
 
 
 class Statistic(StrEnum):
@@ -86,6 +90,13 @@ class Program:
         result[order] = np.clip(left, 0, 1 / (share * n_cases))
         return result
 
+    def tied(self, heights: FloatArray) -> list[int]:
+        """Cases that are equally high at the lower end of the statistic, where it has a kink."""
+        if self.statistic == Statistic.MEAN:
+            return []
+        lowest = heights[self.weights(heights) > 0].min()
+        return np.flatnonzero(np.abs(heights - lowest) <= _TIE).tolist()
+
     def feasible(self) -> bool:
         """Whether any design satisfies bounds and constraint."""
         if self.constraint is None:
@@ -134,8 +145,9 @@ class Program:
         else:
             quantile, beyond = y[n + n_heights], y[n + n_heights + 1 :]
             objective = quantile + ca.sum1(beyond) / (self.tail * n_heights)
-            rows += [ca.exp(t) - quantile - beyond, -beyond]
-            upper += [0.0] * (2 * n_heights)
+            # Where the tail holds all cases, nothing else keeps the quantile from below.
+            rows += [ca.exp(t) - quantile - beyond, -beyond, -quantile]
+            upper += [0.0] * (2 * n_heights + 1)
             amplitudes = np.exp(heights - top)
             start[n + n_heights] = np.quantile(amplitudes, 1 - self.tail)
             start[n + n_heights + 1 :] = np.maximum(amplitudes - start[n + n_heights], 0)
@@ -145,8 +157,12 @@ class Program:
             scale, value = max(value, 1e-300), float(np.log(max(value, 1e-300)))
         multipliers = found["lam_g"].full().ravel() / scale
         counts = [len(state.pieces) for state in states]
+        there = x + found["x"].full().ravel()[:n]
+        # IPOPT stays a little inside its bounds.
+        for bound in (self.space.lower, self.space.upper):
+            there = np.where(np.abs(there - bound) <= AT_BOUND, bound, there)
         return Step(
-            np.clip(x + found["x"].full().ravel()[:n], self.space.lower, self.space.upper),
+            np.clip(there, self.space.lower, self.space.upper),
             top + value,
             found["solved"],
             np.split(multipliers[: sum(counts)], np.cumsum(counts)[:-1]),

@@ -8,7 +8,6 @@ import numpy as np
 
 from symhbm.fourier import FloatArray
 from symhbm.residual import HarmonicBalance
-from symhbm.symmetry import find_symmetry
 
 
 @dataclass(frozen=True)
@@ -88,16 +87,11 @@ class Space:
                 ratios[name] = np.broadcast_to(chosen[name] / nominal, ratios[name].shape)
         return Space(self.groups, ratios)
 
-    def symmetric(self, problem: HarmonicBalance) -> bool:
-        """Whether sectors stay alike wherever the variables go."""
-        if not problem.single_valued:
-            return False
-        # No two variables alike.
-        apart = self.lower + (self.upper - self.lower) * (
-            0.3 + 0.4 * np.arange(self.n_variables) / max(self.n_variables, 2)
-        )
-        other = self.problem(problem, apart)
-        return find_symmetry(other.model, other.excitation, other.basis) is not None
+    @cached_property
+    def apart(self) -> FloatArray:
+        """A design of which no two variables are alike, (n_variables,)."""
+        share = 0.3 + 0.4 * np.arange(self.n_variables) / max(self.n_variables, 2)
+        return self.lower + (self.upper - self.lower) * share
 
     def derivative(self, problem: HarmonicBalance, places: dict[str, slice]) -> FloatArray:
         """Derivative of the balanced parameters by ``x``, (n_parameters, n_variables).

@@ -1,0 +1,304 @@
+"""The statistic that is minimised, steps of its models, cases of several samples, executors."""
+
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from designs import BAND, blade, design, ring
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import LinearConstraint, minimize
+from xarray import DataArray
+
+import symhbm as sh
+from symhbm.design.pieces import Piece, Pieces
+from symhbm.design.program import Program, Statistic
+from symhbm.design.space import Group, Space
+from symhbm.status import Status
+
+ROUND_OFF = 1e-12
+HEIGHTS = st.lists(st.floats(-5, 5), min_size=1, max_size=8).map(np.array)
+
+
+def space(n_variables, lower=0.1, upper=10.0):
+    groups = [Group("normal_load", f"{j}", (j,), lower, upper) for j in range(n_variables)]
+    return Space(tuple(groups), {"normal_load": np.ones(n_variables)})
+
+
+def program(statistic="worst", tail=0.1, n_variables=1, constraint=None):
+    return Program(space(n_variables), Statistic(statistic), tail, constraint)
+
+
+class TestStatistic:
+    @given(HEIGHTS)
+    def test_the_worst_and_the_mean(self, heights):
+        assert program("worst").value(heights) == heights.max()
+        mean = np.log(np.exp(heights).mean())
+        assert program("mean").value(heights) == pytest.approx(mean, abs=ROUND_OFF)
+
+    @given(HEIGHTS)
+    def test_the_ends_of_the_tail_are_the_mean_and_the_worst(self, heights):
+        whole, last = program("tail", 1.0), program("tail", 1 / len(heights))
+        assert whole.value(heights) == pytest.approx(program("mean").value(heights), abs=ROUND_OFF)
+        assert last.value(heights) == pytest.approx(heights.max(), abs=ROUND_OFF)
+        assert program("tail", 1e-6).value(heights) == pytest.approx(heights.max(), abs=ROUND_OFF)
+
+    @given(HEIGHTS, st.floats(0.01, 1.0))
+    def test_the_tail_is_the_conditional_value_at_risk(self, heights, tail):
+        amplitudes = np.exp(heights)
+        # Its definition as a minimum over the quantile, which is one of the values.
+        candidates = [
+            q + np.maximum(amplitudes - q, 0).sum() / (tail * len(heights)) for q in amplitudes
+        ]
+        found = program("tail", tail)
+        assert np.exp(found.value(heights)) == pytest.approx(min(candidates), rel=ROUND_OFF)
+        weights = found.weights(heights)
+        assert weights.sum() == pytest.approx(1, abs=ROUND_OFF)
+        assert np.all((weights >= 0) & (weights <= 1 / (tail * len(heights)) + ROUND_OFF))
+
+    @given(HEIGHTS)
+    def test_what_has_no_bound_is_infinite(self, heights):
+        for statistic in Statistic:
+            assert program(statistic).value(np.append(heights, np.inf)) == np.inf
+
+    def test_a_kink_is_where_the_last_of_the_tail_are_equal(self):
+        heights = np.array([0.0, 1.0, 0.5, 0.5 + 1e-12])
+        assert program("worst").tied(heights) == [1]
+        assert program("mean").tied(heights) == []
+        assert program("tail", 0.5).tied(heights) == [2, 3]
+        assert program("tail", 0.25).tied(heights) == [1]
+        assert program("tail", 1.0).tied(heights) == [0]
+
+
+def models(rng, n_cases, n_pieces, n_variables):
+    """Maxima of cases as convex quadratic models."""
+    states = []
+    for _ in range(n_cases):
+        pieces = []
+        for _ in range(n_pieces):
+            root = rng.normal(size=(n_variables, n_variables))
+            hessian = root @ root.T + np.eye(n_variables)
+            value, gradient = rng.normal() / 10, rng.normal(size=n_variables)
+            pieces.append(Piece(value, gradient, hessian, None, np.zeros(0)))
+        pieces.sort(key=lambda piece: -piece.value)
+        states.append(Pieces(pieces, pieces[0].value, True))
+    return states
+
+
+class TestStep:
+    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize(("statistic", "tail"), [("worst", 1), ("mean", 1), ("tail", 0.6)])
+    def test_it_is_the_minimum_of_the_models_in_the_box(self, statistic, tail, seed):
+        n = 2
+        states = models(np.random.default_rng(seed), 3, 2, n)
+        found = program(statistic, tail, n)
+        step = found.step(states, np.zeros(n), 0.3)
+        assert step.solved
+
+        def value(d):
+            heights = [
+                max(p.value + p.gradient @ d + d @ p.hessian @ d / 2 for p in state.pieces)
+                for state in states
+            ]
+            return found.value(np.array(heights))
+
+        assert step.predicted == pytest.approx(value(step.x), abs=1e-9)  # IPOPT: 1e-11
+        others = [
+            minimize(value, start, method="Nelder-Mead", bounds=[(-0.3, 0.3)] * n).fun
+            for start in (np.zeros(n), step.x)
+        ]
+        assert step.predicted <= min(others) + 1e-9
+        weights = np.concatenate(step.weights)
+        assert np.all(weights > -1e-8)
+        # In the logarithm all shares sum to 1.
+        assert weights.sum() == pytest.approx(1, abs=1e-6)
+
+    def test_constraints_are_on_values(self):
+        rows = LinearConstraint([[1.0, 1.0]], 2.0, 2.0)
+        found = program(n_variables=2, constraint=rows)
+        x = found.nearest(np.log([3.0, 0.5]))
+        assert np.exp(x).sum() == pytest.approx(2, abs=1e-9)
+        # Orthogonal to the constraint in logarithms: multiples of the values.
+        pull = (x - np.log([3.0, 0.5])) / np.exp(x)
+        assert pull[0] == pytest.approx(pull[1], rel=1e-6)
+
+    @pytest.mark.parametrize(
+        ("low", "high", "feasible"), [(0.2, 20, True), (20.1, 30, False), (3, 2, False)]
+    )
+    def test_what_no_design_satisfies_is_known_first(self, low, high, feasible):
+        rows = LinearConstraint([[1.0, 1.0]], low, high)
+        assert program(n_variables=2, constraint=rows).feasible() == feasible
+
+
+def over(**values):
+    return {name: DataArray(one, dims="sample") for name, one in values.items()}
+
+
+SAMPLES = over(
+    contact_stiffness=[1e4, 2e4, 1.4e4],
+    force_amplitude=[1.0, 1.9, 1.2],
+    normal_load=[10.0, 10.5, 9.5],  # in proportion to the nominal 10
+)
+SMOOTH = ("mass", "stiffness", "damping", "contact_stiffness", "force_amplitude")
+NEAR = (2.0, 10.0)
+"""Loads [N] about all optima: one start, in the middle, will do."""
+FRESH = over(normal_load=[9.0, 11.0], damping=[0.4, 0.6])
+
+
+def robust(statistic="worst", **options):
+    return design(blade(), bounds=NEAR, over=SAMPLES, statistic=statistic, **options)
+
+
+@pytest.fixture(scope="module")
+def worst():
+    return robust(fresh=FRESH)
+
+
+@pytest.fixture(scope="module")
+def mean():
+    return robust("mean")
+
+
+def peaks_at(load, samples):
+    """Largest responses of samples with a nominal load."""
+    loads = {"normal_load": samples["normal_load"] / 10.0 * load}
+    found = sh.frf(blade(), BAND, over=samples | loads, progress=False)
+    return found.peak_amplitude.max("peak").values
+
+
+class TestSamples:
+    def test_swept_loads_keep_their_proportions(self, worst):
+        load = worst.design_value.item()
+        assert worst.normal_load.values[:, 0] == pytest.approx(load * np.array([1, 1.05, 0.95]))
+        assert worst.normal_load_nominal.item() == pytest.approx(load)
+        assert worst.case_amplitude.dims == ("sample",)
+        assert worst.case_amplitude.values == pytest.approx(peaks_at(load, SAMPLES), rel=1e-10)
+
+    def test_fresh_cases_are_told_and_not_designed_for(self, worst):
+        expected = peaks_at(worst.design_value.item(), FRESH)
+        assert worst.fresh_case_amplitude.values == pytest.approx(expected, rel=1e-10)
+        assert worst.fresh_amplitude.item() == pytest.approx(expected.max(), rel=1e-10)
+
+    @pytest.mark.parametrize("statistic", ["worst", "mean", "tail"])
+    def test_loads_beside_are_worse(self, worst, mean, statistic):
+        tail = 0.5
+        best = {"worst": worst, "mean": mean}.get(statistic) or robust("tail", tail=tail)
+        found = program(statistic, tail)
+        assert best.design_status.item() == Status.DESIGN_OPTIMAL
+        assert best.design_optimality < 1e-8
+
+        def value(factor):
+            heights = np.log(peaks_at(best.design_value.item() * factor, SAMPLES))
+            return np.exp(found.value(heights))
+
+        assert value(1.0) == pytest.approx(best.design_amplitude.item(), rel=1e-10)
+        assert min(value(0.98), value(1.02)) > value(1.0)
+
+    @pytest.mark.parametrize(("statistic", "tail"), [("worst", 1 / 3), ("mean", 1.0)])
+    def test_the_ends_of_the_tail_are_the_same_designs(self, worst, mean, statistic, tail):
+        one, other = {"worst": worst, "mean": mean}[statistic], robust("tail", tail=tail)
+        assert other.design_status.item() == one.design_status.item()
+        # Those by load and friction vanish, as the loads chosen make up for both.
+        names = [f"design_{what}_by_{name}" for what in ("value", "amplitude") for name in SMOOTH]
+        for name in ["design_value", "design_amplitude", "design_curvature", *names]:
+            # Multipliers come with 1e-11 from IPOPT.
+            assert other[name].values == pytest.approx(one[name].values, rel=1e-7)
+
+    def test_a_tail_may_end_in_a_kink(self):
+        stiffness, force = np.array([1e4, 2e4, 1e4]), np.array([1.0, 1.9, 1.3])
+        samples = over(contact_stiffness=stiffness, force_amplitude=force)
+        best = design(blade(), bounds=NEAR, over=samples, statistic="tail", tail=0.5)
+        assert best.design_status.item() == Status.DESIGN_OPTIMAL
+        assert best.design_optimality < 1e-8
+        # The last is the worst everywhere; which of the others comes next changes at this load,
+        # where they are equal, as at the optimum of these two alone.
+        assert best.case_amplitude[0].item() == pytest.approx(best.case_amplitude[1].item(), 1e-8)
+        samples = over(contact_stiffness=stiffness[:2], force_amplitude=force[:2])
+        two = design(blade(), bounds=NEAR, over=samples)
+        assert best.design_value.item() == pytest.approx(two.design_value.item(), 1e-8)
+        for name in SMOOTH:
+            moved = two[f"design_value_by_{name}"].item()
+            assert best[f"design_value_by_{name}"].item() == pytest.approx(moved, rel=1e-6)
+
+
+class Refusing(ThreadPoolExecutor):
+    """Takes some tasks and then none."""
+
+    def __init__(self, n_taken):
+        super().__init__(1)
+        self.left = n_taken
+
+    def submit(self, *args, **kwargs):
+        self.left -= 1
+        if self.left < 0:
+            raise OSError("no more")
+        return super().submit(*args, **kwargs)
+
+
+class Failing(ThreadPoolExecutor):
+    """Takes every task and computes none."""
+
+    def submit(self, *args, **kwargs):
+        future = Future()
+        future.set_exception(MemoryError("no memory"))
+        return future
+
+
+PAIR = {name: samples[:2] for name, samples in SAMPLES.items()}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return design(blade(), bounds=NEAR, over=PAIR)
+
+
+class TestExecutors:
+    @pytest.mark.parametrize("kind", [ProcessPoolExecutor, ThreadPoolExecutor])
+    def test_they_change_nothing(self, pair, kind):
+        with kind(2) as executor:
+            assert design(blade(), bounds=NEAR, over=PAIR, executor=executor).identical(pair)
+
+    @pytest.mark.parametrize("executor", [Refusing(4), Failing(1)], ids=["refusing", "failing"])
+    def test_one_that_fails_is_done_without(self, pair, executor):
+        with pytest.warns(RuntimeWarning, match=r"the executor failed \((OS|Memory)Error:? no m"):
+            found = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
+        assert found.identical(pair)
+
+    def test_one_that_is_shut_down_is_done_without(self, pair):
+        with ThreadPoolExecutor(1) as executor:
+            pass
+        with pytest.warns(RuntimeWarning, match="cannot schedule new futures after shutdown"):
+            assert design(blade(), bounds=NEAR, over=PAIR, executor=executor).identical(pair)
+
+
+@pytest.fixture(scope="module")
+def draws():
+    disk = ring(5, 1e5, 2).model
+    return sh.mistuning.uniform(disk, 3, seed=7, friction_coefficient=0.2, normal_load=0.3)
+
+
+@pytest.mark.slow
+class TestRing:
+    """Mistuned rings of five blades."""
+
+    def best(self, draws, **options):
+        problem = ring(5, 1e5, 2)
+        return design(problem, frequency=(5.0, 120.0), over=draws, start=2.0, **options)
+
+    def test_worst_mean_and_tail(self, draws):
+        found = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}
+        values = {}
+        for name, best in found.items():
+            assert best.design_status.item() == Status.DESIGN_OPTIMAL
+            for other in Statistic:
+                heights = np.log(best.case_amplitude.values)
+                values[name, other] = program(other, 0.5).value(heights)
+        for name in Statistic:
+            for other in Statistic:
+                assert values[name, name] <= values[other, name] + 1e-10
+
+    def test_processes_change_nothing(self, draws):
+        fresh = draws.isel(sample=[2, 0])
+        with ProcessPoolExecutor(2) as executor:
+            found = self.best(draws, fresh=fresh, executor=executor)
+        assert found.identical(self.best(draws, fresh=fresh))
