@@ -92,8 +92,9 @@ class Status(StrEnum):
         "larger friction limits"
     )
     DESIGN_STALLED = (
-        "the search ended at a design where the largest response has a kink that exact conditions "
-        "do not describe; the design is the best one tried, no minimum is proved; try other starts"
+        "the search ended at a design that exact conditions do not show to be a minimum: close by "
+        "the largest response has a kink, or falls; the design is the best one tried; try other "
+        "starts"
     )
     DESIGN_NOT_SURVEYED = (
         "the response could not be followed over the whole band at the best design found, so that "

@@ -29,7 +29,7 @@ def status_of(program: Program, found: Found) -> Status:
     if held is None or are_flat(held.pieces):
         flat = all(is_flat(each) for each in found.starts)
         return Status.DESIGN_WITHOUT_EFFECT if flat else Status.DESIGN_ON_PLATEAU
-    if held.stationarity > STATIONARY:
+    if held.stationarity > STATIONARY or held.curvature < -LEVEL:
         return Status.DESIGN_STALLED
     if any(piece.summit.kind == SummitKind.EDGE for piece in held.pieces):
         return Status.DESIGN_AT_EDGE

@@ -158,14 +158,19 @@ def minimise_peak(
     found = _search(program, cases, [] if given is None else [given], n_starts)
     status = status_of(program, found)
     result = _responses(problem, program, found, sweep, bands, executor, progress)
-    if status in _GOOD and not bool((result["status"] == str(Status.REACHED_END)).all()):
+    ends = [str(Status.REACHED_END), str(Status.OTHER_SOLUTIONS)]
+    if status in _GOOD and not bool(result["status"].isin(ends).all()):
         status = Status.DESIGN_NOT_SURVEYED
     dims = dict(zip(sweep.dims, sweep.shape, strict=True))
     result = result.merge(report(program, cases, found, dims))
+    hulls = sorted({band for each in bands for band in each})
+    text = certificate(program, found, hulls, sweep.size)
     if unknown is not None:
         result = result.merge(_fresh(program, cases, found, unknown, bands))
-    ends = sorted({band for each in bands for band in each})
-    text = certificate(program, found, ends, sweep.size)
+        text += (
+            f" Over {unknown.size} cases that were not designed for, the same statistic is "
+            f"{float(result['fresh_amplitude']):.6g} m."
+        )
     return _thrown(_said(result, status, text), throw)
 
 

@@ -54,7 +54,8 @@ def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int
     if held is not None:
         for name, (slope, moved) in influence(cases, held).items():
             table[f"design_amplitude_by_{name}"] = ((), slope)
-            table[f"design_value_by_{name}"] = ("variable", moved)
+            if name not in space.names:  # whose nominal value has no influence
+                table[f"design_value_by_{name}"] = ("variable", moved)
     return xr.Dataset({name: (*value, _about(name)) for name, value in table.items()})
 
 
