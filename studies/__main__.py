@@ -26,9 +26,12 @@ STUDIES = {
     "harmonic_convergence": 34,
     "one_harmonic_validity": 18,
     "laws_and_solvers": 28,
+    "optimal_normal_load_single_blade": 15,
+    "optimal_normal_load_engine_orders": 240,
+    "optimal_normal_load_robust": 200,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
-BAR = "{desc:<27}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
+BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
 
 
 def study(name: str, results: Path, say: Callable[[str], object] = print) -> index.Section:

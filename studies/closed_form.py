@@ -7,7 +7,7 @@ frequencies of that amplitude merge.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,55 @@ class OneBlade:
             lambda a: self._lowest(a)[0] - self.force, lowest, highest, xtol=1e-300
         )
         return float(amplitude), self._lowest(float(amplitude))[1] / (2 * np.pi)
+
+    def optimum(self) -> tuple[float, float, float]:
+        """Slip limit [N] of the lowest peak, and amplitude [m] and frequency [Hz] of that peak.
+
+        At a given amplitude and frequency the force is ``|z|``, with
+        ``z = K - m omega^2 + i (c omega + D)``, and stiffness ``K`` and damping ``D`` of the
+        contact go with its angle ``theta``. At the peak the force is stationary over the frequency,
+        ``Re z = c Im z / (2 m omega)``, and at the best slip limit over the angle,
+        ``Re z sin(theta) + Im z cos(theta) = 0``. Both together: ``tan(theta) = -2 m omega / c``,
+        and one equation for the frequency remains.
+
+        Without damping the angle is ``pi / 2``: the contact slips for half of each half-period, the
+        slip limit is ``pi f0 / (2 s)`` and the amplitude ``pi f0 / (s^2 k_d)`` at
+        ``omega^2 = (k + s^2 k_d / 2) / m``, where the contact moves ``s`` times as much. All three
+        are approached in first order of the damping, see `slopes`.
+        """
+        m, c, added = self.mass, self.damping, self.ratio**2 * self.contact_stiffness / np.pi
+
+        def impedance(omega: float) -> tuple[float, float, float]:
+            angle = np.pi - np.arctan2(2 * m * omega, c)
+            stiffness = self.stiffness + added * (angle - np.sin(2 * angle) / 2)
+            opposed = c * omega + added * np.sin(angle) ** 2
+            return angle, stiffness - m * omega**2, opposed
+
+        def stationary(omega: float) -> float:
+            _, real, imaginary = impedance(omega)
+            return 2 * m * omega * real - c * imaginary
+
+        free, stuck = self.stiffness, self.stiffness + np.pi * added
+        ends = np.sqrt(free / m), np.sqrt(stuck / m)
+        omega: Any = brentq(stationary, *ends, xtol=1e-300, rtol=4 * np.finfo(float).eps)
+        angle, real, imaginary = impedance(omega)
+        amplitude = self.force / np.hypot(real, imaginary)
+        limit = self.contact_stiffness * self.ratio * amplitude * (1 - np.cos(angle)) / 2
+        return float(limit), float(amplitude), float(omega / (2 * np.pi))
+
+    def slopes(self) -> tuple[float, float, float]:
+        """Relative changes of `optimum` by the damping [m/(N s)] where there is none.
+
+        To first order the angle is ``pi / 2 + e`` with ``e = c / (2 m omega)``, which adds
+        ``2 e S`` to ``K`` and nothing to ``D``, where ``S = s^2 k_d / pi`` is their slope.
+        """
+        at_none = replace(self, damping=0.0)
+        _, _, frequency = at_none.optimum()
+        omega = 2 * np.pi * frequency
+        slope = self.ratio**2 * self.contact_stiffness / np.pi
+        lag = 1 / (2 * self.mass * omega)
+        amplitude = -omega / slope
+        return lag + amplitude, amplitude, lag * slope / (2 * self.mass * omega**2)
 
     def largest_contact_force(self) -> float:
         """Friction limit [N] from which the contact sticks at every frequency."""

@@ -7,14 +7,20 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
 
 mpl.use("Agg")
 
@@ -30,6 +36,9 @@ from studies import (
     harmonic_convergence,
     laws_and_solvers,
     one_harmonic_validity,
+    optimal_normal_load_engine_orders,
+    optimal_normal_load_robust,
+    optimal_normal_load_single_blade,
 )
 from studies.__main__ import STUDIES, main
 from studies.closed_form import OneBlade, StuckRing
@@ -39,6 +48,35 @@ from studies.run import REFERENCE
 
 ROOT = Path(__file__).parent.parent
 EXACT = json.loads(REFERENCE.read_text())
+
+
+SMALL = {
+    optimal_normal_load_single_blade: dict(
+        sets=((1,), (1, 3)), n_loads=5, dampings=(1 / 32, 1 / 64)
+    ),
+    optimal_normal_load_engine_orders: dict(
+        sets=((1,), (1, 3)), engine_orders=(3, 6), ratios=(0.9, 1.1), different=None
+    ),
+    optimal_normal_load_robust: dict(
+        n_design=2,
+        n_fresh=2,
+        statistics=("worst",),
+        problem=sh.HarmonicBalance(
+            sh.bladed_disk(
+                5,
+                mass=1,
+                stiffness=1e4,
+                damping=0.5,
+                contact_stiffness=1e6,
+                friction_coefficient=0.5,
+                normal_load=10,
+            ),
+            sh.EngineOrder(1, amplitude=1.0),
+            (1,),
+        ),
+    ),
+}
+"""Arguments of studies that are run at a part of their points."""
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +96,8 @@ def outcome(tmp_path_factory):
         patch.setattr(fig13_amplification, "GRID", np.linspace(65, 90, 126))
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
+        for study, arguments in SMALL.items():
+            patch.setattr(study, "compute", partial(study.compute, **arguments))
         code = main(STUDIES, results)
     return results, code
 
@@ -136,6 +176,66 @@ def test_closed_form_peaks_are_those_of_the_reference():
         assert closed.peak()[0] == pytest.approx(float(peak["hbm1_peak_X"]), rel=1e-12)
         held = EXACT["ring_stuck_peaks_kd1e6"][str(peak["EO"])]["P_full_stick_min"]
         assert closed.largest_contact_force() == pytest.approx(float(held), rel=1e-12)
+
+
+blades = st.builds(
+    OneBlade,
+    mass=st.floats(0.1, 10),
+    damping=st.floats(0.05, 1),
+    stiffness=st.floats(5e3, 5e4),
+    contact_stiffness=st.floats(5e3, 1e6),
+    slip_limit=st.just(1.0),
+    force=st.floats(0.1, 10),
+    ratio=st.floats(0.3, 2),
+)
+
+
+@settings(deadline=None, max_examples=25)
+@given(blades)
+def test_closed_form_optimum_is_the_lowest_peak(blade):
+    """It is the peak at its slip limit, and a search over slip limits ends there."""
+    limit, amplitude, frequency = blade.optimum()
+    # Two equations solved to double precision.
+    assert replace(blade, slip_limit=limit).peak() == pytest.approx((amplitude, frequency), 1e-11)
+    found: Any = minimize_scalar(
+        lambda log: np.log(replace(blade, slip_limit=np.exp(log)).peak()[0]),
+        bounds=(np.log(limit) - 1, np.log(limit) + 2),
+        method="bounded",
+        options=dict(xatol=1e-9),
+    )
+    assert np.exp(found.fun) == pytest.approx(amplitude, rel=1e-11)
+    # The bottom of a parabola: half the digits, and its curvature is of order one.
+    assert np.exp(found.x) == pytest.approx(limit, rel=1e-5)
+
+
+@settings(deadline=None, max_examples=25)
+@given(blades)
+def test_closed_form_optimum_without_damping(blade):
+    none = replace(blade, damping=0.0)
+    added = blade.ratio**2 * blade.contact_stiffness
+    expected = (
+        np.pi * blade.force / (2 * blade.ratio),
+        np.pi * blade.force / added,
+        np.sqrt((blade.stiffness + added / 2) / blade.mass) / (2 * np.pi),
+    )
+    assert none.optimum() == pytest.approx(expected, rel=1e-12)
+    # Richardson: what is left is of second order in a step of 1e-4 of the damping.
+    c = 1e-4 * added / (2 * np.pi * expected[2])
+    far, near = (
+        (np.array(replace(blade, damping=at).optimum()) / expected - 1) / at for at in (c, c / 2)
+    )
+    np.testing.assert_allclose(2 * near - far, blade.slopes(), rtol=1e-5, atol=1e-9 / c)
+
+
+def test_tail_of_disks():
+    """A third of six are the worst two; of two, the worst counts alone."""
+    peaks = np.array([3.0, 1.0, 6.0, 2.0, 5.0, 4.0])
+    value = optimal_normal_load_robust.value
+    assert value("tail", peaks) == pytest.approx(5.5, rel=1e-15)
+    assert value("tail", peaks[:2]) == 3.0
+    # Of four, the worst and a third of the next.
+    assert value("tail", peaks[:4]) == pytest.approx((6 + 3 / 3) / (4 / 3), rel=1e-15)
+    assert (value("mean", peaks), value("worst", peaks)) == (3.5, 6.0)
 
 
 def test_stuck_ring_has_the_natural_frequencies_of_the_reference():
