@@ -17,9 +17,12 @@ from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder
 from symhbm.summit import Summit, SummitKind
 from symhbm.tracking.path import retrack
+from symhbm.tracking.step import advanced
 
 CONTENDER = 0.7
 """Share of the largest response from which a maximum is a piece: it may be the largest next."""
+_FEW = 3
+"""Pieces that are worth following through changes of state: a survey finds many at once."""
 _MOST = 60
 """Largest number of pieces of one response."""
 
@@ -102,16 +105,21 @@ class Response:
         return Pieces(pieces, float(np.log(top)), True, n_peaks)
 
     def follow(self, x: FloatArray, before: FloatArray, pieces: Pieces) -> Pieces | None:
-        """The same maxima at another design, from ``before``; None where all are lost on the way.
+        """The same maxima at another design, from ``before``; None where a survey tells sooner.
 
-        Those that end on the way are left out: the survey of the band tells what takes their place.
+        Of a few, those that end on the way are left out: the survey at the end of a descent tells
+        what takes their place.
         """
         problem, known = self.at(x), self.at(before)
+        few = len(pieces.pieces) <= _FEW
         found = []
         for piece in pieces.pieces:
             summit = replace(piece.summit, problem=known)
             here = Conditions(self._second_order, summit, piece.multipliers)
-            there = retrack(self._second_order, here, problem)
+            step = advanced(here, problem)
+            if step is None and not few:
+                return None
+            there = step[0] if step else retrack(self._second_order, here, problem)
             if there is not None:
                 found.append(self._piece(there))
         found.sort(key=lambda piece: -piece.value)
