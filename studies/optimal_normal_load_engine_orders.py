@@ -44,7 +44,7 @@ BOUNDS = (0.1, 1000)
 """Normal loads [N] between which the best ones are sought."""
 PUBLISHED_LOAD = 10.0
 """Normal load [N] of the source's tuned disk in Fig. 12."""
-NEAR = np.linspace(0.8, 1.2, 9)
+NEAR = (0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2)
 FAR = (0.6, 1.6, 2.5, 4.0, 6.0, 10.0)
 """Loads over the best one at which whole responses are followed, independent of the search."""
 DIFFERENT = 3
