@@ -84,6 +84,9 @@ VARIABLES = {
     "sensitivity_status": Variable(
         (), "1", "whether the derivatives of the peak are exact, or why there are none"
     ),
+    "surveyed": Variable(
+        (), "1", "whether all peaks over the whole band were looked for here, or some followed"
+    ),
     "minimum_amplitude": Variable((), "m", "largest displacement where that is lowest"),
     "minimum_frequency": Variable((), "Hz", "frequency of the peak where that is lowest"),
     "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),

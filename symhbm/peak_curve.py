@@ -23,11 +23,9 @@ from symhbm.runs import check_executor
 from symhbm.status import SolveError, Status
 from symhbm.summit import Summit, SummitKind
 from symhbm.tracking.branches import Parameter
-from symhbm.tracking.crest import Crest
-from symhbm.tracking.places import Place
-from symhbm.tracking.ridge import Ridge, Scene
+from symhbm.tracking.crest import Crest, Place
+from symhbm.tracking.ridge import Ridge, Scene, Surveyor
 from symhbm.tracking.step import polished
-from symhbm.tracking.surveys import Surveyor
 
 
 def peak_curve(
@@ -45,8 +43,12 @@ def peak_curve(
 ) -> xr.Dataset:
     """Largest peak of the response over a named parameter, with its minima and events.
 
-    Surveys at some values find all peaks, exact continuation follows those that may lead, and
-    surveys in between verify that none was overlooked.
+    Surveys at some values find all peaks (``surveyed`` is True there), exact continuation follows
+    those that may lead. Surveys are at most a factor of 3.2 apart with one degree of freedom (or
+    one per sector), and 1.25 with several. Where one shows a peak that was not followed and may
+    lead close by, both sides are surveyed until two in a row show nothing new or they are 8 %
+    apart; minima and exchanges of the lead are surveyed too. What leads only between two surveys,
+    and is low or gone at both, is not seen: values close to each other in ``at`` prove more.
 
     Parameters
     ----------
@@ -57,8 +59,9 @@ def peak_curve(
     band
         Its first and last value (SI units).
     at : (n,), ascending
-        Values at which the peak is wanted. By default the result holds the points that were solved
-        for on the way, with all minima and events.
+        Values at which the peak is wanted; those more than 8 % apart are surveyed. By default the
+        result holds the points that were solved for on the way, with all minima and events: as
+        many as cubic interpolation of logarithms with the slopes needs for 1e-5 in between.
     frequency
         Band (first, last) of excitation frequencies [Hz], or several that do not overlap; by
         default one that holds all resonances of the structure.
@@ -75,11 +78,12 @@ def peak_curve(
     -------
     Dataset along the parameter, ascending: ``peak_amplitude`` [m], ``peak_frequency`` [Hz],
     ``peak_kind`` (smooth, corner, edge, unbounded), ``peak_dof``, ``peak_amplitude_slope`` (its
-    exact derivative by the parameter, at an event that of the side below), ``peak_residual_norm``
-    and ``peak_coefficient``; along ``minimum`` the local minima of the curve and what makes them
-    (smooth, exchange, kink, end); along ``event`` where another peak takes the lead or the leading
-    one changes its kind. ``status`` tells whether surveys agree, and whether the peak is at an end
-    of the band of frequencies or unbounded somewhere.
+    exact derivative by the parameter, at an event that of one side, which points right below and
+    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` and ``surveyed``; along
+    ``minimum`` the local minima of the curve and what makes them (smooth, exchange, kink, end);
+    along ``event`` where another peak takes the lead or the leading one changes its kind.
+    ``status`` tells whether surveys agree, and whether the peak is at an end of the band of
+    frequencies or unbounded somewhere.
 
     Raises
     ------
@@ -111,7 +115,8 @@ def peak_curve(
     bands = _bands(frequency, first, last)
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:
-        curve = _Curve(Ridge(Parameter(start, parameter, index, (low, high)), surveyor), grid)
+        ridge = Ridge(Parameter(start, parameter, index, (low, high)), surveyor, grid)
+        curve = _Curve(ridge)
         rows = curve.rows(grid)
     task = Task(name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index)
     result = schema.label_peak_curve(problem, task, bands, curve.results(rows), curve.status(rows))
@@ -158,10 +163,8 @@ class _Row:
 
 
 class _Curve:
-    def __init__(self, ridge: Ridge, grid: Any = None):
+    def __init__(self, ridge: Ridge):
         self.ridge, self.parameter = ridge, ridge.parameter
-        if grid is not None:
-            ridge.check(grid.tolist())
         self.crest = Crest(ridge.pool, ridge.unbounded)
         for _ in range(_ROUNDS):
             if ridge.check(self.crest.doubtful):
@@ -223,6 +226,7 @@ class _Curve:
             "event_kind": np.array([str(p.what) for p in crest.events], dtype=object),
         }
         symmetry = problem.symmetry
+        found["surveyed"] = np.array([row.value in self.ridge.scenes for row in rows])
         found["n_sectors"] = np.int32(1 if symmetry is None else symmetry.n_sectors)
         found["n_surveys"] = np.int32(self.ridge.surveyor.count)
         return found

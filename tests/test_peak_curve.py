@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
@@ -32,6 +33,13 @@ def mistuned(n_blades, order):
     spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
     draws = sh.mistuning.uniform(disk, n_samples=1, seed=2013, **spreads)
     return ring(n_blades, order, **{name: draws[name].values[0] for name in spreads})
+
+
+def between(found, loads):
+    """The curve between its points: cubic, in logarithms."""
+    load, amplitude = found.normal_load.values, found.peak_amplitude.values
+    slope = found.peak_amplitude_slope.values * load / amplitude
+    return np.exp(CubicHermiteSpline(np.log(load), np.log(amplitude), slope)(np.log(loads)))
 
 
 def largest(problem, loads, band):
@@ -74,6 +82,16 @@ def test_closed_form_of_one_blade(single):
     assert np.all(single.peak_residual_norm < 1e-11)
 
 
+def test_points_are_as_many_as_interpolation_needs(single):
+    loads = np.geomspace(1.0, 1000.0, 60)[1:-1]
+    exact = [one_blade(single, normal_load=load).peak()[0] for load in loads]
+    # Points are added until the estimated error is 1e-5.
+    np.testing.assert_allclose(between(single, loads), exact, rtol=3e-5)
+    assert single.surveyed.dtype == bool
+    assert single.surveyed.values[[0, -1]].all()
+    assert single.surveyed.sum() <= single.n_surveys
+
+
 @pytest.mark.parametrize(
     ("parameter", "band"),
     [("contact_stiffness", (8e3, 1.2e4)), ("mass", (0.8, 1.2))],
@@ -106,6 +124,8 @@ def test_mistuned_ring():
     assert found.status.item() == Status.REACHED_END
     # Both solve for the peaks: a peak that is missing shows by far more.
     np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
+    # None of these is closer than 8 % to another.
+    assert found.surveyed.values.all()
 
 
 @pytest.mark.slow
@@ -117,6 +137,8 @@ def test_mistuned_ring_over_two_decades(n_blades, order):
     found = curve(problem, "normal_load", (0.5, 100.0), loads, frequency=(5, 400))
     assert found.status.item() == Status.REACHED_END
     np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
+    free = curve(problem, "normal_load", (0.5, 100.0), frequency=(5, 400))
+    np.testing.assert_allclose(between(free, loads), exact, rtol=1e-4)
     exchange = found.event_kind.values == "exchange of the dominant peak"
     exchanges = found.event_normal_load.values[exchange]
     assert exchanges.size
@@ -164,8 +186,8 @@ class Broken(Executor):
 
 def test_an_executor_that_fails_loses_nothing():
     with pytest.warns(RuntimeWarning, match="computed in this process"):
-        found = curve(executor=Broken())
-    assert found.identical(curve())
+        found = curve(band=(3.0, 3.2), executor=Broken())
+    assert found.identical(curve(band=(3.0, 3.2)))
 
 
 def test_archive(single, tmp_path):

@@ -67,6 +67,14 @@ class Parameter:
         size = conditions.summit.amplitude / max(self.high, 1e-300)
         return slope if abs(slope) > 1e-13 * size else 0.0
 
+    def rates(self, value: float, conditions: Conditions) -> tuple[float, float]:
+        """First and second derivative of the logarithm of a height in the measure of lengths."""
+        height, factor = conditions.summit.amplitude, value if self.logarithmic else 1.0
+        rate = factor * self.slope(conditions) / height
+        bend = self._direction @ conditions.hessian @ self._direction
+        bend = factor**2 * float(bend) / height - rate**2
+        return rate, bend + (rate if self.logarithmic else 0.0)
+
 
 @dataclass
 class Branch:
@@ -200,17 +208,23 @@ class Pool:
                 break
         self.branches.append(branch)
 
+    def holds(self, start: Conditions, value: float) -> list[Branch]:
+        """The branches that a maximum at a value is on."""
+        found: list[Branch] = []
+        for branch in self.branches:
+            alike = branch.covers(value) and branch.found[0].summit.dof == start.summit.dof
+            known = branch.at(value) if alike else None
+            if known is not None and same(known, start):
+                branch.insert(value, known)
+                found.append(branch)
+        return found
+
     def knows(self, start: Conditions, value: float, up: bool) -> bool:
         """Whether a maximum at a value was followed already, upwards or downwards."""
-        for branch in self.branches:
-            known = branch.at(value) if branch.covers(value) else None
-            if known is None or not same(known, start):
-                continue
-            branch.insert(value, known)
-            at_end = value == branch.values[-1 if up else 0]
-            if not at_end or branch.ends[up] != TrackStatus.REACHED_END:
-                return True
-        return False
+        return any(
+            value != branch.values[-1 if up else 0] or branch.ends[up] != TrackStatus.REACHED_END
+            for branch in self.holds(start, value)
+        )
 
     def highest(self, value: float) -> tuple[Branch, Conditions] | None:
         """The highest branch at a value, solved for; None where there is none, or none for sure."""

@@ -6,17 +6,21 @@ curve is lowest is solved for.
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
 from scipy import optimize
 
 from symhbm.fourier import FloatArray
+from symhbm.peak_conditions import Conditions
 from symhbm.peaks import TIE
-from symhbm.tracking.branches import Branch, Pool, same
+from symhbm.summit import SummitKind
+from symhbm.tracking.between import crossing, fill
+from symhbm.tracking.branches import SAME, Branch, Pool, same
 from symhbm.tracking.path import TrackStatus
-from symhbm.tracking.places import Low, Place, Turn, turn
-from symhbm.tracking.step import polished
+from symhbm.tracking.step import height, polished
 
 _FINER = 4
 """Parts of every distance between two points over which heights are compared."""
@@ -25,14 +29,50 @@ _TOUCHING = 1e-5
 """Distance, relative, from where a peak crosses the end of the band within which both are equal."""
 _BESIDE = 1e-3
 _THIN = 1e-7
-"""Distance from an event, relative, within which a curve needs no other point."""
+"""Lengths below which nothing happens."""
+_NEAR = 1e-4
+"""Distance from an event, relative, within which a curve needs one other point on either side."""
+_JUMP = 1e-6
+"""Relative difference of heights where the lead changes that digits do not explain."""
+_EQUAL = 1e-12
+"""Distance below which two points are one."""
+
+
+class Low(StrEnum):
+    """What makes a minimum of the curve."""
+
+    SMOOTH = "smooth"
+    EXCHANGE = "exchange"
+    KINK = "kink"
+    END = "end"
+
+
+class Turn(StrEnum):
+    """What happens at an event of the curve."""
+
+    EXCHANGE = "exchange of the dominant peak"
+    STICK = "full stick"
+    KIND = "change of kind"
+    ONSET = "onset of slip at the peak"
+    RELEASE = "end of slip at the peak"
+    BAND = "peak crosses the end of the band"
+    POLE = "peak becomes unbounded"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of the curve: the maximum that leads there and what it is."""
+
+    value: float
+    found: Conditions
+    what: str = ""
 
 
 class Crest:
     """The highest of some branches: its ``points``, ``minima`` and ``events``, ascending.
 
     Within ``unbounded`` ranges there is none. ``unclear`` are places where the lead changes and
-    what it passes to could not be solved for.
+    what it passes to could not be solved for, or is not as high.
     """
 
     def __init__(self, pool: Pool, unbounded: Sequence[tuple[float, float]] = ()):
@@ -47,28 +87,27 @@ class Crest:
             self._find_spans()
             for span in self._spans:
                 self._along(*span)
+            self.points.sort(key=lambda place: place.value)
             self._at_ends()
-            self.events += [Place(at, found, Turn.POLE) for at, found in pool.poles]
-        for places in (self.points, self.minima, self.events):
+            poles = [p for p in pool.poles if any(low <= p[0] <= high for low, high in unbounded)]
+            self.events += [Place(*pole, Turn.POLE) for pole in poles]
+        for places in (self.minima, self.events):
             places.sort(key=lambda place: place.value)
         self._thin()
 
     @property
     def doubtful(self) -> list[float]:
-        """Where a maximum that was overlooked would show first: minima, exchanges, and in between.
-
-        Two maxima of equal height have a dip between them that a third may fill.
-        """
+        """Where a maximum that was overlooked would show first: minima, exchanges and jumps."""
         parameter = self._parameter
-        sharp = (Low.SMOOTH, Low.EXCHANGE, Turn.EXCHANGE)
-        values: set[float] = set()
-        for place in (*self.minima, *self.events):
-            # Where a peak changes its kind, no survey can tell it from those beside it.
-            shares = (1.0,) if place.what in sharp else (1 - _BESIDE, 1 + _BESIDE)
-            beside = [share * place.value for share in shares]
-            values |= {value for value in beside if parameter.low < value < parameter.high}
-        values |= {parameter.value(start, end, 0.5) for _, start, end in self._spans}
-        return sorted(values)
+        sharp = Low.SMOOTH, Low.EXCHANGE, Turn.EXCHANGE
+        values = {
+            *self.unclear,
+            *(p.value for p in (*self.minima, *self.events) if p.what in sharp),
+        }
+        # At a kink a survey need not tell maxima that merge there.
+        kinks = [p.value for p in self.minima if p.what == Low.KINK]
+        values |= {share * kink for kink in kinks for share in (1 - _BESIDE, 1 + _BESIDE)}
+        return sorted(value for value in values if parameter.low < value < parameter.high)
 
     def _heights(self, values: FloatArray) -> FloatArray:
         heights = np.array([branch.heights(values) for branch in self._pool.branches])
@@ -86,8 +125,7 @@ class Crest:
         grid = np.exp(fine) if self._parameter.logarithmic else fine
         grid = np.unique(np.append(np.clip(grid, knots[0], knots[-1]), knots))
         heights = self._heights(grid)
-        leader = -1
-        start = grid[0]
+        leader, start = -1, grid[0]
         for k, column in enumerate(heights.T):
             top = int(np.argmax(column >= (1 - TIE) * column.max()))
             if leader >= 0 and column[leader] >= (1 - TIE) * column[top]:
@@ -118,50 +156,20 @@ class Crest:
         self, low: float, high: float, one: int, other: int, depth: int = 0
     ) -> list[tuple[float, float, int, int]]:
         """The changes of the lead from one branch to another, by way of a third perhaps."""
-        at = self._crossing(low, high, one, other)
+        at = crossing(self._pool.branches[one], self._pool.branches[other], low, high)
         if at is None or depth > _DEEPEST:
             return [(low, high, one, other)]
         column = self._heights(np.array([at]))[:, 0]
         top = int(np.argmax(column))
-        if top in (one, other) or column[top] <= (1 + TIE) * max(column[[one, other]]):
+        if column[top] <= (1 + TIE) * max(column[[one, other]]):
             return [(low, high, one, other)]
         first = self._changes(low, at, one, top, depth + 1)
         return first + self._changes(at, high, top, other, depth + 1)
 
-    def _crossing(self, low: float, high: float, one: int, other: int) -> float | None:
-        """Where two branches are of equal height, both solved for, None where they are not."""
-        a, b = self._pool.branches[one], self._pool.branches[other]
-        first, last = max(a.values[0], b.values[0]), min(a.values[-1], b.values[-1])
-        if first >= last:
-            return None
-        low, high = (min(max(value, first), last) for value in (low, high))
-
-        def difference(value: float) -> float:
-            found = a.at(value), b.at(value)
-            if found[0] is None or found[1] is None:
-                raise ArithmeticError
-            height = [conditions.summit.amplitude for conditions in found if conditions]
-            return height[0] / height[1] - 1
-
-        try:
-            # Interpolated heights tell only about where it is.
-            reach = 1e-6 * high
-            while difference(low) <= 0 and low > first:
-                low, reach = max(low - reach, first), 4 * reach
-            while difference(high) >= 0 and high < last:
-                high, reach = min(high + reach, last), 4 * reach
-            if difference(low) <= 0:
-                return low
-            if difference(high) >= 0:
-                return high
-            return float(optimize.brentq(difference, low, high, xtol=1e-300, rtol=1e-15))  # type: ignore
-        except (ArithmeticError, ValueError):
-            return None
-
     def _change(self, low: float, high: float, one: int, other: int) -> float:
         """Where the lead goes over, noted as an event unless both are one maximum."""
         a, b = self._pool.branches[one], self._pool.branches[other]
-        at = self._crossing(low, high, one, other)
+        at = crossing(a, b, low, high)
         if at is None:
             at = a.values[-1] if low <= a.values[-1] <= high else b.values[0]
             at = float(np.clip(at, low, high))
@@ -176,19 +184,26 @@ class Crest:
             at = a.values[-1] if gone else b.values[0]
             self.events.append(Place(at, before, Turn.BAND))
         elif not same(before, after):
-            self.events.append(Place(at, before, Turn.EXCHANGE))
+            fall = height(after.summit, before.summit)
+            if abs(fall) > _JUMP:
+                # The largest response is continuous: the lower side lacks a maximum.
+                self.unclear.append(at * (1 + _BESIDE if fall < 0 else 1 - _BESIDE))
+            last = self.events[-1:]
+            if not (last and last[0].what == Turn.EXCHANGE and abs(at / last[0].value - 1) < SAME):
+                self.events.append(Place(at, before, Turn.EXCHANGE))
             self.points.append(Place(at, before))
-            slope = self._parameter.slope
-            if slope(before) < 0 < slope(after):
+            if self._parameter.slope(before) < 0 < self._parameter.slope(after):
                 self.minima.append(Place(at, before, Low.EXCHANGE))
         return at
 
     def _along(self, branch: Branch, start: float, end: float) -> None:
         """Points, minima and events of one branch where it leads."""
-        for value in (start, end):
+        # Slopes on either side of an event.
+        for value in (self._parameter.value(start, end, s) for s in (0.0, _THIN, 1 - _THIN, 1.0)):
             found = branch.at(value)
             if found is not None:
                 branch.insert(value, found)
+        fill(branch, start, end)
         first, last = bisect_left(branch.values, start), bisect_right(branch.values, end) - 1
         places = [Place(branch.values[i], branch.found[i]) for i in range(first, last + 1)]
         self.points += places
@@ -199,7 +214,7 @@ class Crest:
                 self._lows(branch, here, there)
                 continue
             at = here if here.value == joints[i] else there
-            self.events.append(Place(at.value, at.found, turn(here.found, there.found)))
+            self.events.append(Place(at.value, at.found, _turn(here.found, there.found)))
             left, right = slope(here.found), slope(there.found)
             if left < 0 <= right or left <= 0 < right:
                 self.minima.append(Place(at.value, at.found, Low.KINK))
@@ -252,8 +267,7 @@ class Crest:
 
     def _at_ends(self) -> None:
         """Minima where the curve falls towards an end of the band."""
-        slope, points = self._parameter.slope, sorted(self.points, key=lambda place: place.value)
-        first, last = points[0], points[-1]
+        slope, first, last = self._parameter.slope, self.points[0], self.points[-1]
         if first.value == self._parameter.low and slope(first.found) > 0:
             self.minima.append(Place(first.value, first.found, Low.END))
         if last.value == self._parameter.high and slope(last.found) < 0:
@@ -262,13 +276,25 @@ class Crest:
     def _thin(self) -> None:
         """Leave out points that others make needless."""
         special = np.array([place.value for place in (*self.events, *self.minima)])
+        ends = self._parameter.low, self._parameter.high
         kept: list[Place] = []
-        for place in self.points:
-            if kept and place.value == kept[-1].value:
+        for place, after in zip(self.points, [*self.points[1:], None], strict=True):
+            last, value = kept[-1].value if kept else -np.inf, place.value
+            if value - last <= _EQUAL * value:
                 continue
-            if place.value not in special and special.size:
-                near = np.abs(special - place.value) < _THIN * max(abs(place.value), 1e-300)
-                if near.any() and place.value not in (self._parameter.low, self._parameter.high):
-                    continue
-            kept.append(place)
+            near = np.any(np.abs(special - value) < _NEAR * value)
+            beside = {last, value, after.value if after else value}
+            if not near or value in ends or not beside.isdisjoint(special):
+                kept.append(place)
         self.points = kept
+
+
+def _turn(before: Conditions, after: Conditions) -> Turn:
+    """What happens at a joint of a branch."""
+    one, other = before.summit, after.summit
+    if other.kind == SummitKind.SMOOTH and not other.slip.any() and one.slip.any():
+        return Turn.STICK
+    slips = np.count_nonzero(other.slip) - np.count_nonzero(one.slip)
+    if one.kind != other.kind or not slips:
+        return Turn.KIND
+    return Turn.ONSET if slips > 0 else Turn.RELEASE

@@ -34,8 +34,9 @@ _BEYOND = (1e-9, 1e-7, 1e-5, 1e-3, 1e-2)
 """Distances beyond an event at which the maximum is looked for."""
 _SAME = 1e-4
 """Distance below which a maximum beyond an event is of another kind than before it."""
-_JUMP = 1e-2
-"""Relative change of the response across an event by which another maximum is told."""
+_SEARCHED, _STEEPEST, _JUMP = 1e-3, 10.0, 3e-3
+"""Distance at which it is searched for, and by which relative difference from the height expected
+another maximum is told: over the distance, and at most."""
 _NEAR_LIMIT = 1e-6
 _MOST_TOGETHER = 3
 """Contacts at their limits at once, all of whose states are tried."""
@@ -80,6 +81,15 @@ class Track:
         (s, one), (end, other) = self.steps[-2:]
         one, other = 1 / one.summit.amplitude, 1 / other.summit.amplitude
         return end + other * (end - s) / (one - other) if one > other else np.inf
+
+    @property
+    def grows(self) -> bool:
+        """Whether it grows towards a pole close by: twofold at least on two thirds of the way."""
+        left = self.pole - self.end
+        if left >= _NEAR_POLE:
+            return False
+        before = [c.summit.amplitude for s, c in self.steps if self.pole - s >= 3 * left]
+        return bool(before) and self.steps[-1][1].summit.amplitude > 2 * before[-1]
 
 
 def track(
@@ -185,7 +195,9 @@ class _Tracker:
                 ahead = float(np.min(margins[falling] / rate, initial=np.inf))
                 (here, distance), s, known = found, target, margins
                 track.steps.append((s, here))
-                if self._unbounded(here):
+                summit = here.summit
+                grown = summit.problem.amplification(summit.unknowns, summit.frequency)
+                if grown > _AMPLIFIED:
                     track.status = TrackStatus.UNBOUNDED
                     return track
                 step *= float(np.clip(np.sqrt(_AIM / max(distance, 1e-12)), 0.3, 2.0))
@@ -195,12 +207,12 @@ class _Tracker:
             hunting = min(ahead, known.min()) < 100 * _SMALLEST
             stuck = s < fail and step < (_AT_EVENT if hunting else _SMALLEST)
             if arrived or stuck:
-                beyond = None if s >= 1 else self._beyond(s, here)
+                grows = track.grows
+                beyond = None if s >= 1 or (grows and not arrived) else self._beyond(s, here)
                 if beyond is None and s < 1:
                     left = here.summit.kind != SummitKind.EDGE and self._at_end_of_band(here)
-                    track.status = TrackStatus.LEFT_BAND if left else TrackStatus.DIED
-                    if track.pole - s < _NEAR_POLE:
-                        track.status = TrackStatus.UNBOUNDED
+                    ended = TrackStatus.LEFT_BAND if left else TrackStatus.DIED
+                    track.status = TrackStatus.UNBOUNDED if grows else ended
                     return track
                 if beyond is not None:
                     track.events.append(len(track.steps) - 1)
@@ -209,10 +221,6 @@ class _Tracker:
                     known = _margins(here, self.bands)
         track.status = TrackStatus.DIED
         return track
-
-    def _unbounded(self, here: Conditions) -> bool:
-        summit = here.summit
-        return summit.problem.amplification(summit.unknowns, summit.frequency) > _AMPLIFIED
 
     def _at_end_of_band(self, here: Conditions) -> bool:
         low, high = band_of(here.summit.frequency, self.bands)
@@ -236,23 +244,24 @@ class _Tracker:
         """The maximum right beyond an event, of whatever kind it is there."""
         if here.summit.kind != SummitKind.EDGE and self._at_end_of_band(here):
             return None
-        target, aim = s, here.summit
         for distance in _BEYOND:
             target = min(1.0, s + distance)
-            aim = aimed(here, self.at(target))
+            aim, jump = aimed(here, self.at(target)), min(_JUMP, _STEEPEST * distance)
             found = [
                 other
                 for summit in _successors(here, aim)
                 if (distance > _SAME or not _alike(summit, here.summit))
                 and (other := verified(self.second_order, summit)) is not None
-                and abs(height(other.summit, aim)) <= _JUMP
+                and abs(height(other.summit, aim)) <= jump
                 and self._inside(other.summit)
             ]
             if found:
                 return target, min(found, key=lambda other: apart(other.summit, aim))
-        other = search(self.second_order, aim, aim.problem, self.bands, _JUMP)
-        same = other is not None and abs(height(other.summit, aim)) <= _JUMP
-        return (target, other) if other is not None and same else None
+            if distance == _SEARCHED:
+                other = search(self.second_order, aim, aim.problem, self.bands, jump)
+                if other is not None and abs(height(other.summit, aim)) <= jump:
+                    return target, other
+        return None
 
     def _inside(self, summit: Summit) -> bool:
         low, high = band_of(summit.frequency, self.bands)

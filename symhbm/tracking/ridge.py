@@ -1,32 +1,112 @@
 """The highest maximum of the response over one parameter: followed between surveys, and verified.
 
 Surveys at some values of the parameter find all maxima; those that may lead are followed from each
-value to the next and back. A survey in the middle tells whether any was overlooked: one that was
-born in between is followed from there, and both halves are verified in turn.
+value to the next and back. A survey in the middle tells whether any was overlooked: where one was
+born in between that may lead there, both halves are verified in turn, until two surveys one after
+the other show nothing new.
 """
 
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from tqdm import tqdm
 
-from symhbm.landscape import Landscape
+from symhbm.fourier import FloatArray
+from symhbm.landscape import Landscape, survey
 from symhbm.peak_conditions import Conditions
+from symhbm.residual import HarmonicBalance
+from symhbm.status import Status
 from symhbm.tracking.branches import Parameter, Pool
 from symhbm.tracking.step import verified
-from symhbm.tracking.surveys import Surveyor
 
 AGREES = 1e-9
 """Relative difference by which a survey may be higher than what was followed."""
 _CONTENDER = 0.9
 """Share of the largest response that a maximum needs to be followed."""
-_PER_DECADE = 3
-_FEWEST = 4
-"""Intervals at first: by decade, and at least."""
+_PER_DECADE = 6, 2
+_FEWEST = 4, 2
+"""Distances between surveys at first, by decade and at least: of many DOF, and of one."""
 _SMALLEST = 1e-3
 """Share of the largest value below which one step leads to a band that begins at zero."""
 _DEEPEST = 7
 """How often an interval is halved."""
+_NARROW = 0.08
+"""Distance between surveys, relative, below which only one that was higher asks for more."""
+_QUIET = 2
+"""Surveys in the middle, one after the other, that show nothing new: of many DOF; one of one."""
+_HASTE = 2.0
+"""Factor by which slopes between two surveys may be larger than at one of them."""
+_BAR_DELAY = 2.0
+"""Seconds before a progress bar appears."""
+
+Bands = Sequence[tuple[float, float]]
+
+
+class Surveyor:
+    """Surveys ``bands`` [Hz] of problems; ``count`` tells how many it made.
+
+    What an ``executor`` does not compute, as workers die or it is closed, is computed in this
+    process. A survey that fails is empty, and its status says so.
+    """
+
+    def __init__(self, bands: Bands, executor: Executor | None, progress: bool):
+        self.bands, self._executor, self.count = list(bands), executor, 0
+        self._bar = tqdm(unit="survey", delay=_BAR_DELAY, disable=not progress, leave=False)
+
+    def __enter__(self) -> "Surveyor":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def survey(
+        self, problem: Callable[[float], HarmonicBalance], values: Iterable[float]
+    ) -> list[Landscape]:
+        """All maxima at some values of a parameter, ``problem`` giving that at each."""
+        problems = [problem(value) for value in values]
+        pending = [self._submitted(one) for one in problems]
+        return [self._result(*pair) for pair in zip(problems, pending, strict=True)]
+
+    def _submitted(self, problem: HarmonicBalance) -> Future[Landscape] | None:
+        if self._executor is None:
+            return None
+        try:
+            return self._executor.submit(_work, problem, self.bands)
+        except Exception as error:
+            self._give_up(error)
+            return None
+
+    def _result(self, problem: HarmonicBalance, pending: Future[Landscape] | None) -> Landscape:
+        self.count += 1
+        found = None
+        if pending is not None:
+            try:
+                found = pending.result()
+            except (Exception, CancelledError) as error:
+                self._give_up(error)
+        if found is None:
+            found = _survey(problem, self.bands)
+        self._bar.update()
+        # Those of a worker come with equations of their own.
+        summits = [replace(summit, problem=problem) for summit in found.summits]
+        return replace(found, summits=summits)
+
+    def _give_up(self, error: BaseException) -> None:
+        """Go on in this process, and say so once."""
+        if self._executor is None:
+            return
+        self._executor = None
+        what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
+        warnings.warn(
+            f"{what} ({' '.join([type(error).__name__, *map(str, error.args)])}); the surveys that "
+            "the executor does not compute are computed in this process",
+            RuntimeWarning,
+            stacklevel=2,
+        )
 
 
 @dataclass
@@ -41,18 +121,19 @@ class Scene:
 class Ridge:
     """Branches that hold the highest maximum over a whole band of the parameter.
 
-    ``gaps`` are the ranges where a survey was higher than what could be followed, ``incomplete``
-    the surveys that did not reach the end of the band of frequencies.
+    Surveys are made at ``wanted`` values and wherever these are far from each other. ``gaps`` are
+    the ranges where a survey was higher than what could be followed, ``incomplete`` the surveys
+    that did not reach the end of the band of frequencies.
     """
 
-    def __init__(self, parameter: Parameter, surveyor: Surveyor):
+    def __init__(self, parameter: Parameter, surveyor: Surveyor, wanted: FloatArray | None = None):
         self.parameter, self.surveyor = parameter, surveyor
         bands = [(2 * np.pi * low, 2 * np.pi * high) for low, high in surveyor.bands]
         self.pool = Pool(parameter, bands)
         self.scenes: dict[float, Scene] = {}
         self.gaps: list[tuple[float, float]] = []
         self.incomplete: list[Scene] = []
-        self._build()
+        self._build([] if wanted is None else wanted.tolist())
 
     def check(self, values: list[float]) -> bool:
         """Verify what was followed at some values; where it is too low, follow what is there."""
@@ -60,10 +141,13 @@ class Ridge:
         scenes = self.survey([value for value in values if value not in self.scenes])
         places = sorted(self.scenes)
         for scene in scenes:
-            if not self._holds(scene):
-                place = places.index(scene.value)
-                for other in (places[place - 1], places[min(place + 1, len(places) - 1)]):
-                    self._cover(*sorted((scene, self.scenes[other]), key=lambda s: s.value))
+            place = places.index(scene.value)
+            low, high = (
+                self.scenes[places[i]] for i in (max(place - 1, 0), min(place + 1, len(places) - 1))
+            )
+            if not self._holds(scene) or self._news(low, scene, high):
+                self._cover(low, scene)
+                self._cover(scene, high)
                 held = False
         self.gaps += [(s.value, s.value) for s in scenes if not self._holds(s)]
         return held
@@ -100,31 +184,50 @@ class Ridge:
                 ranges += [(max(r[0], low), min(r[1], high)) for r in known] or [(low, high)]
         return ranges
 
-    def _build(self) -> None:
-        anchors = _anchors(self.parameter)
-        middles = [self._middle(*pair) for pair in pairwise(anchors)]
+    def _build(self, wanted: list[float]) -> None:
         # All at once, for the executor.
-        scenes = self.survey(anchors + middles)
-        at_anchors = scenes[: len(anchors)]
-        intervals = list(zip(at_anchors, at_anchors[1:], scenes[len(anchors) :], strict=False))
+        scenes = self.survey(_first_values(self.parameter, wanted))
+        quiet = 1 if self.parameter.problem.n_dof == 1 else _QUIET
+        pending = [
+            (*three, quiet) for three in zip(scenes[::2], scenes[1::2], scenes[2::2], strict=False)
+        ]
         for depth in range(_DEEPEST + 1):
-            failed: list[tuple[Scene, Scene]] = []
-            for low, high, middle in intervals:
+            parts: list[tuple[Scene, Scene, int]] = []
+            for low, middle, high, quiet in pending:
                 self._cover(low, high)
-                held = self._holds(low) and self._holds(middle) and self._holds(high)
+                held = all(map(self._holds, (low, middle, high)))
+                quiet = quiet - 1 if held and not self._news(low, middle, high) else _QUIET
                 self._cover(low, middle)
                 self._cover(middle, high)
-                if not held:
-                    failed += [(low, middle), (middle, high)]
+                if not held and depth == _DEEPEST:
+                    self.gaps.append((low.value, high.value))
+                if quiet and (not held or high.value > (1 + _NARROW) * low.value):
+                    parts += [(low, middle, quiet), (middle, high, quiet)]
             if depth == _DEEPEST:
-                self.gaps = [(low.value, high.value) for low, high in failed]
                 return
-            values = [self._middle(low.value, high.value) for low, high in failed]
-            middles = self.survey(values)
-            intervals = [(*pair, middle) for pair, middle in zip(failed, middles, strict=True)]
+            middles = self.survey(
+                [self.parameter.value(low.value, high.value, 0.5) for low, high, _ in parts]
+            )
+            pending = [
+                (low, middle, high, quiet)
+                for (low, high, quiet), middle in zip(parts, middles, strict=True)
+            ]
 
-    def _middle(self, low: float, high: float) -> float:
-        return self.parameter.value(low, high, 0.5)
+    def _news(self, low: Scene, middle: Scene, high: Scene) -> bool:
+        """Whether a maximum that was not followed there may lead somewhere between two surveys."""
+        if not middle.contenders:
+            return False
+        reach = _HASTE * max(high.value - middle.value, middle.value - low.value)
+        top, *others = sorted(middle.contenders, key=lambda c: -c.summit.amplitude)
+
+        def rate(found: Conditions) -> float:
+            return self.parameter.slope(found) / found.summit.amplitude
+
+        return any(
+            np.log(top.summit.amplitude / c.summit.amplitude) <= reach * abs(rate(c) - rate(top))
+            for c in (top, *others)
+            if not self.pool.holds(c, middle.value)
+        )
 
     def _cover(self, low: Scene, high: Scene) -> None:
         """Follow all contenders from either end of an interval to the other."""
@@ -152,10 +255,34 @@ class Ridge:
         return all(other.landscape.unbounded for other in around)
 
 
-def _anchors(parameter: Parameter) -> list[float]:
-    low, high = parameter.low, parameter.high
+def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:
+    """An odd number of values over the whole band, those ``wanted`` among them."""
+    low, high, one = parameter.low, parameter.high, parameter.problem.n_dof == 1
     first = low if low > 0 else _SMALLEST * high
-    number = max(_FEWEST, int(np.ceil(_PER_DECADE * np.log10(high / first))))
-    values = np.geomspace(first, high, number + 1).tolist()
-    values[0], values[-1] = first, high
-    return values if low > 0 else [low, *values]
+    fixed = [first]
+    for value in wanted:
+        if (1 + _NARROW) * fixed[-1] < value < high:
+            fixed.append(value)
+    fixed.append(high)
+    widest = min(np.log(10) / _PER_DECADE[one], np.log(high / first) / _FEWEST[one])
+    values = [] if low > 0 else [low]
+    for start, end in pairwise(fixed):
+        number = max(1, int(np.ceil(np.log(end / start) / widest - 1e-9)))
+        values += [start, *np.geomspace(start, end, number + 1)[1:-1].tolist()]
+    values.append(high)
+    if len(values) % 2 == 0:
+        values.insert(-1, parameter.value(values[-2], high, 0.5))
+    return values
+
+
+def _survey(problem: HarmonicBalance, bands: Bands) -> Landscape:
+    try:
+        return survey(problem, bands)
+    except ArithmeticError:
+        return Landscape([], [], Status.COMPUTATION_FAILED)
+
+
+def _work(problem: HarmonicBalance, bands: Bands) -> Landscape:
+    found = _survey(problem, bands)
+    bare = [replace(summit, problem=None) for summit in found.summits]  # type: ignore[arg-type]
+    return replace(found, summits=bare)
