@@ -42,6 +42,8 @@ MAX_LOOKS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
 STEEP = 1e-3
 """Part of a tangent along the parameter below which its sign is worth a tangent of its own."""
+SMALLEST_HOP = 1e-3
+"""First step tried over a corner that nobody located."""
 SHRUNK = 1 / 50
 """Fall of the step, against those before, at which a corner nobody located is taken to be near."""
 
@@ -91,8 +93,10 @@ class Path:
                 attempt = None
                 self.rejected += 1
                 step /= 4
-                if step < SHRUNK * usual and self._curve.single_valued:
-                    attempt, step = self._hop(point, usual)
+                stuck = step < max(SHRUNK * usual, SMALLEST_STEP)
+                if stuck and self._curve.single_valued:
+                    # Steps that shrank from corner to corner tell nothing of what lies beyond.
+                    attempt, step = self._hop(point, max(usual, SMALLEST_HOP))
             if attempt is None:
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP

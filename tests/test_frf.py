@@ -382,3 +382,20 @@ def test_superharmonic_peaks(harmonics, load, expected):
             assert float(point.amplitude[0]) < amplitude
         top = sh.solve(problem, frequency, throw=True)
         assert float(top.amplitude[0]) == pytest.approx(amplitude, rel=1e-7)
+
+
+def test_corners_on_the_flank_of_a_superharmonic_are_passed():
+    """Steps that shrank from corner to corner do not end the path: both directions agree."""
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=5.56,
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(1), harmonics=(1, 3))
+    there, back = (sh.frf(problem, band, throw=True, progress=False) for band in ((5, 70), (70, 5)))
+    # Solved for, to about 1e-12.
+    assert there.peak_amplitude.values == pytest.approx(back.peak_amplitude.values, rel=1e-9)
