@@ -223,7 +223,8 @@ def test_maps_of_paths_change_at_the_events():
         for hertz in one.event_frequency.dropna("event").values:
             cell = np.searchsorted(centre, hertz)
             near = np.asarray(table[row, cell - 1 : cell + 1])
-            assert (near < 1).tolist() in ([True, False], [False, True])
+            # At its limit a contact sticks but for the root of round-off.
+            assert (near < 1 - 1e-6).tolist() in ([True, False], [False, True])
     paths.stick_fraction[1, 5] = np.nan
     ax, _ = sh.plot.stick_map(paths).axes
     table = ax.collections[0].get_array()
