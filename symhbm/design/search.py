@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from symhbm.design.cases import Cases
 from symhbm.design.descent import AGREE, Descent, Design, descend, is_flat
@@ -78,6 +77,9 @@ def around(space: Space, x: FloatArray, n_points: int) -> FloatArray:
 
 def _spread(n_variables: int, n_points: int) -> FloatArray:
     """Points spread evenly over the unit cube."""
+    # Slow to import, and needed for designs of several variables alone.
+    from scipy.stats import qmc
+
     sobol = qmc.Sobol(n_variables, rng=np.random.default_rng(_SEED))
     # Powers of two keep the sequence balanced.
     return sobol.random_base2(int(np.ceil(np.log2(n_points))))[:n_points]

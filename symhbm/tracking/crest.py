@@ -36,6 +36,8 @@ _JUMP = 1e-6
 """Relative difference of heights where the lead changes that digits do not explain."""
 _EQUAL = 1e-12
 """Distance below which two points are one."""
+_ONE = 1e-9
+"""Distance, relative, below which two minima are one."""
 
 
 class Low(StrEnum):
@@ -93,6 +95,10 @@ class Crest:
             self.events += [Place(*pole, Turn.POLE) for pole in poles]
         for places in (self.minima, self.events):
             places.sort(key=lambda place: place.value)
+        # One at a survey belongs to the stretches on both of its sides.
+        told = [-np.inf, *(low.value for low in self.minima)]
+        pairs = zip(self.minima, told, strict=False)
+        self.minima = [low for low, last in pairs if low.value - last > _ONE * low.value]
         self._thin()
 
     @property
