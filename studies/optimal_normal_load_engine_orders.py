@@ -21,18 +21,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
-from studies.closed_form import OneBlade, one_blade
 from studies.companions import labelled, largest_peak, suffices
 from studies.landmark import Landmark, Source
+from studies.load_curves import PUBLISHED_LOAD, blade, decibels, draw
 from studies.run import run
 
 NAME = "optimal_normal_load_engine_orders"
@@ -42,8 +39,6 @@ ENGINE_ORDERS = (1, 2, 3, 4, 5, 6)
 BAND = (5, 350)  # Hz
 BOUNDS = (0.1, 1000)
 """Normal loads [N] between which the best ones are sought."""
-PUBLISHED_LOAD = 10.0
-"""Normal load [N] of the source's tuned disk in Fig. 12."""
 NEAR = (0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2)
 FAR = (0.6, 1.6, 2.5, 4.0, 6.0, 10.0)
 """Loads over the best one at which whole responses are followed, independent of the search."""
@@ -57,8 +52,6 @@ FAILS = (1, 2, 3)
 """Engine orders at which one harmonic does not suffice at its best load."""
 TRUNCATION = 0.01
 """Error of the peaks with harmonics up to 5 at their best loads."""
-SPACING = 2.2
-"""Least distance of the labels of curves [dB]."""
 ROUND_OFF = 1e-12
 """Relative difference of peaks that are solved for twice."""
 
@@ -186,12 +179,6 @@ def _design(name: str, found: xr.Dataset) -> dict[str, tuple[Any, Any, str, str]
     }
 
 
-def blade(dataset: xr.Dataset, order: int) -> OneBlade:
-    """Return the blade that the disk is under an engine order, one harmonic, load of the source."""
-    one = dataset.isel(engine_order=0)
-    return one_blade(one, normal_load=PUBLISHED_LOAD, engine_order=order)
-
-
 def peak_of_two(dataset: xr.Dataset) -> tuple[float, float, float]:
     """Load [N] at which the two loud cases peak alike, their peak [m], weight of the first."""
     cases = [
@@ -209,121 +196,6 @@ def peak_of_two(dataset: xr.Dataset) -> tuple[float, float, float]:
     first, second = peaks(limit + step) - peaks(limit - step)
     mu = float(dataset.friction_coefficient.mean())
     return float(limit) / mu, float(peaks(limit)[0]), float(second / (second - first))
-
-
-def draw(dataset: xr.Dataset) -> Figure:
-    """Draw peaks over loads, and the best load and its peak over the engine order."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.0, 6.4), layout="constrained")
-        axes: Any = figure.subplot_mosaic("LT;LB", width_ratios=(1.35, 1))
-        _draw_curves(dataset, axes["L"])
-        _draw_loads(dataset, axes["T"])
-        _draw_peaks(dataset, axes["B"])
-        figure.suptitle("Tuned disk of 13 blades, $k_d$ = 1e6 N/m: the load of the lowest peak")
-    return figure
-
-
-def _decibels(amplitude: Any) -> np.ndarray:
-    return 20 * np.log10(amplitude)
-
-
-def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
-    mu = float(dataset.friction_coefficient.mean())
-    loads = np.geomspace(0.4, 60, 200)
-    orders = dataset.engine_order.values
-    shades = plt.get_cmap("viridis")(np.linspace(0, 0.88, len(orders)))
-    label = np.inf
-    for order, color in zip(orders, shades, strict=True):
-        tuned = blade(dataset, order)
-        closed = [replace(tuned, slip_limit=mu * load).peak()[0] for load in loads]
-        ax.semilogx(loads, _decibels(closed), "--", color=color, linewidth=1)
-        row = dataset.sel(engine_order=order).isel(highest_harmonic=-1)
-        best, lowest = float(row.optimal_normal_load), float(row.optimal_amplitude)
-        ratio = np.append(row.scan_ratio, 1.0)
-        level = np.append(row.scan_peak_amplitude, lowest)
-        at = np.argsort(ratio)
-        ax.plot(ratio[at] * best, _decibels(level[at]), color=color, linewidth=1.6)
-        ax.plot(ratio[at] * best, _decibels(level[at]), ".", color=color, markersize=4)
-        ax.plot(best, _decibels(lowest), "o", color=color, markeredgecolor="black", markersize=7)
-        alone = dataset.sel(engine_order=order).isel(highest_harmonic=0)
-        ax.plot(
-            alone.optimal_normal_load,
-            _decibels(alone.optimal_amplitude),
-            "o",
-            color="white",
-            markeredgecolor=color,
-            markersize=6,
-        )
-        # Room between labels of curves that end close together.
-        label = min(float(_decibels(closed[-1])), label - SPACING)
-        ends: Any = dict(va="center", color=color, fontsize=10, textcoords="offset points")
-        ax.annotate(f"EO {order}", (loads[-1], label), (5, 0), annotation_clip=False, **ends)
-    ax.axvline(PUBLISHED_LOAD, color="0.4", linewidth=0.9, linestyle=(0, (1, 2)))
-    ax.set_xlim(0.4, 60)
-    ax.set_ylim(-126, -65)
-    ax.annotate(
-        f"source: {PUBLISHED_LOAD:g} N",
-        (PUBLISHED_LOAD, -125),
-        (4, 0),
-        textcoords="offset points",
-        rotation=90,
-        va="bottom",
-        fontsize=9,
-    )
-    highest = int(dataset.highest_harmonic[-1])
-    dots = dict(color="0.4", markersize=6)
-    ax.plot([], [], "-o", markeredgecolor="black", label=f"harmonics up to {highest}", **dots)  # type: ignore
-    look = dict(markerfacecolor="white", linewidth=1) | dots
-    ax.plot([], [], "--o", label="one harmonic, closed form", **look)  # type: ignore
-    ax.legend(loc="upper right")
-    ax.set_xlabel("normal load $F_n$ [N]")
-    ax.set_ylabel("largest peak [dB re 1 m]")
-    ax.set_title("peak over the normal load; circles: minimised", fontsize=10)
-
-
-def _styles(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset, dict[str, Any]]]:
-    highest = dataset.highest_harmonic.values
-    looks: tuple[dict[str, Any], ...] = (
-        dict(color="0.45", marker="o", markerfacecolor="white", linestyle="--"),
-        dict(color="tab:blue", marker="o", markeredgecolor="black", linestyle="-"),
-    )
-    names = ["one harmonic" if one == 1 else f"harmonics up to {one}" for one in highest]
-    rows = [dataset.sel(highest_harmonic=one) for one in highest]
-    return list(zip(names, rows, looks, strict=False))
-
-
-def _draw_loads(dataset: xr.Dataset, ax: Axes) -> None:
-    for name, row, look in _styles(dataset):
-        ax.plot(row.engine_order, row.optimal_normal_load, label=name, **look)
-        if row.highest_harmonic == dataset.highest_harmonic[-1]:
-            for order, load in zip(row.engine_order, row.optimal_normal_load, strict=True):
-                ax.annotate(
-                    f"{float(load):.2f}",
-                    (float(order), float(load)),
-                    (2, -13),
-                    textcoords="offset points",
-                    ha="right",
-                    fontsize=9,
-                )
-    ax.set_ylim(0, None)
-    ax.margins(x=0.09)
-    ax.set_xticks(dataset.engine_order.values)
-    ax.set_xlabel("engine order")
-    ax.set_ylabel("best normal load [N]")
-    ax.legend(loc="upper right")
-
-
-def _draw_peaks(dataset: xr.Dataset, ax: Axes) -> None:
-    for name, row, look in _styles(dataset):
-        ax.plot(row.engine_order, _decibels(row.optimal_amplitude), label=f"best, {name}", **look)
-    last = dataset.isel(highest_harmonic=-1)
-    usual = _decibels(last.published_load_amplitude)
-    label = f"{PUBLISHED_LOAD:g} N, harmonics up to {int(last.highest_harmonic)}"
-    ax.plot(last.engine_order, usual, "s-", color="tab:red", label=label)
-    ax.set_xticks(dataset.engine_order.values)
-    ax.set_xlabel("engine order")
-    ax.set_ylabel("largest peak [dB re 1 m]")
-    ax.legend(loc="upper right")
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
@@ -349,8 +221,8 @@ def _closed_forms(dataset: xr.Dataset) -> list[Landmark]:
         ):
             label = f"{name}, EO = {order}, one harmonic"
             rows.append(Landmark(label, float(value), exact, unit, Source.CLOSED_FORM, 1e-9))
-        gain = _decibels(closed.peak()[0] / amplitude)
-        below = _decibels(found.published_load_amplitude / found.optimal_amplitude)
+        gain = decibels(closed.peak()[0] / amplitude)
+        below = decibels(found.published_load_amplitude / found.optimal_amplitude)
         label = f"how far the lowest peak is below that at {PUBLISHED_LOAD:g} N, EO = {order}"
         rows.append(Landmark(label, float(below), float(gain), "dB", Source.CLOSED_FORM, 1e-9))
     return rows
