@@ -15,7 +15,7 @@ from symhbm.summit import Summit
 from symhbm.symmetry import find_symmetry
 from symhbm.walk import Walk
 
-_OTHERS = (Status.REACHED_END, Status.OTHER_SOLUTIONS)
+_COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS)
 """Ends of complete curves."""
 
 
@@ -33,11 +33,11 @@ class Landscape:
     @property
     def complete(self) -> bool:
         """Whether the whole band was followed."""
-        return self.status in _OTHERS
+        return self.status in _COMPLETE
 
     @property
     def height(self) -> float:
-        """The largest response [m], infinite where a peak is unbounded or the band is not."""
+        """The largest response found [m], infinite where a peak is unbounded or none was found."""
         if self.unbounded or not self.summits:
             return np.inf
         return self.summits[0].amplitude
@@ -63,7 +63,7 @@ def survey(
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
         walk = Walk(FrequencyCurve(problem), ends, max_points, each=True)
-        if walk.status not in _OTHERS:
+        if walk.status not in _COMPLETE:
             status = walk.status
         unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]
         bounded = [peak for peak in walk.peaks if peak.kind != PeakKind.UNBOUNDED]

@@ -1,5 +1,7 @@
 """The load that flattens the peak: closed forms, what holds an optimum, and what is said of it."""
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from xarray import DataArray
 
 import symhbm as sh
 from studies.closed_form import OneBlade
+from symhbm.landscape import survey
 from symhbm.status import Status
 
 AMPLITUDE = 1e-10
@@ -424,3 +427,17 @@ class TestArchive:
         top = max(float(np.max(values)) for values in drawn)
         assert top == pytest.approx(20 * np.log10(amplitude(best)), rel=1e-12)  # the peak's dot
         plt.close(figure)
+
+
+def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
+    """What lies beyond the last point of an incomplete survey may be higher."""
+
+    def cut(problem, bands, max_points=5000):
+        return replace(survey(problem, bands, max_points), status=sh.Status.PEAK_NOT_LOCATED)
+
+    monkeypatch.setattr("symhbm.design.pieces.survey", cut)
+    found = design(blade())
+    assert found.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
+    assert np.isinf(found.design_amplitude)
+    assert "Nothing is proved" in found.certificate.item()
+    assert str(sh.Status.PEAK_NOT_LOCATED) in found.certificate.item()

@@ -51,7 +51,7 @@ class Piece:
 class Pieces:
     """The largest maxima of one response at one design, the highest first.
 
-    ``height`` is the logarithm of the largest response, infinite where it is unbounded;
+    ``height`` is the logarithm of the largest response, infinite where it is unbounded or unknown;
     ``surveyed`` tells that the whole band was looked at, and then ``n_peaks``, how many peaks it
     holds; ``reason``, why the height is infinite.
     """
@@ -96,7 +96,8 @@ class Response:
     def survey(self, x: FloatArray) -> Pieces:
         """All large maxima over the whole of the bands."""
         found = survey(self.at(x), self.bands)
-        top = found.height
+        # What a band that was not followed to its end hides may be higher.
+        top = found.height if found.complete else np.inf
         n_peaks = sum(summit.kind != SummitKind.EDGE for summit in found.summits)
         if not np.isfinite(top):
             return Pieces([], np.inf, True, n_peaks, _why(found))
