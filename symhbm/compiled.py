@@ -15,26 +15,27 @@ from symhbm.linear import DENSE_LIMIT
 class Compiled:
     """A CasADi function that reads and writes memory of NumPy: no conversion at a call.
 
-    Inputs and outputs are stored entries, column after column, a one-dimensional array each.
+    Inputs and outputs are stored entries, column after column, a one-dimensional array each. One
+    thread alone may fill ``inputs``, ``run`` and read ``outputs``; calls are safe among threads.
     """
 
     def __init__(self, function: ca.Function):
-        self._buffer, self._trigger = function.buffer()
-        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
+        self._buffer, self.run = function.buffer()
+        self.inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self.outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        for i, array in enumerate(self.inputs):
             self._buffer.set_arg(i, memoryview(array))  # type: ignore
-        for i, array in enumerate(self._outputs):
+        for i, array in enumerate(self.outputs):
             self._buffer.set_res(i, memoryview(array))  # type: ignore
         self._lock = threading.Lock()
 
     def __call__(self, *inputs: ArrayLike) -> list[FloatArray]:
         """Stored entries of the outputs."""
         with self._lock:
-            for array, value in zip(self._inputs, inputs, strict=True):
+            for array, value in zip(self.inputs, inputs, strict=True):
                 array[:] = value
-            self._trigger()
-            return [array.copy() for array in self._outputs]
+            self.run()
+            return [array.copy() for array in self.outputs]
 
 
 class Assembly:

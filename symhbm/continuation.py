@@ -12,22 +12,23 @@ that they mean the same in any units.
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from symhbm.corrector import Corrected, Corrector, hyperplane, unit_parameter
+from symhbm.constraints import Corrected, Hyperplane, unit_parameter
+from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.events import (
     Event,
     EventKind,
     PathPoint,
     brief_crossing,
-    crossed,
-    excess_rate,
     first_limit,
     state_changes,
 )
 from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
+from symhbm.linear import length_of
 from symhbm.newton import TOLERANCE
 from symhbm.resonances import Lookout
 from symhbm.status import Status
@@ -73,7 +74,7 @@ class Path:
         self._heading = 1 if end > start else -1
         self._max_points = max_points
         self._orientation = 0
-        self._bend = np.zeros(len(self._begin))
+        self._bend = self._twist = np.zeros(len(self._begin))
         self._lookout = Lookout(curve)
         self._counted = self.corrector.solves
 
@@ -84,7 +85,6 @@ class Path:
             return
         yield point
         step = usual = FIRST_STEP
-        amplification = self._curve.amplification(point.unknowns, point.value)
         accepted = 1
         while accepted < self._max_points:
             attempt = self._advance(point, step)
@@ -105,7 +105,7 @@ class Path:
             base, (point, error) = point, attempt
             yield from folds or ()
             accepted += len(folds or ())
-            self._bend = self._bending(base, point)
+            self._bend, self._twist = self._bending(base, point)
             accepted += 1
             usual = max(step, usual / 2)
             yield point
@@ -115,12 +115,10 @@ class Path:
             if point.value == self._begin[-1]:
                 self.status = Status.TURNED_BACK
                 return
-            before = amplification
-            amplification = self._curve.amplification(point.unknowns, point.value)
-            if amplification > max(before, UNBOUNDED_AMPLIFICATION):
+            if point.amplification > max(base.amplification, UNBOUNDED_AMPLIFICATION):
                 self.status = Status.UNBOUNDED
                 return
-            growth = np.sqrt(PREDICTION_ERROR / max(error, 1e-12))
+            growth = np.cbrt(PREDICTION_ERROR / max(error, 1e-12))
             step = min(step * np.clip(growth, 0.3, 2.0), LARGEST_STEP)
         self.status = Status.MAXIMUM_POINTS
 
@@ -137,20 +135,26 @@ class Path:
             found = self.corrector.tangent(fold.state, scale, fold.direction / scale, base.slip)
             if found is None:
                 return None
-            direction = self._orient(found) * scale
             event = (Event(EventKind.FOLD),)
-            accepted.append(self._accept(found, direction, direction, base.slip, event))
+            accepted.append(self._accept(self._orient(found), scale, base.slip, event))
         return accepted
 
-    def _bending(self, before: PathPoint, here: PathPoint) -> FloatArray:
-        """Second derivative of the path by the arc length at a point, 0 beyond a corner."""
-        if here.events:
-            return np.zeros_like(here.after)
-        scale = self._curve.scale(here.state)
-        if np.array_equal(here.state, before.state):
-            return np.zeros_like(here.after)
-        tangent = before.after / np.linalg.norm(before.after / scale)
-        return (here.after - tangent) / np.linalg.norm((here.state - before.state) / scale)
+    def _bending(self, before: PathPoint, here: PathPoint) -> tuple[FloatArray, FloatArray]:
+        """Second and third derivative of the path by the arc length at a point.
+
+        Those of the cubic through the point before; 0 beyond a corner.
+        """
+        nothing = np.zeros_like(here.after)
+        chord = here.state - before.state
+        distance = length_of(chord / here.scale)
+        if here.events or distance == 0:
+            return nothing, nothing
+        tangent = before.after / length_of(before.after / here.scale)
+        turn = here.after - tangent
+        # The arc of a circle whose tangent turns as much.
+        length = distance * (1 + np.sum((turn / here.scale) ** 2) / 24)
+        excess = here.after + tangent - 2 * chord / length
+        return (turn + 3 * excess) / length, 6 * excess / length**2
 
     def _first(self) -> PathPoint | None:
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
@@ -162,12 +166,11 @@ class Path:
         if found is None:
             return None
         self._orientation = found.sign
-        direction = found.direction * scale
-        return self._accept(found, direction, direction, evaluation.friction.slip)
+        return self._accept(found, scale, evaluation.friction.slip)
 
     def _advance(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
         """Next point and the error of its prediction, None if the step must be shorter."""
-        start, scale = base.state, self._curve.scale(base.state)
+        start, scale = base.state, base.scale
         # A path that turned back at a fold may come back to where it began.
         ahead = self._end if base.after[-1] * self._heading > 0 else float(self._begin[-1])
         to_end = (ahead - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
@@ -195,35 +198,34 @@ class Path:
             found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, passed)
             if found is None:
                 return None
-        over = found if crossed(found.evaluation, base.slip).any() else None
-        over = over or brief_crossing(self.corrector, base, found, scale)
+        over = found if found.crosses else brief_crossing(self.corrector, base, found, scale)
         if over is not None:
             point = self._land(base, over, scale)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
-        direction = self._orient(found) * scale
-        steep = not self._curve.single_valued and abs(direction[-1]) < STEEP * scale[-1]
-        if steep or np.dot(direction / scale, base.after / scale) <= 0:
+        found = self._orient(found)
+        steep = not self._curve.single_valued and abs(found.direction[-1]) < STEEP
+        if steep or np.dot(found.direction, base.after / scale) <= 0:
             # The tangent is that of the iterate before: on a steep flank that may not do.
             anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
             if anew is None or anew.sign != self._orientation:
                 return None  # the determinant tells that this is another branch
-            direction = anew.direction * scale
-        return self._accept(found, direction, direction, base.slip), error
+            found = anew
+        return self._accept(found, scale, base.slip), error
 
     def _predict(
         self, base: PathPoint, length: float, end: float | None
     ) -> tuple[Corrected, float] | None:
         """Point at a distance or at an ``end`` of the band, and the error of its prediction."""
-        scale = self._curve.scale(base.state)
-        guess = base.state + length * base.after + 0.5 * length**2 * self._bend
+        scale = base.scale
+        second_order = length**2 / 2 * (self._bend + length / 3 * self._twist)
+        guess = base.state + length * base.after + second_order
         normal = base.after / scale if end is None else unit_parameter(len(scale))
         found = self._correct(guess, scale, normal, base.slip, end)
         if found is None:
             return None
-        error = self._curve.distance(found.point, guess, scale)
-        return None if error > LARGEST_PREDICTION_ERROR else (found, error)
+        return None if found.error > LARGEST_PREDICTION_ERROR else (found, found.error)
 
     def _passed(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""
@@ -245,15 +247,14 @@ class Path:
         if found is None:
             return None, 0.0
         self._orientation = found.found.sign
-        direction = found.found.direction * self._curve.scale(base.state)
         events = state_changes(base.slip, found.slip)
-        point = self._accept(found.found, direction, direction, found.slip, events)
+        point = self._accept(found.found, base.scale, found.slip, events)
         return (point, found.error), found.length
 
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
-            guess = np.append(guess[:-1], end)
-        found = self.corrector.correct(guess, scale, hyperplane(guess, scale, normal), slip)
+            guess[-1] = end
+        found = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
         if found is not None and end is not None:
             found.point[-1] = end
         return found
@@ -265,34 +266,49 @@ class Path:
             return None
         landed, flipped = found
         slip = base.slip ^ flipped
-        before = self._orient(landed)
-        beyond = self.corrector.tangent(landed.point, scale, before, slip)
+        landed = self._orient(landed)
+        beyond = self.corrector.tangent(landed.point, scale, landed.direction, slip)
         if beyond is None:
             return None
-        after = self._orient(beyond) * scale
+        beyond = self._orient(beyond)
         events = state_changes(base.slip, slip)
-        if before[-1] * after[-1] < 0 and not self._curve.single_valued:
+        if landed.direction[-1] * beyond.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
-        return self._accept(landed, before * scale, after, slip, events)
+        return self._accept(landed, scale, slip, events, beyond)
 
-    def _orient(self, found: Corrected) -> FloatArray:
+    def _orient(self, found: Corrected) -> Corrected:
         """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""
-        return found.direction if found.sign == self._orientation else -found.direction
+        return found if found.sign == self._orientation else found.turned()
 
-    def _accept(self, found: Corrected, before, after, slip, events=()) -> PathPoint:
-        scale = self._curve.scale(found.point)
-        before = before / np.linalg.norm(before / scale)
-        after = after / np.linalg.norm(after / scale)
+    def _accept(
+        self,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> PathPoint:
+        """A point of the path; ``beyond`` has the tangent after it where that is another."""
+        beyond = beyond or found
+        here = self._curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before = after
+        if beyond is not found:
+            before = found.direction * scale / length_of(found.direction * ratio)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
         return PathPoint(
-            unknowns=found.point[:-1],
-            value=float(found.point[-1]),
+            state=found.point,
+            scale=here,
             before=before,
             after=after,
             slip=slip,
-            excess=found.evaluation.friction.excess,
-            rate=excess_rate(self.corrector, found.evaluation, after),
-            residual_norm=found.evaluation.norm,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
             solves=solves,
             events=events,
         )

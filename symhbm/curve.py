@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from symhbm import check
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
+from symhbm.linear import length_of
 from symhbm.residual import HarmonicBalance
 
 _SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
@@ -50,7 +51,8 @@ class Curve(ABC):
 
         The norm of the response for all its coefficients, the parameter's own value.
         """
-        scale = np.full(len(point), np.linalg.norm(point[:-1]) or 1.0)
+        scale = np.empty(len(point))
+        scale[:] = length_of(point[:-1]) or 1.0
         scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
         return scale
 

@@ -13,7 +13,7 @@ from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.model import FRICTION_PARAMETERS, Model
-from symhbm.one_harmonic import FREE, one_harmonic_kernel, packed_size, unpacked
+from symhbm.one_harmonic import FREE, one_harmonic_kernel, packed_size, places, unpacked
 from symhbm.symmetry import Symmetry
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
@@ -32,7 +32,10 @@ class Equations:
     ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
     coefficients of the relative displacements from the unknowns, contact by contact. ``assemble``
     makes the stored entries of the Jacobian a matrix, full up to a size, sparse above. ``closed``
-    tells that the events of contacts are closed forms, found in the same call.
+    tells that the events of contacts are closed forms, found in the same call: ``closed_form`` maps
+    unknowns, frequency, parameters and imposed contact states to residual, magnitude, Jacobian,
+    derivative by frequency and packed events, and ``conservative`` maps the first three to the
+    Jacobian of elastic less inertia forces and the inertia forces (n_dof, n_components).
     """
 
     def __init__(
@@ -42,7 +45,7 @@ class Equations:
         cubic: bool = False,
         symmetry: Symmetry | None = None,
     ):
-        self.cubic = cubic
+        self.cubic, self.basis = cubic, basis
         size = basis.n_components
         self.dofs, self.contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
         self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
@@ -141,8 +144,15 @@ class Equations:
                 located = [symbol["matrix"], symbol["vector"]]
                 outputs = ca.substitute(outputs, located, _split(events, size))
             outputs[1] += self._stretches(travel, events, size)
-            function = ca.Function("closed", [*inputs[:-2], imposed], [*outputs, events])
-            self._evaluate_closed = Compiled(function)
+            inputs = [*inputs[:-2], imposed]
+            self.closed_form = ca.Function("closed_form", inputs, [*outputs, events])
+            self._evaluate_closed = Compiled(self.closed_form)
+            elastic_less_inertia = ca.vec((elastic - inertia).T)
+            self.conservative = ca.Function(
+                "conservative",
+                inputs[:-1],
+                [ca.jacobian(elastic_less_inertia, symbol["unknowns"]), inertia],
+            )
         self._derivatives: dict[str, ca.Function] = {}
 
     def rows(self, model: Model, name: str) -> Any:
@@ -171,9 +181,7 @@ class Equations:
 
         Their difference is the force: where a contact slips far, two large terms.
         """
-        state, _, _, _, stick, _ = ca.vertsplit(
-            events[packed_size(size) - 10 : packed_size(size) - 4, :]
-        )
+        state, stick = (events[places(size)[name], :] for name in ("slip", "stick_fraction"))
         farthest = [ca.mmax(part) for part in ca.vertsplit(travel, size)]
         spring = self._symbol["contact_stiffness"].T
         largest = 2 * spring * ca.horzcat(*farthest) * state * stick
@@ -231,5 +239,7 @@ class Equations:
 
 def _split(events: Any, size: int) -> list[Any]:
     """Matrices side by side and vectors of packed events."""
-    matrices = [ca.reshape(column[: size * size], size, size) for column in ca.horzsplit(events)]
-    return [ca.horzcat(*matrices), events[size * size : size * (size + 1), :]]
+    place = places(size)
+    columns = ca.horzsplit(events[place["matrix"], :])
+    matrices = [ca.reshape(column, size, size) for column in columns]
+    return [ca.horzcat(*matrices), events[place["vector"], :]]

@@ -2,17 +2,16 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.corrector import Corrected, Corrector, at_limit, hyperplane
-from symhbm.evaluation import Evaluation
+from symhbm.constraints import ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
+from symhbm.corrector import Corrector
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 
-ON_LIMIT = 1e-9
-"""Contacts whose motion is this close to its limit, relatively, change state together."""
 _SHARES = np.linspace(0, 1, 17)
 _MAX_REFINEMENTS = 8
 
@@ -41,47 +40,39 @@ def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[
     )
 
 
-@dataclass(frozen=True)
-class PathPoint:
+class PathPoint(NamedTuple):
     """A converged point of a path.
 
-    ``unknowns`` (n_unknowns,) [m] and the parameter ``value``; ``before`` and ``after``
-    (n_unknowns + 1,), the derivatives of (unknowns, value) by the local arc length on either side,
-    equal except at an event; ``slip`` (n_contacts,), the contact states after the point;
-    ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``solves``, the linear solves
-    spent since the point before.
+    ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, what measures lengths
+    there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
+    either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
+    point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
+    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
+    of `Corrected`; ``solves``, the linear solves spent since the point before.
     """
 
-    unknowns: FloatArray
-    value: float
+    state: FloatArray
+    scale: FloatArray
     before: FloatArray
     after: FloatArray
     slip: NDArray[np.bool_]
     excess: FloatArray
     rate: FloatArray
     residual_norm: float
+    amplification: float
+    below: int | None
     solves: int
     events: tuple[Event, ...] = ()
 
     @property
-    def state(self) -> FloatArray:
-        """Unknowns and parameter, ``(n_unknowns + 1,)``."""
-        return np.append(self.unknowns, self.value)
+    def unknowns(self) -> FloatArray:
+        """The coefficients, ``(n_unknowns,)`` [m]."""
+        return self.state[:-1]
 
-
-def excess_rate(corrector: Corrector, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
-    """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
-    relative = corrector.curve.problem.relative(direction[:-1])
-    rate = np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
-    return rate + evaluation.excess_by_parameter * direction[-1]
-
-
-def crossed(evaluation: Evaluation, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which contacts are beyond the limit of their held state ``slip``, both (n_contacts,)."""
-    excess = evaluation.friction.excess
-    beyond = np.where(slip, excess < -ON_LIMIT, excess > ON_LIMIT)
-    return beyond & np.isfinite(excess)
+    @property
+    def value(self) -> float:
+        """The parameter."""
+        return float(self.state[-1])
 
 
 def first_limit(
@@ -95,8 +86,8 @@ def first_limit(
     start = base.state
     along = np.dot((over.point - start) / scale, base.after / scale)
     for _ in range(1 + len(base.excess)):
-        beyond = crossed(over.evaluation, base.slip)
-        high = over.evaluation.friction.excess
+        beyond = crossed(over.excess, base.slip)
+        high = over.excess
         share = np.full(len(base.excess), np.inf)
         share[beyond] = base.excess[beyond] / (base.excess[beyond] - high[beyond])
         contact = int(np.argmin(share))
@@ -107,7 +98,7 @@ def first_limit(
         landed = corrector.correct(
             start + share[contact] * (over.point - start),
             scale,
-            at_limit(corrector.curve, contact, scale),
+            AtLimit(corrector.curve, contact, scale),
             base.slip,
         )
         if landed is None:
@@ -115,8 +106,8 @@ def first_limit(
         progress = np.dot((landed.point - start) / scale, base.after / scale) / along
         if not 0 < progress < 1.0001:
             return None
-        if not crossed(landed.evaluation, base.slip).any():
-            near = np.abs(landed.evaluation.friction.excess) <= ON_LIMIT
+        if not landed.crosses:
+            near = np.abs(landed.excess) <= ON_LIMIT
             return landed, near & (base.slip == base.slip[contact])
         over = landed
     return None
@@ -130,18 +121,20 @@ def brief_crossing(
     The excess of each contact is a cubic between its values and rates at both ends; where that
     comes close to the limit, points are added at its top until it has crossed or has not.
     """
-    normal = base.after / scale
-    start = base.state
     outward = np.where(base.slip, -1.0, 1.0)
-    left_excess, left_rate = outward * base.excess, outward * base.rate
-    direction = found.direction * scale
-    ahead = max(float(np.dot(normal, found.direction)), 1e-3)
-    right_excess = outward * found.evaluation.friction.excess
-    right_rate = outward * excess_rate(corrector, found.evaluation, direction) / ahead
-    finite = np.isfinite(left_excess) & np.isfinite(right_excess)
-    turning = np.flatnonzero(finite & (left_rate > 0) & (right_rate < 0))
+    left_rate, right_rate = outward * base.rate, outward * found.rate
+    turning = (left_rate > 0) & (right_rate < 0)
+    if not turning.any():
+        return None
+    normal, start = base.after / scale, base.state
+    left_excess, right_excess = outward * base.excess, outward * found.excess
+    right_rate = right_rate / max(float(np.dot(normal, found.direction)), 1e-3)
     length = float(np.dot(normal, (found.point - start) / scale))
-    for contact in turning:
+    turning &= np.isfinite(left_excess) & np.isfinite(right_excess)
+    # No cubic rises more than this above its ends.
+    rise = 4 / 27 * length * (left_rate - right_rate)
+    turning &= np.maximum(left_excess, right_excess) + 1.5 * rise >= -ON_LIMIT
+    for contact in np.flatnonzero(turning):
         left = 0.0, left_excess[contact], left_rate[contact]
         right = 1.0, right_excess[contact], right_rate[contact]
         for _ in range(_MAX_REFINEMENTS):
@@ -150,15 +143,14 @@ def brief_crossing(
             if top < -0.5 * rise - ON_LIMIT or rise <= 0:
                 break
             guess = start + share * (found.point - start)
-            plane = hyperplane(start + share * length * base.after, scale, normal)
+            plane = Hyperplane(start + share * length * base.after, scale, normal)
             middle = corrector.correct(guess, scale, plane, base.slip)
             if middle is None:
                 break
-            if crossed(middle.evaluation, base.slip)[contact]:
+            if crossed(middle.excess, base.slip)[contact]:
                 return middle
-            slope = excess_rate(corrector, middle.evaluation, middle.direction * scale)
-            slope /= max(float(np.dot(normal, middle.direction)), 1e-3)
-            excess = float(outward[contact] * middle.evaluation.friction.excess[contact])
+            slope = middle.rate / max(float(np.dot(normal, middle.direction)), 1e-3)
+            excess = float(outward[contact] * middle.excess[contact])
             if not np.isfinite(excess):
                 break  # a contact that does not move but by round-off
             here = share, excess, float(outward[contact] * slope[contact])

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from symhbm.corrector import Corrected, Corrector, unit_parameter
-from symhbm.events import ON_LIMIT, PathPoint
+from symhbm.constraints import ON_LIMIT, Corrected, unit_parameter
+from symhbm.corrector import Corrector
+from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.newton import NewtonResult, newton
 

@@ -1,5 +1,6 @@
 """One factorisation for dense and sparse Jacobians, with the sign of the determinant."""
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,11 @@ def by_size(matrix: Any) -> Any:
 def full(matrix: Any) -> FloatArray:
     """The matrix as an array."""
     return matrix.toarray(order="F") if sp.issparse(matrix) else matrix
+
+
+def length_of(vector: FloatArray) -> float:
+    """Euclidean norm of a vector, without what `numpy.linalg.norm` costs for a short one."""
+    return sqrt(vector.dot(vector))
 
 
 class Factorisation:

@@ -6,6 +6,7 @@ mirrors the first.
 """
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -38,29 +39,31 @@ def locate_one_harmonic(
     return unpacked(np.ascontiguousarray(found.full().T), size)
 
 
+@lru_cache(maxsize=4)
+def places(size: int) -> dict[str, slice]:
+    """Where the kernel puts what it gives for motions of ``size`` coefficients."""
+    lengths = dict(matrix=size * size, vector=size, excess_gradient=size, slip=1, excess=1)
+    lengths |= dict(theta_0=1, theta_star=1, stick_fraction=1, reversals=1)
+    lengths |= dict(stick_begin=2, stick_end=2)
+    ends = np.cumsum([0, *lengths.values()]).tolist()
+    return {name: slice(*pair) for name, pair in zip(lengths, pairwise(ends), strict=True)}
+
+
 def packed_size(size: int) -> int:
     """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
-    return size * size + 2 * size + 10
+    return places(size)["stick_end"].stop
 
 
 def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
     """What the kernel gives, (n_contacts, packed_size)."""
-    first = size * size
-    state = packed[:, first + 2 * size :].T
-    return LocatedFriction(
-        # CasADi stores columns one after the other.
-        matrix=packed[:, :first].reshape(-1, size, size).transpose(0, 2, 1),
-        vector=packed[:, first : first + size],
-        excess_gradient=packed[:, first + size : first + 2 * size],
-        slip=state[0] > 0,
-        excess=state[1],
-        theta_0=state[2],
-        theta_star=state[3],
-        stick_fraction=state[4],
-        reversals=state[5].astype(int),
-        stick_begin=packed[:, -4:-2],
-        stick_end=packed[:, -2:],
-    )
+    part: dict[str, Any] = {name: packed[:, place] for name, place in places(size).items()}
+    for name in ("excess", "theta_0", "theta_star", "stick_fraction"):
+        part[name] = part[name][:, 0]
+    part["slip"] = part["slip"][:, 0] > 0
+    part["reversals"] = part["reversals"][:, 0].astype(int)
+    # CasADi stores columns one after the other.
+    part["matrix"] = part["matrix"].reshape(-1, size, size).transpose(0, 2, 1)
+    return LocatedFriction(**part)
 
 
 @lru_cache(maxsize=64)
@@ -126,19 +129,22 @@ def one_harmonic_kernel(size: int) -> ca.Function:
     theta_0 = _where(moves, _positive(theta_0), np.nan)
     # A contact held in slip short of its limit never leaves its stretch of stick.
     begin = _where(ca.logic_and(slides, excess > 0), theta_0, np.nan)
-    others = [
-        state,
-        excess,
-        theta_0,
-        _where(slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan),
-        _where(state, _where(moves, stick / np.pi, 0), 1),
-        2 * moves,
-        begin,
-        begin + np.pi,
-        begin + stick,
-        begin + np.pi + stick,
-    ]
-    packed = ca.vertcat(ca.vec(matrix), vector, gradient, *others)
+    parts = dict(
+        matrix=ca.vec(matrix),
+        vector=vector,
+        excess_gradient=gradient,
+        slip=state,
+        excess=excess,
+        theta_0=theta_0,
+        theta_star=_where(
+            slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan
+        ),
+        stick_fraction=_where(state, _where(moves, stick / np.pi, 0), 1),
+        reversals=2 * moves,
+        stick_begin=ca.vertcat(begin, begin + np.pi),
+        stick_end=ca.vertcat(begin + stick, begin + np.pi + stick),
+    )
+    packed = ca.vertcat(*(parts[name] for name in places(size)))
     return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])
 
 

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.constraints import crossed
 from symhbm.evaluation import Evaluation
-from symhbm.events import crossed
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered, by_size, full, saddle
 from symhbm.newton import ACCEPTED
@@ -122,7 +122,7 @@ class Conditions:
         """Whether the response falls on both sides, every contact in the state held for it."""
         summit = self.summit
         free = self._in_states(self.evaluation.friction.excess > 0)
-        beyond = crossed(self.evaluation, summit.slip)
+        beyond = crossed(self.evaluation.friction.excess, summit.slip)
         beyond[summit.held] = False
         if free.norm > ACCEPTED or beyond.any():
             return False

@@ -8,9 +8,9 @@ Between two points the path is known to third order; where that interpolant turn
 points are added until every maximum stands between slopes of opposite sign.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,26 +19,25 @@ from scipy import optimize
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.events import EventKind, PathPoint
-from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
+from symhbm.slopes import STILL, TIE, Slopes, amplitude_and_slope, leading, turning
 from symhbm.stations import Between, Station
 
-TIE = 1e-9
-"""Responses this close, relatively, lead together; the first of them gives its name."""
 _FLAT = 1e-6
 """Slopes that jump by more than this share of those around them make a corner."""
-_STILL = 1e-9
-"""Slope relative to the response below which it is constant, to round-off."""
 _CONTENDER = 0.8
 """Share of the largest response at either end that a DOF needs to be watched in between."""
-_SHARES = np.arange(1, 16) / 16
-_NEARLY = 0.1
-"""Slope, relative to the largest around, that may be an interpolated zero."""
-_DIP = 0.99
-"""Slope, relative to the smaller end's, below which it has a dip in between."""
 _MAX_DEPTH = 5
+_AT_ONCE = 2**16
+"""Slopes that are interpolated at once, which bounds the memory of large structures."""
+_ASIDE = 1e-6
+"""Distance from a peak, as a share of the way, at which slopes tell that it is a maximum."""
+_ROUGHLY = 0.1
+"""Part of a stretch, and of a response, by which what is interpolated may be wrong."""
+_PRECISION = 1e-11
+"""Last step of the search for a peak, as a share of the way between two points."""
 
 
 class PeakKind(StrEnum):
@@ -61,14 +60,6 @@ class Peak:
     residual_norm: float
 
 
-@dataclass(frozen=True)
-class _Summit(Station):
-    """A solution with the amplitude of every DOF and its slope along the path, (n_dof,) each."""
-
-    amplitude: FloatArray
-    slope: FloatArray
-
-
 def find_peaks(
     points: list[PathPoint], corrector: Corrector, each: bool = False
 ) -> tuple[list[Peak], int]:
@@ -76,21 +67,30 @@ def find_peaks(
 
     The second result is the number of maxima that could not be solved for.
     """
-    curve = corrector.curve
+    if len(points) < 2:
+        return [], 0
     finder = _Finder(corrector, each)
-    before = [finder.station(p.state, p.before) for p in points]
-    after = [
-        finder.station(p.state, p.after) if p.events else same
-        for p, same in zip(points, before, strict=True)
-    ]
-    for here, left, right in zip(points[1:-1], before[1:-1], after[1:-1], strict=True):
+    problem = corrector.curve.problem
+    state, scale = (np.array([getattr(p, name) for p in points]) for name in ("state", "scale"))
+    before, after = (
+        Slopes.of(problem, Station(state, np.array([getattr(p, name) for p in points])))
+        for name in ("before", "after")
+    )
+    for i, here in enumerate(points[1:-1], 1):
         if here.events:
-            finder.at_event(left, right)
-    drowned = [curve.amplification(p.unknowns, p.value) > UNBOUNDED_AMPLIFICATION for p in points]
-    for i, (here, there) in enumerate(pairwise(points)):
-        if not (drowned[i] or drowned[i + 1]):
-            roots = _has(here, EventKind.ONSET), _has(there, EventKind.END)
-            finder.between(after[i], before[i + 1], here.slip, roots)
+            finder.at_event(before[i], after[i])
+    drowned = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
+    onset, end = (np.array([_has(p, k) for p in points]) for k in (EventKind.ONSET, EventKind.END))
+    roots = np.stack([onset[:-1], end[1:]], axis=-1)
+    stretches = np.flatnonzero(~(drowned[:-1] | drowned[1:]))
+    most = max(_AT_ONCE // before.slope.shape[1], 1)
+    for part in np.array_split(stretches, -(-len(stretches) // most) or 1):
+        left, right = after[part], before[part + 1]
+        found = turning(problem, left, right, scale[part], roots[part])
+        candidates = (found.turns | found.unclear) & finder.watched(left, right)
+        for k in np.flatnonzero(candidates.any(axis=-1)):
+            i = part[k]
+            finder.between(after[i], before[i + 1], points[i].slip, roots[i])
     return sorted(finder.peaks, key=lambda peak: (each * peak.dof, peak.value)), finder.lost
 
 
@@ -106,31 +106,11 @@ def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatA
     return Peak(value, np.inf, dof, PeakKind.UNBOUNDED, nothing, np.nan)
 
 
-def leading(amplitude: FloatArray) -> int:
-    """The DOF with the largest response, the first among those that tie."""
-    return int(np.argmax(amplitude >= (1 - TIE) * amplitude.max()))
-
-
-def amplitude_and_slope(
-    problem: HarmonicBalance, unknowns: FloatArray, derivative: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Largest displacements of motions ``(..., n_unknowns)`` and their slopes, ``(..., n_dof)``."""
-    size = problem.basis.n_components
-    shape = (*unknowns.shape[:-1], problem.n_dof)
-    coefficients = unknowns.reshape(-1, size)
-    amplitude, angle = largest_displacement(problem.basis, coefficients)
-    values = problem.basis.values(angle)
-    # The angle of a maximum moves, but the derivative by it vanishes there.
-    sign = np.sign(np.einsum("dm,dm->d", values, coefficients))
-    slope = sign * np.einsum("dm,dm->d", values, derivative.reshape(-1, size))
-    return amplitude.reshape(shape), slope.reshape(shape)
-
-
 def _has(point: PathPoint, kind: EventKind) -> bool:
     return any(event.kind == kind for event in point.events)
 
 
-def _tied(at: _Summit, dof: int) -> NDArray[np.bool_]:
+def _tied(at: Slopes, dof: int) -> NDArray[np.bool_]:
     """Which responses are as large as that of one degree of freedom."""
     return np.abs(at.amplitude - at.amplitude[dof]) <= TIE * at.amplitude.max()
 
@@ -144,68 +124,60 @@ class _Finder:
         self.peaks: list[Peak] = []
         self.lost = 0
 
-    def station(self, state: FloatArray, direction: FloatArray) -> _Summit:
-        found = amplitude_and_slope(self.problem, state[:-1], direction[:-1])
-        return _Summit(state, direction, *found)
-
-    def at_event(self, left: _Summit, right: _Summit) -> None:
+    def at_event(self, left: Slopes, right: Slopes) -> None:
         level = np.maximum(np.abs(left.slope), np.abs(right.slope))
         corner = np.minimum(left.slope, -right.slope) > _FLAT * level
-        corner &= level > _STILL * left.amplitude
+        corner &= level > STILL * left.amplitude
         if not self.each:
             corner &= np.arange(len(corner)) == leading(left.amplitude)
         for dof in np.flatnonzero(corner):
             self._add(left, int(dof), PeakKind.CORNER)
 
+    def watched(self, left: Slopes, right: Slopes) -> NDArray[np.bool_]:
+        """Which responses may lead between solutions (or are asked for), (..., n_dof)."""
+        height = np.maximum(left.amplitude, right.amplitude)
+        if self.each:
+            return np.ones(height.shape, dtype=bool)
+        floor = np.minimum(left.amplitude.max(axis=-1), right.amplitude.max(axis=-1))
+        return height >= _CONTENDER * floor[..., None]
+
     def between(
         self,
-        left: _Summit,
-        right: _Summit,
+        left: Slopes,
+        right: Slopes,
         slip: NDArray[np.bool_],
-        roots: tuple[bool, bool] = (False, False),
+        roots: NDArray[np.bool_],
         depth: int = 0,
     ) -> None:
         """Add the peaks strictly between two stations, contact states constant in between.
 
-        ``roots`` tells at which end slip begins or ends: slopes there go with the square root of
-        the distance.
+        ``roots`` (2,) tells at which end slip begins or ends, see `turning`.
         """
         path = Between(self.corrector, left, right, slip)
         if path.length <= 0:
             return  # one point to the last digit
         height = np.maximum(left.amplitude, right.amplitude)
-        floor = 0 if self.each else min(left.amplitude.max(), right.amplitude.max())
-        watched = np.flatnonzero(height >= _CONTENDER * floor)
+        watched = np.flatnonzero(self.watched(left, right))
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
-        inside = self._interpolated_slopes(path, left, right, roots)[:, watched]
-        slopes = np.vstack([left.slope[watched], inside, right.slope[watched]])
-        falls = np.count_nonzero((slopes[:-1] > 0) & (slopes[1:] <= 0), axis=0)
-        level = np.abs(slopes).max(axis=0)
-        still = _STILL * height[watched]
-        moving = level > still
-        turns = (slopes[0] > still) & (slopes[-1] <= still) & moving
-        same = slopes[0] * slopes[-1] > 0
-        climb = slopes * np.sign(slopes[0])
-        lowest = climb[1:-1].min(axis=0)
-        dips = lowest < _DIP * np.minimum(climb[0], climb[-1])
-        # Next to a root of slip the slope may turn and turn back closer than any interpolant tells.
-        at_root = np.min(climb[[0, -1]][np.array(roots)], axis=0, initial=np.inf)
-        nearly = (dips & (lowest < _NEARLY * level)) | (at_root < _NEARLY * level)
-        unclear = np.where(turns, falls > 1, (falls > 0) | (same & nearly))
-        if depth < _MAX_DEPTH * (1 + any(roots)) and np.any(unclear & moving):
-            share = 0.5 + 0.25 * (roots[1] - roots[0])
-            middle = self._summit(path, share)
+        found = turning(self.problem, left, right, path.scale, roots)
+        turns, unclear, slopes = found.turns[watched], found.unclear[watched], found.slopes
+        if depth < _MAX_DEPTH * (1 + roots.any()) and np.any(unclear):
+            share = 0.5 + 0.25 * (float(roots[1]) - float(roots[0]))
+            middle = self._slopes_at(path, share)
             if middle is not None:
-                self.between(left, middle, slip, (roots[0], False), depth + 1)
-                self.between(middle, right, slip, (False, roots[1]), depth + 1)
+                self.between(left, middle, slip, np.array([roots[0], False]), depth + 1)
+                self.between(middle, right, slip, np.array([False, roots[1]]), depth + 1)
                 return
         candidates = watched[turns]
         done = np.zeros(len(height), dtype=bool)
         for dof in candidates[np.argsort(-height[candidates])]:
             if done[dof]:
                 continue
-            found = self._turn(path, left, right, int(dof))
+            share = _falls_at(slopes[:, dof])
+            if not self.each and not self._may_lead(path, share, int(dof)):
+                continue
+            found = self._turn(path, left, right, int(dof), share)
             if found is None:
                 self.lost += 1
                 continue
@@ -222,7 +194,7 @@ class _Finder:
             if top.amplitude[dof] >= (1 - TIE) * top.amplitude.max():
                 self._add(top, leading(top.amplitude), kind)
 
-    def _add(self, at: _Summit, dof: int, kind: PeakKind) -> None:
+    def _add(self, at: Slopes, dof: int, kind: PeakKind) -> None:
         # The contacts were held on the way here: the solution must stand with all of them free.
         unknowns, value = at.state[:-1], float(at.state[-1])
         norm = self.curve.evaluate(unknowns, value).norm
@@ -232,17 +204,22 @@ class _Finder:
             self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
 
     def _turn(
-        self, path: Between, left: _Summit, right: _Summit, dof: int
-    ) -> tuple[_Summit, PeakKind] | None:
-        """Solve for the point between two others where the slope of one amplitude changes sign."""
-        visited: dict[float, _Summit] = {}
+        self, path: Between, left: Slopes, right: Slopes, dof: int, start: float
+    ) -> tuple[Slopes, PeakKind] | None:
+        """Solve for the point between two others where the slope of one amplitude changes sign.
+
+        ``start`` is about where, as a share of the way.
+        """
+        visited: dict[float, Slopes] = {}
 
         def slope(share: float) -> float:
-            found = self._summit(path, share)
-            if found is None:
-                raise ArithmeticError
-            visited[share] = found
-            return float(found.slope[dof])
+            if share not in visited:
+                near = min(visited.items(), key=lambda s: abs(s[0] - share), default=None)
+                found = self._slopes_at(path, share, near) if 0 <= share <= 1 else None
+                if found is None:
+                    raise ArithmeticError
+                visited[share] = found
+            return float(visited[share].slope[dof])
 
         # A slope close to zero is no better than the tangent of its point: solve for it anew.
         ends = float(left.slope[dof]), float(right.slope[dof])
@@ -254,35 +231,58 @@ class _Finder:
             if low <= 0 or high >= 0:
                 share = 0.0 if low <= 0 else 1.0
             else:
-                known = {0.0: low, 1.0: high}
-                share = float(
-                    optimize.brentq(lambda h: known.get(h) or slope(h), 0, 1, xtol=1e-13)  # type: ignore
-                )
-            top = visited[share] if share in visited else self._summit(path, share)
+                share = _zero(slope, low, high, start)
+            slope(share)
         except ArithmeticError:
             return None
-        if top is None:
-            return None
+        top = visited[share]
         jump = abs(top.slope[dof]) > _FLAT * level and 0.0 < share < 1.0
         return top, PeakKind.CORNER if jump else PeakKind.SMOOTH
 
-    def _summit(self, path: Between, share: float) -> _Summit | None:
-        found = path.solve(share)
-        return None if found is None else self.station(found.state, found.direction)
+    def _may_lead(self, path: Between, share: float, dof: int) -> bool:
+        """Whether a response may be the largest where it turns, about at a ``share`` of the way."""
+        value, slope = path.interpolate(np.array([share]))
+        found = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1])
+        amplitude, change = found[0][0], _ROUGHLY * np.abs(found[1][0]).max()
+        return bool(amplitude[dof] + change >= (1 - _ROUGHLY) * amplitude.max())
 
-    def _interpolated_slopes(
-        self, path: Between, left: _Summit, right: _Summit, roots: tuple[bool, bool]
-    ) -> FloatArray:
-        """Slopes of all amplitudes in between, (n, n_dof), in the measure of the left end."""
-        one_root = roots[0] != roots[1]
-        shares = np.array([0.0, 1.0]) if one_root else _SHARES
-        value, slope = path.interpolate(shares)
-        slopes = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1] / path.length)[1]
-        if not one_root:
-            return slopes
-        # slope = a + c t + d t^2, t the root of the distance: both ends and the mean are known.
-        at_root, other = slopes if roots[0] else slopes[::-1]
-        mean = (right.amplitude - left.amplitude) / path.length
-        c = 6 * (mean - at_root) - 3 * (other - at_root)
-        t = (_SHARES if roots[0] else _SHARES[::-1])[:, None]
-        return at_root + c * t + (other - at_root - c) * t**2
+    def _slopes_at(
+        self, path: Between, share: float, near: tuple[float, Slopes] | None = None
+    ) -> Slopes | None:
+        found = path.solve(share, near)
+        return None if found is None else Slopes.of(self.problem, found)
+
+
+def _falls_at(slopes: FloatArray) -> float:
+    """Share of the way where slopes (n,), evenly spaced, first change from rise to fall."""
+    fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
+    inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
+    return float(fall + inside) / (len(slopes) - 1)
+
+
+def _zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
+    """Share of the way where a slope falls through zero, by secants from the ``start``.
+
+    ``low`` and ``high`` are its values at both ends; Brent's method where secants fail.
+    """
+    known = {0.0: low, 1.0: high}
+
+    def remembered(share: float) -> float:
+        if share not in known:
+            known[share] = slope(share)
+        return known[share]
+
+    try:
+        first = remembered(start)
+        steepness = (high - first) / (1 - start) if first > 0 else (first - low) / start
+        second = start - first / steepness
+        share = float(
+            optimize.newton(remembered, start, x1=second, tol=_PRECISION)  # type: ignore
+        )
+        before = max(h for h in known if h < share - _ASIDE)
+        beyond = min(h for h in known if h > share + _ASIDE)
+        if known[before] >= 0 >= known[beyond]:
+            return share
+    except (ArithmeticError, RuntimeError, ValueError):
+        pass
+    return float(optimize.brentq(remembered, 0, 1, xtol=1e-13))  # type: ignore

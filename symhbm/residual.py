@@ -135,6 +135,16 @@ class HarmonicBalance:
         """
         return not self.model.has_cubic_springs
 
+    @property
+    def in_closed_form(self) -> bool:
+        """Whether the events of contacts are closed forms, compiled with the balance."""
+        return self._equations.closed and self.samples is None
+
+    @property
+    def compiled(self) -> tuple[Equations, list[FloatArray]]:
+        """The compiled equations, and their parameters in the order of ``parameter_names``."""
+        return self._equations, self._arguments
+
     def arguments(
         self,
         unknowns: FloatArray,
@@ -247,7 +257,7 @@ class HarmonicBalance:
         are the events of the contacts where they are known.
         """
         at = unknowns, frequency, self._arguments
-        if self._equations.closed and self.samples is None:
+        if self.in_closed_form:
             imposed = slip if friction is None else friction.slip
             found, friction = self._equations.in_closed_form(*at, imposed)
             stretches = 0.0

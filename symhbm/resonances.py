@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
-from symhbm.corrector import Corrected
+from symhbm.constraints import Corrected
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.friction import LocatedFriction
+from symhbm.point_system import LEADING
 from symhbm.residual import HarmonicBalance
 
 LARGEST_SIZE = 300
@@ -24,8 +25,6 @@ SEEN = 2.0
 """Distance from a resonance ahead, in half widths, at which the path feels it."""
 AT = 0.3
 """Distance from a resonance behind, in half widths, at which a point stands for it."""
-_LEADING = 0.5
-"""Share of a harmonic in the square of a motion from which it leads."""
 _FAINT = 1e-9
 """Resonant response, relative to the response, of a mode that nothing excites."""
 
@@ -77,8 +76,10 @@ class Lookout:
 
     def first_passed(self, base: PathPoint, found: Corrected) -> float | None:
         """Share of the way from a point to the next of the first resonance that neither shows."""
-        before = self._at(base.state, None, base.slip)
-        after = self._at(found.point, found.evaluation.friction, base.slip)
+        if base.below is not None and base.below == found.below:
+            return None  # as many natural frequencies below: none was passed
+        before = self._at(base.state, base.slip)
+        after = self._at(found.point, base.slip)
         if before is None or after is None:
             return None
         left, right = before.detuning, after.detuning
@@ -92,15 +93,12 @@ class Lookout:
         aim = np.where(distance > 2 * SEEN * width, distance - 1.5 * SEEN * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
 
-    def _at(
-        self, state: FloatArray, friction: LocatedFriction | None, slip: NDArray[np.bool_]
-    ) -> Modes | None:
+    def _at(self, state: FloatArray, slip: NDArray[np.bool_]) -> Modes | None:
         for known, found in self._known:
             if np.array_equal(known, state):
                 return found
         value = float(state[-1])
-        if friction is None:
-            friction = self._curve.at(value)[0].locate(state[:-1], slip)
+        friction = self._curve.at(value)[0].locate(state[:-1], slip)
         found = modes(self._curve, state[:-1], value, friction)
         # The end of a step is the start of the next one, or the step is tried again, shorter.
         self._known = [(state, found), *self._known[:2]]
@@ -202,7 +200,7 @@ def _contacts(
     force = stiffness * np.einsum("cij,cj->ci", friction.matrix, relative)
     force += problem.slip_limit[:, None] * friction.vector
     square, total = np.sum(y**2, axis=1), np.sum(relative**2, axis=1)
-    leads = square > _LEADING * total
+    leads = square > LEADING * total
     safe = np.where(leads, square, 1.0)
     in_phase = np.sum(force[:, column] * y, axis=1) / safe
     out_of_phase = (force[:, column[0]] * y[:, 1] - force[:, column[1]] * y[:, 0]) / safe

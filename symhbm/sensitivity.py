@@ -18,11 +18,12 @@ from symhbm.fourier import FloatArray
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import OWN_DIMENSIONS, VARIABLES
 from symhbm.peak_conditions import Conditions, solve
-from symhbm.peaks import TIE, Peak, PeakKind
+from symhbm.peaks import Peak, PeakKind
 from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import recall
 from symhbm.second_order import SecondOrder
+from symhbm.slopes import TIE
 from symhbm.summit import Summit
 
 EXACT = "exact"

@@ -7,7 +7,8 @@ import numpy as np
 
 from symhbm.events import Event, PathPoint
 from symhbm.fourier import FloatArray
-from symhbm.peaks import Peak, amplitude_and_slope, leading
+from symhbm.peaks import Peak
+from symhbm.slopes import amplitude_and_slope, leading
 from symhbm.status import Status
 from symhbm.truncation import SMALLEST
 from symhbm.walk import Walk

@@ -15,13 +15,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.events import ON_LIMIT
+from symhbm.constraints import ON_LIMIT
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
-from symhbm.peaks import TIE, Peak, PeakKind
+from symhbm.peaks import Peak, PeakKind
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder, turning_hessian
+from symhbm.slopes import TIE
 
 _SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
 """Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.corrector import Corrector, hyperplane, unit_parameter
+from symhbm.constraints import Hyperplane, unit_parameter
+from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
@@ -91,7 +92,7 @@ def distance(curve: Curve, larger: Curve, unknowns: FloatArray, value: float) ->
     )
     scale = larger.scale(start)
     states = larger.evaluate(start[:-1], value).friction.slip
-    found = corrector.correct(start, scale, hyperplane(start, scale, normal), states)
+    found = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
     if found is None:
         return Truncation(np.inf, np.zeros(0), corrector.solves + 1)
     error, share = _error(finer, start[:-1], (found.point - start)[:-1])

@@ -5,8 +5,9 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize
 
+from symhbm.constraints import Hyperplane, unit_parameter
 from symhbm.continuation import Path
-from symhbm.corrector import Corrector, hyperplane, unit_parameter
+from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.deflation import other_solution
 from symhbm.evaluation import Evaluation
@@ -166,7 +167,7 @@ class Walk:
 
     def _correct(self, guess: FloatArray, here: PathPoint) -> FloatArray | None:
         scale = self.curve.scale(guess)
-        plane = hyperplane(guess, scale, unit_parameter(len(scale)))
+        plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         found = self.corrector.correct(guess, scale, plane, here.slip)
         return None if found is None else found.point[:-1]
 

@@ -34,6 +34,9 @@ ORDER = [
     "curve",
     # second floor: numerics
     "newton",
+    "constraints",
+    "point_system",
+    "compiled_corrector",
     "corrector",
     "events",
     "hop",
@@ -49,6 +52,7 @@ ORDER = [
     "exact_motion",
     "shooting",
     "angle_solvers",
+    "slopes",
     "peaks",
     "monodromy",
     "stability",
@@ -141,6 +145,8 @@ ORDER = [
 ONLY_IN = {
     "casadi": {
         "compiled",
+        "point_system",
+        "compiled_corrector",
         "one_harmonic",
         "friction",
         "cubic_spring",

@@ -15,7 +15,7 @@ from scipy import optimize
 
 from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions
-from symhbm.peaks import TIE
+from symhbm.slopes import TIE
 from symhbm.summit import SummitKind
 from symhbm.tracking.between import crossing, fill
 from symhbm.tracking.branches import SAME, Branch, Pool, same

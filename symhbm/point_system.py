@@ -1,0 +1,130 @@
+"""The linear system of one Newton step on a frequency curve, and what a point of it tells.
+
+Of equations in closed form, with one constraint: a plane, or the limit of one contact.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symhbm.compiled import constant
+from symhbm.constraints import ON_LIMIT
+from symhbm.curve import WEAKEST
+from symhbm.equations import Equations
+from symhbm.one_harmonic import places
+
+SCALARS = 6
+"""Values in front of those of the contacts, see `point_system`."""
+LEADING = 0.5
+"""Share of a harmonic in the square of a motion from which it leads."""
+_MOST_FILL = 20_000
+"""Entries of the factors of the structure up to which resonances are counted at every point."""
+
+
+def point_system(equations: Equations) -> ca.Function:
+    """CasADi function of the scaled system at a point.
+
+    Inputs: all ``parameters``, ``point`` and ``guess`` (unknowns and frequency), ``normal`` and
+    ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, ``normal`` then being
+    0), ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
+    ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
+    residual, value of the constraint, amplification, distance from the guess, resonances below
+    (-1 where they are not counted), whether a contact is beyond its limit, and the excess of all;
+    ``limits``, the derivatives of the excess by the scaled unknowns (n_contacts, n_unknowns).
+    """
+    sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
+    n, n_contacts = sizes[0], len(equations.contacts)
+    lengths = dict(parameters=sum(sizes[2:-1]), point=n + 1, guess=n + 1, normal=n + 1)
+    lengths |= dict(anchor=n + 1, limit=n_contacts, imposed=n_contacts, scale=2)
+    symbol: dict[str, Any] = {name: ca.SX.sym(name, length) for name, length in lengths.items()}
+    point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
+    starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
+    parameters = ca.vertsplit(symbol["parameters"], starts)
+    at = [point[:n], point[n], *parameters]
+    balance, magnitude, jacobian, by_frequency, events = equations.closed_form(
+        *at, symbol["imposed"]
+    )
+    conservative, inertia = equations.conservative(*at)
+
+    size = n // len(equations.dofs)
+    place = places(size)
+    spread = constant(equations.directions)
+    excess = events[place["excess"], :].T
+    gradients = [ca.SX(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
+    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else ca.SX(0, n)
+
+    lengthwise = ca.vertcat(ca.repmat(scale[0], n), scale[1])
+    value = ca.dot(normal, (point - symbol["anchor"]) / lengthwise)
+    value += ca.sum1(ca.if_else(limit > 0, excess, 0))
+    row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
+    force = ca.if_else(magnitude > 0, magnitude, 1)
+    top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
+    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(ca.SX(n, 1), 1))
+    exciting = ca.fabs(parameters[-2]) * ca.mmax(ca.fabs(parameters[-1]))
+    values = ca.vertcat(
+        ca.mmax(ca.fabs(balance)) / force,
+        value,
+        ca.if_else(exciting > 0, ca.mmax(ca.fabs(inertia)) / exciting, 0),
+        _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),
+        _resonances_below(equations, conservative, events, at),
+        _crosses(excess, symbol["imposed"]),
+        excess,
+    )
+    outputs = ca.cse([ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits])
+    names = ["matrix", "right", "values", "limits"]
+    return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
+
+
+def _crosses(excess: Any, slip: Any) -> Any:
+    """Whether a contact is beyond the limit of its held state, see `crossed`."""
+    outward = ca.if_else(slip, -excess, excess)
+    beyond = ca.logic_and(outward > ON_LIMIT, ca.fabs(excess) < ca.inf)
+    return ca.sum1(beyond) > 0
+
+
+def _distance(equations: Equations, point: Any, other: Any) -> Any:
+    """Scaled distance between two points, see `Curve.distance`."""
+    size, same_harmonic = equations.basis.n_components, equations.basis.same_harmonic
+    moved, level = (
+        ca.reshape(vector[:-1], size, len(equations.dofs)) for vector in (point - other, point)
+    )
+    strength = ca.mtimes(ca.DM(same_harmonic), ca.sqrt(ca.sum2(level**2)))
+    moved = ca.sqrt(ca.sum2(moved**2)) / ca.fmin(ca.fmax(strength, WEAKEST), 1)
+    return ca.sqrt(ca.sum1(moved**2) + (point[-1] - other[-1]) ** 2)
+
+
+def _resonances_below(equations: Equations, conservative: Any, events: Any, at: list[Any]) -> Any:
+    """Twice the number of natural frequencies below the exciting one, -1 if that takes long.
+
+    With the contacts at the stiffness of their harmonic motion, see `symhbm.resonances`: the number
+    of negative pivots of the dynamic stiffness (Sylvester).
+    """
+    size = equations.basis.n_components
+    parameter = dict(zip(equations.parameter_names, at[2:], strict=True))
+    motion = ca.reshape(ca.mtimes(constant(equations.directions), at[0]), size, -1)
+    springs = []
+    for j, packed in enumerate(ca.horzsplit(events)):
+        stiffness = parameter["contact_stiffness"][j]
+        limit = parameter["friction_coefficient"][j] * parameter["normal_load"][j]
+        block = stiffness * ca.reshape(packed[places(size)["matrix"]], size, size)
+        y, force = motion[:, j], ca.mtimes(block, motion[:, j])
+        force += limit * packed[places(size)["vector"]]
+        square, total = ca.sumsqr(y[-2:]), ca.sumsqr(y)
+        leads = square > LEADING * total
+        along = ca.dot(force[-2:], y[-2:]) / ca.if_else(leads, square, 1)
+        beside = (block[-2, -2] + block[-1, -1]) / 2
+        spring = ca.fmin(ca.fmax(ca.if_else(leads, along, beside), 0), stiffness)
+        springs.append(ca.vertcat(ca.SX(size - 2, 1), spring, spring))
+    spread = constant(equations.directions)
+    whole = conservative
+    if springs:
+        whole += ca.mtimes([spread.T, ca.diag(ca.vertcat(*springs)), spread])
+    moving = np.flatnonzero(np.tile(equations.basis.order > 0, len(equations.dofs))).tolist()
+    whole = whole[moving, moving]
+    whole = (whole + whole.T) / 2
+    _, lower, _ = ca.ldl(ca.DM(whole.sparsity(), 1))
+    if lower.nnz() > _MOST_FILL:
+        return -1
+    pivots, _, _ = ca.ldl(whole)
+    return ca.sum1(pivots < 0)
