@@ -12,6 +12,8 @@ from symhbm.fourier import FloatArray
 
 ON_LIMIT = 1e-9
 """Contacts whose motion is this close to its limit, relatively, change state together."""
+BEYOND = 1e-11
+"""Motion over its limit, relatively, from which a contact is in the wrong state."""
 
 
 class Constraint(Protocol):
@@ -85,7 +87,7 @@ class Corrected(NamedTuple):
 
 def crossed(excess: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which contacts are beyond the limit of their held state ``slip``, all (n_contacts,)."""
-    beyond = np.where(slip, excess < -ON_LIMIT, excess > ON_LIMIT)
+    beyond = np.where(slip, excess < -BEYOND, excess > BEYOND)
     return beyond & np.isfinite(excess)
 
 

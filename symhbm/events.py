@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.constraints import ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
+from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
 from symhbm.corrector import Corrector
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
@@ -93,7 +93,7 @@ def first_limit(
         contact = int(np.argmin(share))
         # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
         # a part of the step: its limit at the start is not the crossing to find.
-        if not 0 < share[contact] <= 1 or abs(base.excess[contact]) <= ON_LIMIT:
+        if not 0 < share[contact] <= 1 or abs(base.excess[contact]) <= BEYOND:
             return None
         landed = corrector.correct(
             start + share[contact] * (over.point - start),
@@ -133,14 +133,14 @@ def brief_crossing(
     turning &= np.isfinite(left_excess) & np.isfinite(right_excess)
     # No cubic rises more than this above its ends.
     rise = 4 / 27 * length * (left_rate - right_rate)
-    turning &= np.maximum(left_excess, right_excess) + 1.5 * rise >= -ON_LIMIT
+    turning &= np.maximum(left_excess, right_excess) + 1.5 * rise >= -BEYOND
     for contact in np.flatnonzero(turning):
         left = 0.0, left_excess[contact], left_rate[contact]
         right = 1.0, right_excess[contact], right_rate[contact]
         for _ in range(_MAX_REFINEMENTS):
             share, top = _top_of_cubic(left, right, length)
             rise = top - max(left[1], right[1])
-            if top < -0.5 * rise - ON_LIMIT or rise <= 0:
+            if top < -0.5 * rise - BEYOND or rise <= 0:
                 break
             guess = start + share * (found.point - start)
             plane = Hyperplane(start + share * length * base.after, scale, normal)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from symhbm.compiled import constant
-from symhbm.constraints import ON_LIMIT
+from symhbm.constraints import BEYOND
 from symhbm.curve import WEAKEST
 from symhbm.equations import Equations
 from symhbm.one_harmonic import places
@@ -79,7 +79,7 @@ def point_system(equations: Equations) -> ca.Function:
 def _crosses(excess: Any, slip: Any) -> Any:
     """Whether a contact is beyond the limit of its held state, see `crossed`."""
     outward = ca.if_else(slip, -excess, excess)
-    beyond = ca.logic_and(outward > ON_LIMIT, ca.fabs(excess) < ca.inf)
+    beyond = ca.logic_and(outward > BEYOND, ca.fabs(excess) < ca.inf)
     return ca.sum1(beyond) > 0
 
 

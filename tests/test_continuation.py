@@ -133,7 +133,7 @@ def test_hops_reach_the_end_alone():
     base = points[3]
     found = hop.hop(Corrector(curve), base, 30 * TURN, 0.2)
     assert found is not None
-    assert found.found.evaluation.norm <= 1e-11
+    assert found.found.residual_norm <= 1e-11
     assert base.value < found.found.point[-1] < 30 * TURN
 
 
