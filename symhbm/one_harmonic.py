@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.compiled import Compiled
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction
 
@@ -34,9 +35,8 @@ def locate_one_harmonic(
     imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
     if not n_contacts:
         return unpacked(np.zeros((0, packed_size(size))), size)
-    function = _each(size, n_contacts)
-    found = function(coefficients.T, contact_stiffness[None], slip_limit[None], imposed[None])
-    return unpacked(np.ascontiguousarray(found.full().T), size)
+    (found,) = _each(size, n_contacts)(coefficients.ravel(), contact_stiffness, slip_limit, imposed)
+    return unpacked(found.reshape(n_contacts, packed_size(size)), size)
 
 
 @lru_cache(maxsize=4)
@@ -67,8 +67,8 @@ def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
 
 
 @lru_cache(maxsize=64)
-def _each(size: int, n_contacts: int) -> Any:
-    return one_harmonic_kernel(size).map(n_contacts)
+def _each(size: int, n_contacts: int) -> Compiled:
+    return Compiled(one_harmonic_kernel(size).map(n_contacts))
 
 
 @lru_cache(maxsize=4)

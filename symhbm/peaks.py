@@ -22,7 +22,7 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
-from symhbm.slopes import STILL, TIE, Slopes, amplitude_and_slope, leading, turning
+from symhbm.slopes import STILL, TIE, Slopes, Turning, amplitude_and_slope, leading, turning
 from symhbm.stations import Between, Station
 
 _FLAT = 1e-6
@@ -90,7 +90,8 @@ def find_peaks(
         candidates = (found.turns | found.unclear) & finder.watched(left, right)
         for k in np.flatnonzero(candidates.any(axis=-1)):
             i = part[k]
-            finder.between(after[i], before[i + 1], points[i].slip, roots[i])
+            known = Turning(*(array[k] for array in found))
+            finder.between(after[i], before[i + 1], points[i].slip, roots[i], known)
     return sorted(finder.peaks, key=lambda peak: (each * peak.dof, peak.value)), finder.lost
 
 
@@ -147,11 +148,12 @@ class _Finder:
         right: Slopes,
         slip: NDArray[np.bool_],
         roots: NDArray[np.bool_],
+        known: Turning | None = None,
         depth: int = 0,
     ) -> None:
         """Add the peaks strictly between two stations, contact states constant in between.
 
-        ``roots`` (2,) tells at which end slip begins or ends, see `turning`.
+        ``roots`` (2,) tells at which end slip begins or ends; ``known`` is what `turning` tells.
         """
         path = Between(self.corrector, left, right, slip)
         if path.length <= 0:
@@ -160,14 +162,14 @@ class _Finder:
         watched = np.flatnonzero(self.watched(left, right))
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
-        found = turning(self.problem, left, right, path.scale, roots)
-        turns, unclear, slopes = found.turns[watched], found.unclear[watched], found.slopes
+        known = known or turning(self.problem, left, right, path.scale, roots)
+        turns, unclear, slopes = known.turns[watched], known.unclear[watched], known.slopes
         if depth < _MAX_DEPTH * (1 + roots.any()) and np.any(unclear):
             share = 0.5 + 0.25 * (float(roots[1]) - float(roots[0]))
             middle = self._slopes_at(path, share)
             if middle is not None:
-                self.between(left, middle, slip, np.array([roots[0], False]), depth + 1)
-                self.between(middle, right, slip, np.array([False, roots[1]]), depth + 1)
+                self.between(left, middle, slip, np.array([roots[0], False]), depth=depth + 1)
+                self.between(middle, right, slip, np.array([False, roots[1]]), depth=depth + 1)
                 return
         candidates = watched[turns]
         done = np.zeros(len(height), dtype=bool)
