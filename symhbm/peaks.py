@@ -27,15 +27,13 @@ from symhbm.stations import Between, Station
 
 _FLAT = 1e-6
 """Slopes that jump by more than this share of those around them make a corner."""
-_CONTENDER = 0.8
-"""Share of the largest response at either end that a DOF needs to be watched in between."""
 _MAX_DEPTH = 5
 _AT_ONCE = 2**16
 """Slopes that are interpolated at once, which bounds the memory of large structures."""
 _ASIDE = 1e-6
 """Distance from a peak, as a share of the way, at which slopes tell that it is a maximum."""
-_ROUGHLY = 0.1
-"""Part of a stretch, and of a response, by which what is interpolated may be wrong."""
+_ROUGHLY = 0.01
+"""Part of the change over a stretch by which what is interpolated may be wrong."""
 _PRECISION = 1e-11
 """Last step of the search for a peak, as a share of the way between two points."""
 
@@ -87,7 +85,7 @@ def find_peaks(
     for part in np.array_split(stretches, -(-len(stretches) // most) or 1):
         left, right = after[part], before[part + 1]
         found = turning(problem, left, right, scale[part], roots[part])
-        candidates = (found.turns | found.unclear) & finder.watched(left, right)
+        candidates = (found.turns | found.unclear) & (found.contends | each)
         for k in np.flatnonzero(candidates.any(axis=-1)):
             i = part[k]
             known = Turning(*(array[k] for array in found))
@@ -134,14 +132,6 @@ class _Finder:
         for dof in np.flatnonzero(corner):
             self._add(left, int(dof), PeakKind.CORNER)
 
-    def watched(self, left: Slopes, right: Slopes) -> NDArray[np.bool_]:
-        """Which responses may lead between solutions (or are asked for), (..., n_dof)."""
-        height = np.maximum(left.amplitude, right.amplitude)
-        if self.each:
-            return np.ones(height.shape, dtype=bool)
-        floor = np.minimum(left.amplitude.max(axis=-1), right.amplitude.max(axis=-1))
-        return height >= _CONTENDER * floor[..., None]
-
     def between(
         self,
         left: Slopes,
@@ -159,10 +149,10 @@ class _Finder:
         if path.length <= 0:
             return  # one point to the last digit
         height = np.maximum(left.amplitude, right.amplitude)
-        watched = np.flatnonzero(self.watched(left, right))
+        known = known or turning(self.problem, left, right, path.scale, roots)
+        watched = np.flatnonzero(known.contends | self.each)
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
-        known = known or turning(self.problem, left, right, path.scale, roots)
         turns, unclear, slopes = known.turns[watched], known.unclear[watched], known.slopes
         if depth < _MAX_DEPTH * (1 + roots.any()) and np.any(unclear):
             share = 0.5 + 0.25 * (float(roots[1]) - float(roots[0]))
@@ -244,9 +234,9 @@ class _Finder:
     def _may_lead(self, path: Between, share: float, dof: int) -> bool:
         """Whether a response may be the largest where it turns, about at a ``share`` of the way."""
         value, slope = path.interpolate(np.array([share]))
-        found = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1])
-        amplitude, change = found[0][0], _ROUGHLY * np.abs(found[1][0]).max()
-        return bool(amplitude[dof] + change >= (1 - _ROUGHLY) * amplitude.max())
+        amplitude = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1])[0][0]
+        margin = _ROUGHLY * path.length * path.scale[0]
+        return bool(amplitude[dof] + margin >= amplitude.max())
 
     def _slopes_at(
         self, path: Between, share: float, near: tuple[float, Slopes] | None = None

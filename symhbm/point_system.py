@@ -18,6 +18,8 @@ SCALARS = 6
 """Values in front of those of the contacts, see `point_system`."""
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
+_FEW = 100
+"""Contacts up to which terms that are shared are looked for, which takes longer than linearly."""
 _MOST_FILL = 20_000
 """Entries of the factors of the structure up to which resonances are counted at every point."""
 
@@ -71,7 +73,9 @@ def point_system(equations: Equations) -> ca.Function:
         _crosses(excess, symbol["imposed"]),
         excess,
     )
-    outputs = ca.cse([ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits])
+    outputs = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
+    if n_contacts <= _FEW:
+        outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
 

@@ -19,6 +19,8 @@ TIE = 1e-9
 """Responses this close, relatively, lead together; the first of them gives its name."""
 STILL = 1e-9
 """Slope relative to the response below which it is constant, to round-off."""
+_CONTENDER = 0.95
+"""Share of the largest response that another needs somewhere to be watched in between."""
 _SHARES = np.arange(1, 16) / 16
 _NEARLY = 0.1
 """Slope, relative to the largest around, that may be an interpolated zero."""
@@ -72,12 +74,14 @@ class Slopes(Station):
 class Turning(NamedTuple):
     """What becomes of amplitudes along stretches of a path, arrays (..., n_dof).
 
-    Whether each has one maximum in between (``turns``), and whether points are to be added to tell
-    (``unclear``); ``slopes`` (..., n, n_dof), from one end to the other.
+    Whether each has one maximum in between (``turns``), whether points are to be added to tell
+    (``unclear``), and whether it comes close to being the largest (``contends``); ``slopes``
+    (..., n, n_dof), from one end to the other.
     """
 
     turns: NDArray[np.bool_]
     unclear: NDArray[np.bool_]
+    contends: NDArray[np.bool_]
     slopes: FloatArray
 
 
@@ -93,7 +97,11 @@ def turning(
     ``roots`` (..., 2) tells at which end slip begins or ends: slopes there go with the square root
     of the distance.
     """
-    inside = _interpolated(problem, left, right, scale, roots)
+    amplitudes, inside = _interpolated(problem, left, right, scale, roots)
+    contends = [
+        np.any(amplitude >= _CONTENDER * amplitude.max(axis=-1, keepdims=True), axis=-2)
+        for amplitude in (left.amplitude[..., None, :], amplitudes, right.amplitude[..., None, :])
+    ]
     slopes = np.concatenate([left.slope[..., None, :], inside, right.slope[..., None, :]], axis=-2)
     first, last = slopes[..., 0, :], slopes[..., -1, :]
     falls = np.count_nonzero((slopes[..., :-1, :] > 0) & (slopes[..., 1:, :] <= 0), axis=-2)
@@ -108,7 +116,7 @@ def turning(
     at_root = np.where(roots[..., None], climb[..., [0, -1], :], np.inf).min(axis=-2)
     nearly = (dips & (lowest < _NEARLY * level)) | (at_root < _NEARLY * level)
     unclear = np.where(turns, falls > 1, (falls > 0) | ((first * last > 0) & nearly))
-    return Turning(turns, unclear & moving, slopes)
+    return Turning(turns, unclear & moving, np.any(contends, axis=0), slopes)
 
 
 def _interpolated(
@@ -117,17 +125,17 @@ def _interpolated(
     right: Slopes,
     scale: FloatArray,
     roots: NDArray[np.bool_],
-) -> FloatArray:
-    """Slopes of all amplitudes in between, (..., n, n_dof), in the measure of the left end."""
+) -> tuple[FloatArray, FloatArray]:
+    """Amplitudes in between and their slopes in the measure of the left end, (..., n, n_dof)."""
     measured = measure(problem.single_valued, left, right, scale)
     tangents = measured.left[..., None, :], measured.right[..., None, :]
     ends = left.state[..., None, :], right.state[..., None, :], tangents, _SHARES[:, None]
     value, slope = cubic(*ends), cubic_slope(*ends)
     slope /= measured.length[..., None]
-    slopes = amplitude_and_slope(problem, value[..., :-1], slope[..., :-1])[1]
+    amplitudes, slopes = amplitude_and_slope(problem, value[..., :-1], slope[..., :-1])
     one_root = roots[..., 0] != roots[..., 1]
     if not one_root.any():
-        return slopes
+        return amplitudes, slopes
     # slope = a + c t + d t^2, t the root of the distance: both ends and the mean are known.
     at_ends = [
         amplitude_and_slope(problem, station.state[..., :-1], (tangent / measured.length)[..., :-1])
@@ -141,4 +149,4 @@ def _interpolated(
     c = 6 * (mean - at_root) - 3 * (other - at_root)
     t = np.where(first, _SHARES, 1 - _SHARES)[..., None]
     rooted = at_root + c * t + (other - at_root - c) * t**2
-    return np.where(one_root[..., None, None], rooted, slopes)
+    return amplitudes, np.where(one_root[..., None, None], rooted, slopes)
