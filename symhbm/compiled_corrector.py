@@ -5,6 +5,7 @@ residual, Jacobian, factorisation, step, tangent) needs no Python: a correction 
 what `symhbm.corrector.Corrector` does step by step for all other equations.
 """
 
+import threading
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +18,7 @@ from symhbm.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
 from symhbm.fourier import FloatArray
+from symhbm.native import native
 from symhbm.newton import TOLERANCE
 from symhbm.point_system import SCALARS, point_system
 
@@ -25,6 +27,8 @@ STAGNATION = 1e-3
 """Last step of an iteration that stays on the curve, at which what stays is round-off."""
 _DENSE_LIMIT = 80
 """Number of unknowns up to which LAPACK on the full matrix is faster than sparse elimination."""
+_OFTEN = 50
+"""Curves of one structure after which machine code saves more time than it takes to make."""
 _RUNNING, _DONE, _FAILED = 0, 1, 2
 
 
@@ -33,7 +37,7 @@ class CompiledCorrector:
 
     def __init__(self, curve: FrequencyCurve):
         equations, arguments = curve.problem.compiled
-        self._correct, self._tangent = map(Compiled, _functions(equations))
+        self._correct, self._tangent = map(Compiled, _programs(equations).functions())
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._size = curve.problem.n_unknowns + 1
@@ -94,9 +98,30 @@ def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
 
 
 @lru_cache(maxsize=32)
-def _functions(equations: Equations) -> tuple[ca.Function, ca.Function]:
+def _programs(equations: Equations) -> "_Programs":
+    return _Programs(point_system(equations))
+
+
+class _Programs:
+    """The functions of one structure; those of many curves become machine code where they can."""
+
+    def __init__(self, system: ca.Function):
+        self._system = system
+        self._functions = _functions(system)
+        self._uses = 0
+        self._lock = threading.Lock()
+
+    def functions(self) -> tuple[ca.Function, ca.Function]:
+        """The correction and the tangent."""
+        with self._lock:
+            self._uses += 1
+            if self._uses == _OFTEN and (system := native(self._system)) is not None:
+                self._functions = _functions(system)
+            return self._functions
+
+
+def _functions(system: ca.Function) -> tuple[ca.Function, ca.Function]:
     """The correction and the tangent, functions of the parameters as one vector."""
-    system = point_system(equations)
     parameters, point, normal, anchor, limit, imposed = (
         ca.MX.sym(name, system.size1_in(name))
         for name in ("parameters", "point", "normal", "anchor", "limit", "imposed")
@@ -104,7 +129,7 @@ def _functions(equations: Equations) -> tuple[ca.Function, ca.Function]:
     settings = ca.MX.sym("settings", 4)
     data = [parameters, point, normal, anchor, limit, imposed, settings]
     iteration = _iteration(system, data)
-    n_values = system.size1_out("values") + len(equations.contacts)
+    n_values = system.size1_out("values") + limit.shape[0]
     at = [point, normal, ca.MX(ca.DM([_RUNNING, 0])), ca.MX(ca.inf), ca.MX(n_values, 1)]
     for _ in range(MAX_CORRECTIONS + 1):
         at = list(iteration(at[2][0] == _RUNNING, *at, *data))

@@ -73,7 +73,7 @@ def point_system(equations: Equations) -> ca.Function:
         _crosses(excess, symbol["imposed"]),
         excess,
     )
-    outputs = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
+    outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
     if n_contacts <= _FEW:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]

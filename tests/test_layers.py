@@ -22,6 +22,7 @@ ORDER = [
     "friction",
     "linear",
     "compiled",
+    "native",
     "one_harmonic",
     "contact",
     "sampled",
@@ -145,6 +146,7 @@ ORDER = [
 ONLY_IN = {
     "casadi": {
         "compiled",
+        "native",
         "point_system",
         "compiled_corrector",
         "one_harmonic",
