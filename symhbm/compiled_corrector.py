@@ -19,17 +19,11 @@ from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
 from symhbm.fourier import FloatArray
 from symhbm.native import native
-from symhbm.newton import TOLERANCE
+from symhbm.newton_graph import DONE, FAILED, correction, tangent
 from symhbm.point_system import SCALARS, point_system
 
-MAX_CORRECTIONS = 10
-STAGNATION = 1e-3
-"""Last step of an iteration that stays on the curve, at which what stays is round-off."""
-_DENSE_LIMIT = 80
-"""Number of unknowns up to which LAPACK on the full matrix is faster than sparse elimination."""
 _OFTEN = 50
 """Curves of one structure after which machine code saves more time than it takes to make."""
-_RUNNING, _DONE, _FAILED = 0, 1, 2
 
 
 class CompiledCorrector:
@@ -62,9 +56,11 @@ class CompiledCorrector:
         else:
             assert isinstance(constraint, AtLimit)
             normal[:], limit[constraint.contact] = 0.0, 1.0
+        point, direction, progress, values = self._correct.outputs
+        progress[:] = FAILED, 1  # what stays where LAPACK refuses a singular matrix
         self._correct.run()
-        point, direction, (status, solves), values = self._correct.outputs
-        if status != _DONE:
+        status, solves = progress
+        if status != DONE:
             return None, int(solves)
         return self._corrected(point.copy(), direction.copy(), values), int(solves)
 
@@ -75,8 +71,9 @@ class CompiledCorrector:
         _, at, normal, imposed, settings = self._tangent.inputs
         at[:], normal[:], imposed[:] = point, row, slip
         settings[:2] = scale[0], scale[-1]
-        self._tangent.run()
         direction, values = self._tangent.outputs
+        direction[:] = np.nan
+        self._tangent.run()
         if not np.isfinite(direction).all():
             return None
         return self._corrected(point, direction.copy(), values)
@@ -107,7 +104,7 @@ class _Programs:
 
     def __init__(self, system: ca.Function):
         self._system = system
-        self._functions = _functions(system)
+        self._functions = correction(system), tangent(system)
         self._uses = 0
         self._lock = threading.Lock()
 
@@ -116,104 +113,5 @@ class _Programs:
         with self._lock:
             self._uses += 1
             if self._uses == _OFTEN and (system := native(self._system)) is not None:
-                self._functions = _functions(system)
+                self._functions = (correction(system), tangent(system))
             return self._functions
-
-
-def _functions(system: ca.Function) -> tuple[ca.Function, ca.Function]:
-    """The correction and the tangent, functions of the parameters as one vector."""
-    parameters, point, normal, anchor, limit, imposed = (
-        ca.MX.sym(name, system.size1_in(name))
-        for name in ("parameters", "point", "normal", "anchor", "limit", "imposed")
-    )
-    settings = ca.MX.sym("settings", 4)
-    data = [parameters, point, normal, anchor, limit, imposed, settings]
-    iteration = _iteration(system, data)
-    n_values = system.size1_out("values") + limit.shape[0]
-    at = [point, normal, ca.MX(ca.DM([_RUNNING, 0])), ca.MX(ca.inf), ca.MX(n_values, 1)]
-    for _ in range(MAX_CORRECTIONS + 1):
-        at = list(iteration(at[2][0] == _RUNNING, *at, *data))
-    outputs = [ca.densify(part) for part in (*at[:3], at[4])]
-    correct = ca.Function("correct", data, outputs)
-
-    scale = settings[:2]
-    matrix, right, values, limits = system(
-        parameters, point, point, normal, point, ca.MX(*limit.shape), imposed, scale
-    )
-    along = ca.solve(matrix, right[:, 1], _solver(system))
-    direction = along / ca.norm_2(along)
-    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction[:-1])))
-    inputs = [parameters, point, normal, imposed, settings]
-    return correct, ca.Function("tangent", inputs, [direction, values])
-
-
-def _iteration(system: ca.Function, data: list[ca.MX]) -> ca.Function:
-    """One pass of the iteration, by whether it runs, of a state and constant ``data``.
-
-    The state is the point, the direction, (status, number of solves), the length of the last step
-    and the values at the point.
-    """
-    parameters, guess, normal, anchor, limit, imposed, settings = data
-    scale, precision = settings[:2], settings[2]
-    here, direction = (ca.MX.sym(name, guess.shape[0]) for name in ("here", "direction"))
-    progress, last = ca.MX.sym("progress", 2), ca.MX.sym("last")
-    matrix, right, values, limits = system(
-        parameters, here, guess, normal, anchor, limit, imposed, scale
-    )
-    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction[:-1])))
-    before = ca.MX.sym("before", values.shape[0])
-    state = [here, direction, progress, last, before]
-    idle = ca.Function("idle", [*state, *data], state)
-
-    norm, value, solves = values[0], ca.fabs(values[1]), progress[1]
-    on_curve = ca.logic_and(norm <= TOLERANCE, value <= TOLERANCE)
-    on_curve = ca.logic_and(on_curve, solves > 0)
-    arrived = ca.logic_and(on_curve, last <= precision)
-    finite = ca.logic_and(norm < ca.inf, value < ca.inf)
-    stops = ca.logic_or(arrived, ca.logic_or(solves >= MAX_CORRECTIONS, ca.logic_not(finite)))
-    verdict = ca.if_else(ca.logic_and(on_curve, last <= STAGNATION), _DONE, _FAILED)
-    moved = _step(system)(
-        ca.logic_not(stops),
-        matrix,
-        right,
-        here,
-        direction,
-        progress,
-        last,
-        on_curve,
-        verdict,
-        settings,
-    )
-    running = ca.Function("running", [*state, *data], [*moved, values])
-    return ca.Function.if_else("iteration", running, idle)
-
-
-def _step(system: ca.Function) -> ca.Function:
-    """One Newton step, by whether one is due, else the ``verdict``."""
-    n = system.size1_in("point")
-    matrix, right = ca.MX.sym("matrix", system.sparsity_out("matrix")), ca.MX.sym("right", n, 2)
-    here, direction = ca.MX.sym("here", n), ca.MX.sym("direction", n)
-    progress, last, settings = ca.MX.sym("progress", 2), ca.MX.sym("last"), ca.MX.sym("settings", 4)
-    on_curve, verdict = ca.MX.sym("on_curve"), ca.MX.sym("verdict")
-    inputs = [matrix, right, here, direction, progress, last, on_curve, verdict, settings]
-    solves = progress[1]
-    rest = ca.Function("rest", inputs, [here, direction, ca.vertcat(verdict, solves), last])
-
-    solution = ca.solve(matrix, right, _solver(system))
-    step, along = solution[:, 0], solution[:, 1]
-    length, size = ca.norm_2(step), ca.norm_2(along)
-    finite = ca.logic_and(length < ca.inf, size < ca.inf)
-    stays = ca.logic_and(solves > 2, length > last)
-    leaves = ca.logic_or(ca.logic_not(finite), length > settings[3])
-    status = ca.if_else(
-        stays, ca.if_else(on_curve, _DONE, _FAILED), ca.if_else(leaves, _FAILED, _RUNNING)
-    )
-    scale = ca.vertcat(ca.repmat(settings[0], n - 1), settings[1])
-    here = ca.if_else(status == _RUNNING, here + step * scale, here)
-    direction = ca.if_else(stays, direction, along / size)
-    move = ca.Function("move", inputs, [here, direction, ca.vertcat(status, solves + 1), length])
-    return ca.Function.if_else("step", move, rest)
-
-
-def _solver(system: ca.Function) -> str:
-    return "lapacklu" if system.size1_in("point") <= _DENSE_LIMIT else "csparse"

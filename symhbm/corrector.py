@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.compiled_corrector import MAX_CORRECTIONS, STAGNATION, compiled_corrector
+from symhbm.compiled_corrector import compiled_corrector
 from symhbm.constraints import Constraint, Corrected, crossed, excess_rate, unit_parameter
 from symhbm.curve import Curve
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered
 from symhbm.newton import TOLERANCE
+from symhbm.newton_graph import MAX_CORRECTIONS, STAGNATION
 
 
 class Corrector:
