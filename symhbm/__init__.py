@@ -5,11 +5,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from symhbm.archive import ArchiveError, load, rebuild, save
+from symhbm.condense import condense
 from symhbm.design import minimise_peak
 from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
 from symhbm.frf import follow, frf
 from symhbm.model import Model, bladed_disk, single_blade
 from symhbm.peak_curve import peak_curve
+from symhbm.recover import recover
 from symhbm.residual import HarmonicBalance
 from symhbm.runs import resume
 from symhbm.sensitivity import sensitivity
@@ -35,6 +37,7 @@ __all__ = [
     "Status",
     "SwitchingAngles",
     "bladed_disk",
+    "condense",
     "follow",
     "frf",
     "load",
@@ -43,6 +46,7 @@ __all__ = [
     "peak_curve",
     "plot",
     "rebuild",
+    "recover",
     "resume",
     "save",
     "sensitivity",

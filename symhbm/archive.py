@@ -170,6 +170,11 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, "dataset")
+    if '"condensed": {' in str(dataset.attrs.get("problem")):
+        raise ArchiveError(
+            "dataset: of a condensed structure, whose matrices are not in it; condense the "
+            "structure again, or compute on with the problem that gave this dataset"
+        )
     try:
         return describe_problem(dataset)
     except (KeyError, AttributeError, TypeError, ValueError) as error:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from symhbm.condensed_model import CondensedModel
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.events import Event
 from symhbm.fourier import FloatArray
@@ -59,6 +60,8 @@ class Task:
         """
         unique = problem.single_valued and not self.may_fold and not self.stability
         if not self.sector or not unique or self.index is not None or problem.samples is not None:
+            return None
+        if isinstance(problem.model, CondensedModel):
             return None
         return find_symmetry(problem.model, problem.excitation, problem.basis)
 

@@ -91,7 +91,8 @@ def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
     """The compiled corrector of a curve, None for one that needs Python."""
     if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
         return None
-    return CompiledCorrector(curve) if curve.problem.in_closed_form else None
+    whole = curve.problem.in_closed_form and not curve.problem.condensed
+    return CompiledCorrector(curve) if whole else None
 
 
 @lru_cache(maxsize=32)

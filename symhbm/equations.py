@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm import check
 from symhbm.compiled import Assembly, Compiled, constant, sparsity_of
+from symhbm.condensed_model import CondensedModel
 from symhbm.cubic_spring import cubic_kernel
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
@@ -157,6 +158,8 @@ class Equations:
 
     def rows(self, model: Model, name: str) -> Any:
         """The rows of a matrix of the structure that are balanced here, by columns."""
+        if isinstance(model, CondensedModel):
+            return sp.csc_array((model.n_dof, model.n_dof))  # `CondensedForces` has them
         matrix = getattr(model, f"{name}_matrix")
         return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
 

@@ -17,6 +17,7 @@ from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.runs import check_executor, check_keep, run
+from symhbm.stability import check_stability
 from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
@@ -107,6 +108,7 @@ def frf(
     """
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
+    problem.check_frequencies("frequency", band)
     task = dict(name="frequency", band=band, at=check_grid(at, band, "positive"))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep)
@@ -180,6 +182,7 @@ def follow(
         frequency=check.scalar("frequency", frequency, "positive"),
         index=check_place(problem, parameter, contact, dof),
     )
+    problem.check_frequencies("frequency", task["frequency"])
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
@@ -208,7 +211,7 @@ def _run(
         **described,
         each=peaks == "each",
         may_fold=may_fold,
-        stability=check.flag("stability", options["stability"]) or may_fold,
+        stability=check_stability(problem, options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=check_accuracy(problem, options["accuracy"]),
         sector=check.flag("sector", options["sector"]),

@@ -3,6 +3,7 @@
 import numpy as np
 
 from symhbm import check
+from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray, complete_harmonics
 from symhbm.residual import HarmonicBalance
 from symhbm.symmetry import Symmetry
@@ -25,6 +26,11 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
     value = check.scalar("accuracy", accuracy, "positive")
     if value >= 1:
         raise ValueError(f"accuracy={check.shown(accuracy)}: expected a value below 1")
+    if isinstance(problem.model, CondensedModel):
+        raise ValueError(
+            f"accuracy={check.shown(accuracy)}: expected None for a condensed structure, which has "
+            "the harmonics it was condensed for; compare results of two sets of them"
+        )
     if problem.samples is not None:
         raise ValueError(
             f"accuracy={check.shown(accuracy)}: expected None for friction over samples, "

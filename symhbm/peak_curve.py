@@ -93,7 +93,7 @@ def peak_curve(
         If the curve is incomplete, unbounded or at an edge somewhere and ``throw`` is True; its
         ``result`` is the dataset.
     """
-    check_problem(problem)
+    check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)
     ends = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
     low, high = sorted(ends)

@@ -11,6 +11,7 @@ import xarray as xr
 
 import symhbm.excitation as excitations
 from symhbm.branch import Task
+from symhbm.condensed_model import CondensedModel
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, FRICTION_PARAMETERS, Model
 from symhbm.names import PARAMETERS
 from symhbm.residual import HarmonicBalance
@@ -50,7 +51,7 @@ def with_provenance(
             target = f"{name}_nominal"
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         dataset[target] = (dims, np.array(value), attributes)
-    if not problem.model.lumped:
+    if not problem.model.lumped and not isinstance(problem.model, CondensedModel):
         for name in MATRICES:
             dataset = dataset.assign(_sparse(name, getattr(problem.model, name)))
     dataset.attrs = {
@@ -103,13 +104,16 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
-    return {
+    condensed = {}
+    if isinstance(problem.model, CondensedModel):
+        condensed["condensed"] = problem.model.description
+    return condensed | {
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,
         "contacts": [list(dofs) for dofs in problem.model.contacts],
         "lumped": problem.model.lumped,
-        "excitation": {"type": type(excitation).__name__, **asdict(excitation)},  # type: ignore
+        "excitation": {"type": type(excitation).__name__, **vars(excitation)},
     }
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.condensed_forces import CondensedForces
+from symhbm.condensed_model import CondensedModel
 from symhbm.contact import locate
 from symhbm.equations import MATRIX_INPUTS, Equations
 from symhbm.evaluation import Evaluation
@@ -78,6 +80,11 @@ class HarmonicBalance:
             samples = check.integer("samples", samples, minimum=2 * self.basis.highest + 1)
         self.samples = samples
         self.symmetry = symmetry
+        self._structure: CondensedForces | None = None
+        if isinstance(model, CondensedModel):
+            if symmetry is not None:
+                raise ValueError("symmetry: expected None for a condensed structure")
+            self._structure = CondensedForces(model, excitation, self.basis)
         self._equations = Equations(model, self.basis, model.has_cubic_springs, symmetry)
         self._set_arguments()
 
@@ -108,17 +115,36 @@ class HarmonicBalance:
 
     @property
     def residual(self) -> ca.Function:
-        """CasADi function of Eq. (9): unknowns, frequency and parameters to forces [N]."""
+        """CasADi function of Eq. (9): unknowns, frequency and parameters to forces [N].
+
+        TypeError for a condensed structure, whose linear part is none; `evaluate` has all of it.
+        """
+        self._check_compiled("residual")
         return self._equations.residual
 
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse exact derivative of the residual by one of its inputs.
 
-        ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names.
+        ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names. Those by
+        the parameters only for a condensed structure: TypeError for the others.
         """
+        if name not in self.parameters:
+            self._check_compiled(f"derivative({name!r})")
         self._equations = self._with_springs(name == "cubic_stiffness")
         self._set_arguments()
         return self._equations.derivative(name)
+
+    def _check_compiled(self, what: str) -> None:
+        if self._structure is not None:
+            raise TypeError(
+                f"{what}: a condensed structure has no such CasADi function; use evaluate, or a "
+                "HarmonicBalance of the whole structure, the attribute structure of its model"
+            )
+
+    def check_frequencies(self, name: str, values: Any) -> None:
+        """Raise ValueError unless frequencies [Hz] are among those that the model is made for."""
+        if isinstance(self.model, CondensedModel):
+            self.model.check_frequencies(name, values)
 
     def _with_springs(self, needed: bool) -> Equations:
         """The compiled equations, anew where cubic springs join those that have none."""
@@ -139,6 +165,11 @@ class HarmonicBalance:
     def in_closed_form(self) -> bool:
         """Whether the events of contacts are closed forms, compiled with the balance."""
         return self._equations.closed and self.samples is None
+
+    @property
+    def condensed(self) -> bool:
+        """Whether the structure is a condensed one, its linear part beside the compiled forces."""
+        return self._structure is not None
 
     @property
     def compiled(self) -> tuple[Equations, list[FloatArray]]:
@@ -165,6 +196,8 @@ class HarmonicBalance:
         n_contacts, size = friction.vector.shape
         named["matrix"] = friction.matrix.transpose(1, 0, 2).reshape(size, n_contacts * size)
         named["vector"] = friction.vector.T
+        if self._structure is not None:
+            named["force_shape"] = self._structure.shape(frequency)
         return {"unknowns": unknowns, "frequency": np.array([frequency])} | named
 
     def with_parameters(self, **values: Any) -> "HarmonicBalance":
@@ -183,6 +216,8 @@ class HarmonicBalance:
             other._equations = self._with_springs(other.model.has_cubic_springs)
         if of_force:
             other.excitation = self.excitation.with_parameters(**of_force)
+            if isinstance(other.model, CondensedModel) and {*of_force} != {"force_amplitude"}:
+                other._structure = CondensedForces(other.model, other.excitation, self.basis)
         other._set_arguments()
         if self.symmetry is not None and not {*values} <= _COMMON:
             found = find_symmetry(other.model, other.excitation, self.basis)
@@ -266,13 +301,21 @@ class HarmonicBalance:
             found = self._equations(*at, friction)
             stretches = self._stretches(unknowns, friction)
         residual, magnitude, values, by_parameter = found
-        return Evaluation(
+        result = Evaluation(
             residual,
             float(magnitude[0]) + stretches,
             self._equations.assemble(values),
             by_parameter,
             friction,
         )
+        if self._structure is None:
+            return result
+        return self._structure.added(result, unknowns, frequency, self.excitation.amplitude)
+
+    def force(self, frequency: float) -> FloatArray:
+        """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
+        shape = self._arguments[-1] if self._structure is None else self._structure.shape(frequency)
+        return self.coefficients(self.excitation.amplitude * shape)
 
     def _stretches(self, unknowns: FloatArray, friction: LocatedFriction) -> float:
         """Largest of the two terms of stretches of stick, see `Equations`."""
@@ -282,8 +325,16 @@ class HarmonicBalance:
         stretches = 2 * travel * np.where(friction.slip, friction.stick_fraction, 0.0)
         return float(stretches.max(initial=0.0))
 
+    def contact_forces(self, unknowns: FloatArray) -> FloatArray:
+        """Forces of the contacts of a condensed structure, ``(n_dof, n_components)`` [N]."""
+        alone = object.__new__(HarmonicBalance)
+        alone.__dict__.update(self.__dict__, _structure=None)
+        return self.coefficients(alone.evaluate(unknowns, 0.0).residual)
+
     def amplification(self, unknowns: FloatArray, frequency: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one)."""
+        if self._structure is not None:
+            return self._structure.amplification(unknowns, frequency, self.excitation.amplitude)
         force = abs(self.excitation.amplitude) * np.abs(self._arguments[-1]).max()
         inertia = self.model.mass_matrix @ (self.everywhere(unknowns) * self.basis.order**2)
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
@@ -296,7 +347,11 @@ class HarmonicBalance:
         self.cubic_stiffness = named["cubic_stiffness"]
         self.slip_limit = named["friction_coefficient"] * named["normal_load"]
         named["force_amplitude"] = np.array([excitation.amplitude])
-        named["force_shape"] = excitation.shape(model.n_dof, self.basis)[equations.dofs].ravel()
+        if self._structure is None:
+            shape = excitation.shape(model.n_dof, self.basis)[equations.dofs]
+        else:
+            shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
+        named["force_shape"] = shape.ravel()
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float)
             for name in self._equations.parameter_names
@@ -314,7 +369,13 @@ class HarmonicBalance:
         )
 
 
-def check_problem(problem: object) -> None:
-    """Raise TypeError unless ``problem`` is a HarmonicBalance."""
+def check_problem(problem: object, whole: bool = False) -> None:
+    """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed."""
     if not isinstance(problem, HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
+    if whole and isinstance(problem.model, CondensedModel):
+        raise TypeError(
+            "problem: expected one of a whole structure, this is condensed and has no matrices; "
+            "use a HarmonicBalance of the attribute structure of its model, or sweep parameters "
+            "of the condensed one with over= of frf"
+        )

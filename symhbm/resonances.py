@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
+from symhbm.condensed_model import CondensedModel
+from symhbm.condensed_modes import condensed_modes
 from symhbm.constraints import Corrected
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
@@ -48,15 +50,19 @@ def modes(
     problem, frequency = curve.at(value)
     if problem.n_dof > LARGEST_SIZE:
         return None
-    size = np.linalg.norm(unknowns)
+    size = float(np.linalg.norm(unknowns))
     found = []
     nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs
     for n in (n for n in problem.harmonics if n > 0):
+        cosine, sine = _columns(problem, n)
+        if isinstance(problem.model, CondensedModel):
+            contacts = _contacts(problem, unknowns, friction, [cosine, sine])
+            found.append(_condensed(problem, n, frequency, contacts, size, nonlinear))
+            continue
         try:
             structure = reduced(problem, n)
         except np.linalg.LinAlgError:
             return None  # a motion without inertia: no coordinates of unit mass
-        cosine, sine = _columns(problem, n)
         natural, width, shapes = _resonances(problem, unknowns, frequency, friction, n)
         force = structure.force[:, cosine] - 1j * structure.force[:, sine]
         drive = np.abs(shapes.conj().T @ force)
@@ -65,6 +71,27 @@ def modes(
         excited = loud if forced else np.full(len(natural), nonlinear)
         found.append((natural - n * frequency, width, excited))
     return Modes(*(np.array(parts) for parts in zip(*found, strict=True)))
+
+
+def _condensed(
+    problem: HarmonicBalance,
+    harmonic: int,
+    frequency: float,
+    contacts: tuple[FloatArray, FloatArray],
+    size: float,
+    nonlinear: bool,
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """The same of a condensed structure, modes far away as wide and loud as they could be."""
+    model: CondensedModel = problem.model  # type: ignore[assignment]
+    detuning, width, shapes = condensed_modes(model, harmonic, frequency, *contacts)
+    force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
+    near = ~np.isnan(width)
+    natural = harmonic * frequency + detuning
+    drive = np.abs(shapes[:, near].T @ force)
+    loud = drive > _FAINT * size * natural[near] * np.maximum(width, 1e-12 * natural)[near]
+    excited = np.ones(len(width), dtype=bool)
+    excited[near] = loud if force.any() else nonlinear
+    return detuning, np.where(near, width, 0.0), excited
 
 
 class Lookout:

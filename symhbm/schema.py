@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.branch import Task
+from symhbm.condensed_model import CondensedModel
 from symhbm.names import PARAMETERS, VARIABLES, meaning
 from symhbm.point import Table
 from symhbm.provenance import with_provenance
@@ -195,7 +196,11 @@ def _attributes(name: str) -> dict[str, Any]:
 
 def _coordinates(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, tuple]:
     model = problem.model
-    return {
+    kept: dict[str, tuple] = {}
+    if isinstance(model, CondensedModel):
+        about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
+        kept["structure_dof"] = ("dof", model.dofs, about)
+    return kept | {
         "dof": ("dof", np.arange(model.n_dof), {"long_name": "degree of freedom", "units": "1"}),
         "contact": ("contact", np.arange(model.n_contacts), {"long_name": "contact", "units": "1"}),
         "harmonic": (

@@ -14,6 +14,7 @@ from symhbm.newton import NewtonResult
 from symhbm.point import RADIANS, describe, nothing
 from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.stability import check_stability
 from symhbm.start import solve_point
 from symhbm.status import SolveError, Status
 from symhbm.stretches import Response
@@ -65,11 +66,12 @@ def solve(
     """
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
+    problem.check_frequencies("frequency", frequency)
     if angles is not None:
         check_angles(problem, angles)
-    target = check_accuracy(problem, accuracy)
+    target, wanted = check_accuracy(problem, accuracy), check_stability(problem, stability)
     problem, found, error = _solved(problem, RADIANS * frequency, target)
-    stability = check.flag("stability", stability) or not problem.single_valued
+    stability = wanted or not problem.single_valued
     point = describe(problem, found.unknowns, frequency, found.iterations, stability)
     status: str = found.status
     if found.converged and not point["converged"]:

@@ -10,6 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm import check
+from symhbm.condensed_model import CondensedModel
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.monodromy import multipliers
@@ -21,15 +23,27 @@ NEUTRAL = 1e-9
 """Growth over the frequency that is none: at a fold, or without damping."""
 
 
+def check_stability(problem: HarmonicBalance, stability: object) -> bool:
+    """Whether stability is asked for; ValueError for a condensed structure, which lacks masses."""
+    wanted = check.flag("stability", stability)
+    if wanted and isinstance(problem.model, CondensedModel):
+        raise ValueError(
+            "stability=True: expected False for a condensed structure; responses of friction with "
+            "dissipative damping are stable, for cubic springs use the whole structure, the "
+            "attribute structure of its model"
+        )
+    return wanted
+
+
 def growth_rate(
     problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
 ) -> float:
     """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
 
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
-    or too stiff, and without a mass matrix that can be inverted.
+    or too stiff, for condensed ones, and without a mass matrix that can be inverted.
     """
-    if problem.n_unknowns > LARGEST_SIZE:
+    if problem.n_unknowns > LARGEST_SIZE or isinstance(problem.model, CondensedModel):
         return np.nan
     try:
         jacobian = _jacobian(problem, evaluation)

@@ -64,7 +64,7 @@ def transient(
     SolveError
         If nothing converged and ``throw`` is True.
     """
-    check_problem(problem)
+    check_problem(problem, whole=True)
     frequency = check.scalar("frequency", frequency, "positive")
     n_angles = check.integer("n_angles", n_angles, minimum=1)
     orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)

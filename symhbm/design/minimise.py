@@ -122,7 +122,7 @@ def minimise_peak(
     SolveError
         If there is no optimum and ``throw`` is True; its ``result`` is the dataset.
     """
-    check_problem(problem)
+    check_problem(problem, whole=True)
     check_executor(executor)
     if problem.samples is not None:
         raise ValueError(

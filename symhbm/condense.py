@@ -1,0 +1,126 @@
+"""Condensation of large structures with few contacts to the degrees of freedom of those."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from symhbm import check
+from symhbm.condensed_model import CondensedModel, Seen
+from symhbm.excitation import Excitation
+from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.interior import Interior
+from symhbm.model import Model
+from symhbm.reduction import reduce
+
+
+def condense(
+    model: Model,
+    excitation: Any,
+    frequency: tuple[float, float],
+    harmonics: Iterable[int] = (1,),
+    *,
+    dofs: Iterable[int] = (),
+    tolerance: float = 1e-9,
+) -> CondensedModel:
+    """Condense a structure to its contacts: all that is linear is eliminated, exactly.
+
+    A finite-element model of a hundred thousand degrees of freedom with twenty contacts then costs
+    per frequency what the problem of the contacts does. `HarmonicBalance` takes the result as a
+    model, under the excitations given here, which keep their degrees of freedom; `frf`, `follow`
+    and `solve` give the motion of those that are kept, peaks are told of them, and `recover` gives
+    that of all others.
+
+    Parameters
+    ----------
+    model
+        The structure and its contacts.
+    excitation
+        The force, or a list of all forces it shall have; any degree of freedom may be excited.
+    frequency
+        Band of excitation frequencies [Hz] that results may lie in.
+    harmonics
+        Harmonics that responses may have: those of `HarmonicBalance` are some of these.
+    dofs
+        Degrees of freedom to keep beside those that contacts touch, blade tips for example.
+    tolerance
+        Largest relative error of the responses of what is kept that is let pass.
+
+    Returns
+    -------
+    A model whose contact parameters are free; mass, damping and stiffness are those given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, for a structure that falls apart once the degrees of freedom that are
+        kept are held, or whose mass matrix is not positive definite, and if ``tolerance`` is not
+        reached.
+
+    Notes
+    -----
+    Eliminating the linear degrees of freedom is exact for every harmonic. What the others feel,
+    ``Z(omega)``, is a sum over poles from a basis of exact motions, to which frequencies are added
+    until responses agree with those of direct sparse factorisations of all equations to 1e-11 at
+    four frequencies in a row that gave nothing to the basis and that the residual of all equations
+    points at, over 0.95 to 1.05 times the band and its harmonics. ``certificate`` of the result
+    tells the largest difference left there, which round-off bounds from below: by about the
+    ratio of the highest to the lowest natural frequency, squared, times 1e-16. It is a
+    measurement at these frequencies; `recover` checks any single point against all equations.
+    """
+    if not isinstance(model, Model) or isinstance(model, CondensedModel):
+        raise TypeError(f"model={check.shown(model)}: expected a Model that is not condensed")
+    basis = FourierBasis(check_harmonics(harmonics))
+    edges = check.array("frequency", frequency, "positive")
+    if edges.shape != (2,) or edges[0] == edges[1]:
+        raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
+    band = float(edges.min()), float(edges.max())
+    tolerance = check.scalar("tolerance", tolerance, "positive")
+    masters = _kept(model, dofs)
+    patterns = _patterns(model, excitation, basis, masters)
+    others = np.setdiff1d(np.arange(model.n_dof), masters)
+    interior = Interior(model, masters, patterns[others])
+    bands = [CondensedModel.band(n, band) for n in basis.harmonics if n]
+    reduced, certificate = reduce(interior, bands)
+    if not certificate.error <= tolerance:
+        raise ValueError(
+            f"tolerance={tolerance:g}: responses are exact to {certificate.error:.1e} only, after "
+            f"{certificate.n_factorisations} factorisations; a narrower band has fewer modes, and "
+            "a structure of less different stiffnesses less round-off"
+        )
+    seen = Seen(reduced.whole, reduced.undamped, interior.at_rest, reduced.held, patterns)
+    return CondensedModel(model, masters, band, basis.harmonics, seen, certificate)
+
+
+def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
+    """The degrees of freedom of the contacts, and others, ascending."""
+    if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
+        raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
+    kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in dofs}
+    kept |= {dof for contact in model.contacts for dof in contact}
+    if not kept:
+        raise ValueError("dofs=(): expected at least one for a structure without contacts")
+    if len(kept) == model.n_dof:
+        raise ValueError("dofs: expected fewer, nothing is left to be eliminated")
+    return np.array(sorted(kept), dtype=np.intp)
+
+
+def _patterns(
+    model: Model, excitation: Any, basis: FourierBasis, masters: NDArray[np.intp]
+) -> FloatArray:
+    """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 on what is kept."""
+    several: Sequence[Excitation]
+    several = excitation if isinstance(excitation, (list, tuple)) else [excitation]
+    for one in several:
+        if isinstance(one, type) or not callable(getattr(one, "shape", None)):
+            raise TypeError(f"excitation={check.shown(one)}: expected an excitation or a list")
+    if not several:
+        raise ValueError("excitation=[]: expected at least one")
+    shapes = np.hstack([one.shape(model.n_dof, basis) for one in several])
+    size = np.abs(shapes).max(axis=0)
+    shapes = shapes[:, size > 0] / size[size > 0]
+    shapes[masters] = 0.0
+    q, r, _ = qr(shapes, mode="economic", pivoting=True)  # type: ignore
+    return np.asarray(q)[:, np.abs(r.diagonal()) > 1e-13]

@@ -1,0 +1,76 @@
+"""Modes of a condensed structure with its contacts, as few numbers of its dynamic stiffness tell.
+
+At a frequency ``s`` the undamped ``Z(s)`` with the springs of the contacts has one negative
+eigenvalue per mode below ``s`` beyond those that the structure has there with the kept degrees of
+freedom held (Wittrick and Williams): modes are counted exactly, and none is computed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.condensed_model import CondensedModel
+from symhbm.fourier import FloatArray
+
+_BESIDE = 1e-9
+"""Distance from a natural frequency of the held structure, relative, at which Z has no digits."""
+
+
+class CondensedModes(NamedTuple):
+    """All modes in ascending order, arrays (n_modes,).
+
+    ``detuning``, the natural less the exciting frequency [rad/s]: its sign is exact, its size to
+    first order and within the natural frequencies of the held structure around it; ``width``, half
+    that of the resonance [rad/s], NaN where the mode is far away; ``shapes`` (n_dof, n_modes), the
+    motion of a mode of unit mass, NaN likewise.
+    """
+
+    detuning: FloatArray
+    width: FloatArray
+    shapes: FloatArray
+
+
+def condensed_modes(
+    model: CondensedModel, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
+) -> CondensedModes:
+    """Modes near a harmonic of an angular ``frequency`` [rad/s].
+
+    ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
+    what they take out of it [N/m].
+    """
+    s, n_dof, held = harmonic * frequency, model.n_dof, model.seen.held
+    if np.abs(held / s - 1).min(initial=1.0) < _BESIDE:
+        s *= 1 + 2 * _BESIDE  # Z is infinite where the held structure resonates
+    stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
+    directions = model.directions.toarray()
+    eigenvalues, vectors = np.linalg.eigh(_symmetric(stiffness) + _square(directions, spring))
+    damping = _symmetric(model.matrices[harmonic](s)[0].imag[:, :n_dof])
+    damping = damping + _square(directions, loss)
+    # The derivative of Z by the frequency is that of the inertia of a motion, interior included.
+    inertia = np.maximum(-_each(vectors, slope), 1e-300)
+    below = int(np.count_nonzero(held < s))
+    whole = len(held) + n_dof
+    detuning, width = np.zeros(whole), np.full(whole, np.nan)
+    shapes = np.full((n_dof, whole), np.nan)
+    near = slice(below, below + n_dof)
+    detuning[near] = eigenvalues / inertia
+    width[near] = np.abs(_each(vectors, damping)) / inertia
+    shapes[:, near] = vectors * np.sqrt(2 * s / inertia)
+    # Each mode lies between two of the held structure.
+    lowest = np.concatenate([np.full(n_dof, -np.inf), held - s])
+    highest = np.concatenate([held - s, np.full(n_dof, np.inf)])
+    return CondensedModes(np.clip(detuning, lowest, highest), width, shapes)
+
+
+def _each(vectors: FloatArray, matrix: FloatArray) -> FloatArray:
+    """The quadratic form of each column."""
+    return np.sum(vectors * (matrix @ vectors), axis=0)
+
+
+def _symmetric(matrix: NDArray) -> FloatArray:
+    return (matrix + matrix.T) / 2
+
+
+def _square(directions: FloatArray, factors: FloatArray) -> FloatArray:
+    return (directions.T * factors) @ directions
