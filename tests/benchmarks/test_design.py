@@ -6,7 +6,7 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from tests.benchmarks.test_speed import ring
+from tests.benchmarks.problems import ring
 
 CASES = {
     "blade (1,)": (fig03.problem, (0.05, 500.0), (5.0, 40.0)),

@@ -6,13 +6,7 @@ import pytest
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.linear import Factorisation
-
-RING = {"n_blades": 13, "mass": 1, "stiffness": 1e4, "damping": 0.5, "contact_stiffness": 1e6}
-
-
-def ring(harmonics, load):
-    disk = sh.bladed_disk(**RING, friction_coefficient=0.5, normal_load=load)
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3), harmonics)
+from tests.benchmarks.problems import ring
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)], ids=str)

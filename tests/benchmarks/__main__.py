@@ -1,0 +1,41 @@
+"""How fast symhbm is, in ratios of one run: ``python -m tests.benchmarks``."""
+
+import os
+
+# Before NumPy is imported.
+for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
+import click  # noqa: E402
+
+from tests.benchmarks import comparison, own  # noqa: E402
+from tests.benchmarks.table import machine, put_into_readme  # noqa: E402
+
+MEASUREMENTS = {
+    "blade": comparison.blade,
+    "ring": comparison.ring,
+    "step": own.step,
+    "ensemble": own.ensemble,
+    "processes": own.processes,
+    "growth": own.growth,
+    "start": own.start,
+}
+
+
+@click.command()
+@click.argument("measurements", nargs=-1, type=click.Choice([*MEASUREMENTS]))
+@click.option("--readme", is_flag=True, help="Put the tables between the markers of README.md.")
+def main(measurements: tuple[str, ...], readme: bool) -> None:
+    """Measure CPU times of MEASUREMENTS, by default all, and print them as Markdown tables."""
+    sections = [f"Measured by `python -m tests.benchmarks` on {machine()}"]
+    click.echo(sections[0])
+    for measurement in measurements or MEASUREMENTS:
+        for table in MEASUREMENTS[measurement]():
+            sections.append(str(table))
+            click.echo(f"\n{table}")
+    if readme:
+        put_into_readme("\n\n".join(sections))
+
+
+if __name__ == "__main__":
+    main()

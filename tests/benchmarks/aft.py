@@ -1,0 +1,107 @@
+"""Harmonic balance over samples (alternating frequency and time), compiled by numba.
+
+The dry friction elements are marched over samples, the Jacobian is that of the marching. For models
+with constant normal loads and friction alone, without harmonic 0.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+import symhbm as sh
+from tests.benchmarks.marching import Friction, add_friction, friction_tables
+
+
+class System(NamedTuple):
+    """Equations of one problem as arrays: the linear part by its entries, and the contacts."""
+
+    row: np.ndarray
+    column: np.ndarray
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    order: np.ndarray
+    force: np.ndarray
+    friction: Friction
+
+
+def system_of(problem: sh.HarmonicBalance, samples: int) -> System:
+    """The equations of a problem, its friction marched over so many samples of a period."""
+    model, order = problem.model, np.repeat(np.array(problem.harmonics), 2)
+    if order[0] == 0 or model.has_cubic_springs:
+        raise ValueError("expected friction alone and no harmonic 0")
+    mass, damping, stiffness = (
+        np.asarray(matrix.todense())
+        for matrix in (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
+    )
+    row, column = np.nonzero(abs(mass) + abs(damping) + abs(stiffness))
+    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, problem.basis)
+    dofs = np.array([(*contact, -1)[:2] for contact in model.contacts])
+    limit = model.friction_coefficient * model.normal_load
+    friction = Friction(
+        dofs, np.asarray(model.contact_stiffness), limit, *friction_tables(order, samples)
+    )
+    return System(
+        row,
+        column,
+        mass[row, column],
+        damping[row, column],
+        stiffness[row, column],
+        order.astype(float),
+        force.ravel(),
+        friction,
+    )
+
+
+@njit
+def evaluate(system, point, matrix):
+    """Residual; its Jacobian by the unknowns and the frequency goes to the rows of ``matrix``."""
+    size, omega = len(system.order), point[-1]
+    matrix[:-1] = 0.0
+    residual = -system.force
+    for entry in range(len(system.row)):
+        i, j = system.row[entry] * size, system.column[entry] * size
+        mass, damping = system.mass[entry], system.damping[entry]
+        for c in range(0, size, 2):
+            n = system.order[c]
+            direct = system.stiffness[entry] - (n * omega) ** 2 * mass
+            across = n * omega * damping
+            a, b = point[j + c], point[j + c + 1]
+            matrix[i + c, j + c] += direct
+            matrix[i + c, j + c + 1] += across
+            matrix[i + c + 1, j + c] -= across
+            matrix[i + c + 1, j + c + 1] += direct
+            residual[i + c] += direct * a + across * b
+            residual[i + c + 1] += direct * b - across * a
+            slope = -2 * n * n * omega * mass
+            matrix[i + c, -1] += slope * a + n * damping * b
+            matrix[i + c + 1, -1] += slope * b - n * damping * a
+    add_friction(system.friction, point, residual, matrix)
+    return residual
+
+
+@njit
+def amplitudes(system, point):
+    """Amplitude of each degree of freedom: the highest sample and a parabola through it."""
+    size = len(system.order)
+    n_dof = (len(point) - 1) // size
+    found = np.empty(n_dof)
+    for dof in range(n_dof):
+        x = point[dof * size : (dof + 1) * size]
+        if size == 2:
+            found[dof] = np.hypot(x[0], x[1])
+            continue
+        motion = np.abs(np.dot(system.friction.at_sample, x))
+        top = np.argmax(motion)
+        before, after = motion[top - 1], motion[(top + 1) % len(motion)]
+        curvature = before - 2 * motion[top] + after
+        found[dof] = motion[top] - (after - before) ** 2 / (8 * curvature)
+    return found
+
+
+def evaluation(problem: sh.HarmonicBalance, samples: int, unknowns: np.ndarray, omega: float):
+    """A call that evaluates residual and Jacobian at the unknowns [m] and a frequency [rad/s]."""
+    system, point = system_of(problem, samples), np.append(unknowns, omega)
+    matrix = np.zeros((len(point),) * 2)
+    return lambda: evaluate(system, point, matrix)

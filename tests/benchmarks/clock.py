@@ -1,0 +1,51 @@
+"""CPU seconds of programs that take turns, so that noise hits all alike."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+ROUNDS = 5
+SLOW, SLOWEST = 1.0, 8.0
+"""CPU seconds of a call from which on one more is enough, or none."""
+
+Prepared = Callable[[], Callable[[], Any]]
+"""Prepares a program, which is not timed, and returns what is."""
+
+
+@dataclass
+class Timed:
+    """CPU seconds of a call, and its result."""
+
+    seconds: float
+    result: Any
+
+
+def cpu(function: Callable[[], Any]) -> Timed:
+    """CPU seconds of one call."""
+    start = time.process_time()
+    result = function()
+    return Timed(time.process_time() - start, result)
+
+
+def take_turns(programs: dict[str, Prepared], rounds: int = ROUNDS) -> dict[str, Timed]:
+    """Best of several calls of each program, after one that warms it up."""
+    first = {name: cpu(prepare()) for name, prepare in programs.items()}
+    best = {name: timed for name, timed in first.items() if timed.seconds >= SLOWEST}
+    for turn in range(rounds):
+        for name, prepare in programs.items():
+            if first[name].seconds < (SLOWEST if turn == 0 else SLOW):
+                found = cpu(prepare())
+                if turn == 0 or found.seconds < best[name].seconds:
+                    best[name] = found
+    return best
+
+
+def repeated(function: Callable[[], Any], calls: int = 200) -> float:
+    """CPU seconds of one of many short calls, best of several rounds."""
+
+    def many() -> None:
+        for _ in range(calls):
+            function()
+
+    return min(cpu(many).seconds for _ in range(ROUNDS)) / calls

@@ -1,0 +1,176 @@
+"""This library by itself: steps, ensembles, growth with the size, starting."""
+
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+from scipy.linalg import lu_factor
+
+import symhbm as sh
+from tests.benchmarks.clock import cpu, repeated, take_turns
+from tests.benchmarks.problems import (
+    BLADE_BAND,
+    ENSEMBLE_BAND,
+    RING_BAND,
+    blade,
+    draws,
+    mistuned,
+    ring,
+)
+from tests.benchmarks.programs import MissingError, optional
+from tests.benchmarks.table import Table, ratio, seconds
+
+N_SAMPLES = 16
+SIZES = (13, 50, 200, 1000, 2000)
+GROWTH_START, GROWTH_WIDTH = 204.0, 400.0
+"""First frequency of the bands over which sizes are compared, and blades times their width [Hz]."""
+LIMIT = 30.0
+"""CPU seconds of one size from which on larger ones are left out."""
+RUNS = 3
+FRESH = """
+import time
+start = time.process_time()
+import symhbm as sh
+imported = time.process_time()
+from tests.benchmarks.problems import blade
+problem = blade(3)
+sh.solve(problem, frequency=19.5)
+print(imported - start, time.process_time() - imported)
+"""
+
+
+def step() -> list[Table]:
+    """Time of a point over that of the work it cannot do without."""
+    header = ["curve", "points", "time per point", "evaluation", "LAPACK", "point / both"]
+    caption = (
+        "**A step** of the continuation, peaks and events included, over one residual with its "
+        "Jacobian and one factorisation by LAPACK of the same size: as this library evaluates "
+        "them, and in brackets as the compiled loop does (256 samples)."
+    )
+    table = Table(caption, header)
+    cases = {
+        "blade, 3 N": (blade(3), BLADE_BAND),
+        "ring, 10 N": (ring((1,), 10), RING_BAND),
+        "mistuned ring, 10 N": (mistuned(13), ENSEMBLE_BAND),
+    }
+    for case, (problem, band) in cases.items():
+        timed = _curve(problem, band)
+        point = timed.seconds / int(timed.result.n_points)
+        found = timed.result.isel(point=timed.result.sizes["point"] // 2)
+        unknowns = found.coefficient.transpose("dof", "harmonic", "component").values.ravel()
+        omega = 2 * np.pi * float(found.frequency)
+        evaluation = repeated(lambda p=problem, u=unknowns, w=omega: p.evaluate(u, w))
+        square = np.eye(len(unknowns) + 1) + np.random.default_rng(0).random(
+            (len(unknowns) + 1,) * 2
+        )
+        lapack = repeated(lambda a=square: lu_factor(a, check_finite=False))
+        row = [case, str(int(timed.result.n_points)), seconds(point)]
+        both, inner = ratio(point / (evaluation + lapack)), seconds(evaluation)
+        try:
+            marched = optional("aft").evaluation(problem, 256, unknowns, omega)
+            compiled = repeated(marched)
+            both += f" ({ratio(point / (compiled + lapack))})"
+            inner += f" ({seconds(compiled)})"
+        except MissingError as error:
+            table.remarks.append(str(error))
+        table.rows.append([*row, inner, seconds(lapack), both])
+    return [table]
+
+
+def ensemble() -> list[Table]:
+    """Mistuned frequency responses per second of one core."""
+    timed = take_turns({"ensemble": lambda: _ensemble}, rounds=1)["ensemble"]
+    found = timed.result
+    header = ["curves per second and core", "points", "peaks", "events", "complete"]
+    complete = int(np.sum(found.status == sh.Status.REACHED_END))
+    means = [f"{float(found[name].mean()):.1f}" for name in ("n_points", "n_peaks", "n_events")]
+    rate = f"{N_SAMPLES / timed.seconds:.2f}"
+    caption = (
+        f"**Ensemble** of {N_SAMPLES} mistuned rings of 13 blades, 50 to 350 Hz, one harmonic, in "
+        "one process; means per curve."
+    )
+    return [Table(caption, header, [[rate, *means, f"{complete} of {N_SAMPLES}"]])]
+
+
+def processes() -> list[Table]:
+    """The same ensemble by one and by two processes, on the wall clock."""
+    wall: dict[int, list[float]] = {1: [], 2: []}
+    pools = {workers: ProcessPoolExecutor(workers) for workers in wall}
+    try:
+        for turn in range(3):
+            for workers, pool in pools.items():
+                start = time.perf_counter()
+                _ensemble(pool)
+                if turn:  # the first starts the processes, which compile the equations
+                    wall[workers].append(time.perf_counter() - start)
+    finally:
+        for pool in pools.values():
+            pool.shutdown()
+    one, two = (min(times) for times in wall.values())
+    caption = "**Processes**: the same ensemble through `executor=`, wall clock, processes warm."
+    header = ["one process", "two processes", "speed-up"]
+    return [Table(caption, header, [[seconds(one), seconds(two), ratio(one / two)]])]
+
+
+def growth() -> list[Table]:
+    """Time per point over the number of blades."""
+    caption = (
+        f"**Growth**: mistuned rings, one harmonic, from {GROWTH_START:g} Hz over a band of "
+        f"{GROWTH_WIDTH:g} Hz over the number of blades."
+    )
+    header = ["blades", "points", "points per Hz", "events", "peaks", "linear solves", "curve"]
+    table = Table(caption, [*header, "per point", "per solve"])
+    measured = []
+    for size in SIZES:
+        problem, width = mistuned(size), GROWTH_WIDTH / size
+        timed = _curve(problem, (GROWTH_START, GROWTH_START + width), keep=["amplitude"])
+        names = ("n_points", "n_events", "n_peaks", "linear_solves")
+        points, events, peaks, solves = (int(timed.result[name]) for name in names)
+        each = timed.seconds / points, timed.seconds / solves, points / width
+        measured.append((size, *each))
+        counts = [str(points), f"{points / width:.0f}", str(events), str(peaks), str(solves)]
+        times = [seconds(value) for value in (timed.seconds, *each[:2])]
+        table.rows.append([str(size), *counts, *times])
+        if timed.seconds > LIMIT:
+            if size != SIZES[-1]:
+                table.remarks.append(f"Larger rings left out: {size} took over {LIMIT:g} s.")
+            break
+    large = np.log([row for row in measured if row[0] >= 50])
+    if len(large) > 1:
+        per_point, per_solve, density = np.polyfit(large[:, 0], large[:, 1:], 1)[0]
+        table.remarks.append(
+            f"Exponents over the number of blades from 50 on: {per_point:.2f} per point, "
+            f"{per_solve:.2f} per linear solve; {density:.2f} for the points per Hz."
+        )
+    return [table]
+
+
+def start() -> list[Table]:
+    """Import and first solution in fresh processes, and building many harmonics."""
+    runs = [
+        subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
+        for _ in range(RUNS)
+    ]
+    imported, solved = np.min([np.array(run.stdout.split(), float) for run in runs], axis=0)
+    built = min(cpu(lambda: ring(tuple(range(1, 32)), 10)).seconds for _ in range(RUNS))
+    header = ["import symhbm", "first problem and solution", "ring with harmonics 1 to 31 built"]
+    row = [seconds(value) for value in (imported, solved, built)]
+    return [Table("**Start** in a fresh process, CPU time.", header, [row])]
+
+
+def _curve(problem: sh.HarmonicBalance, band: tuple[float, float], **options):
+    """The curve of the whole structure, timed."""
+
+    def run():
+        return sh.frf(problem, band, sector=False, progress=False, **options)
+
+    return take_turns({"curve": lambda: run}, rounds=3)["curve"]
+
+
+def _ensemble(executor: ProcessPoolExecutor | None = None):
+    problem = ring((1,), 10)
+    keep = ["amplitude", "peak_frequency", "peak_amplitude"]
+    over = draws(problem, N_SAMPLES)
+    return sh.frf(problem, ENSEMBLE_BAND, over=over, keep=keep, executor=executor, progress=False)
