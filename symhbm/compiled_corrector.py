@@ -19,7 +19,7 @@ from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
 from symhbm.fourier import FloatArray
 from symhbm.native import native
-from symhbm.newton_graph import DONE, FAILED, correction, tangent
+from symhbm.newton_graph import DONE, correction, tangent
 from symhbm.point_system import SCALARS, point_system
 
 _OFTEN = 50
@@ -56,10 +56,11 @@ class CompiledCorrector:
         else:
             assert isinstance(constraint, AtLimit)
             normal[:], limit[constraint.contact] = 0.0, 1.0
-        point, direction, progress, values = self._correct.outputs
-        progress[:] = FAILED, 1  # what stays where LAPACK refuses a singular matrix
-        self._correct.run()
-        status, solves = progress
+        try:
+            self._correct.run()
+        except RuntimeError:
+            return None, 1  # LAPACK refuses a matrix that is exactly singular
+        point, direction, (status, solves), values = self._correct.outputs
         if status != DONE:
             return None, int(solves)
         return self._corrected(point.copy(), direction.copy(), values), int(solves)
@@ -71,9 +72,11 @@ class CompiledCorrector:
         _, at, normal, imposed, settings = self._tangent.inputs
         at[:], normal[:], imposed[:] = point, row, slip
         settings[:2] = scale[0], scale[-1]
+        try:
+            self._tangent.run()
+        except RuntimeError:
+            return None
         direction, values = self._tangent.outputs
-        direction[:] = np.nan
-        self._tangent.run()
         if not np.isfinite(direction).all():
             return None
         return self._corrected(point, direction.copy(), values)
