@@ -4,13 +4,18 @@ Along one period the slider is marched over the reversals of the relative displa
 each change from stick to slip is located.
 """
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.extremes import TurningPoints, monotone_root, turning_points
+from symhbm.crossings import Motions
+from symhbm.extremes import TurningPoints, points_in_cells, turning_cells
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import LocatedFriction, full_stick, limit_excess
 from symhbm.one_harmonic import locate_one_harmonic
+from symhbm.two_reversals import locate_two_reversals
 
 
 def locate(
@@ -40,42 +45,55 @@ def locate(
     """
     if basis.highest == 1:
         return locate_one_harmonic(basis, coefficients, contact_stiffness, slip_limit, slip)
-    points = turning_points(basis, coefficients)
+    if basis.divisor > 1:
+        found = locate(basis.reduced, coefficients, contact_stiffness, slip_limit, slip)
+        return _repeated(found, basis.divisor)
+    motions = Motions(basis, coefficients)
+    cells = turning_cells(motions)
+    if cells is not None:
+        found = locate_two_reversals(motions, cells, contact_stiffness, slip_limit, slip)
+        if found is not None:
+            return found
+    points = points_in_cells(motions, cells)
     rows = np.arange(len(coefficients))
     spread = points.value[:, 0] - points.value[rows, points.lowest]
+    high, low = points.functions[:, 0], points.functions[rows, points.lowest]
     excess, state = limit_excess(spread, contact_stiffness, slip_limit, slip)
+    moves, simple = points.count > 0, points.count == 2
 
-    angle, stick, sign, origin = _march(basis, coefficients, points, contact_stiffness, slip_limit)
-    moments = basis.moments(angle)
-    on_interval = basis.integrals(moments)
-    run_start = basis.values(origin)
-    matrix = basis.products(np.einsum("ck,ckq->cq", stick, moments))
-    matrix -= np.einsum("ck,cki,ckj->cij", stick, on_interval, run_start)
-    vector = np.einsum("ck,cki->ci", sign, on_interval)
-
-    high, low = basis.values(points.angle[:, 0]), basis.values(points.angle[rows, points.lowest])
-    moves = points.count > 0
-    held = ~state
-    matrix[held] = full_stick(basis, high[held], low[held], moves[held])
-    vector[held] = 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gradient = np.where(moves[:, None], (high - low) / spread[:, None], 0.0)
-
-    # The run of a contact that slips on a branch ends there.
-    ends = (origin[:, 1::2] != origin[:, 0::2]) & (state & (excess > 0) & moves)[:, None]
-    simple = points.count == 2
+    matrix, vector = full_stick(basis, high, low, moves), np.zeros(coefficients.shape)
+    matrix[state] = 0.0
+    stick = np.where(state, 0.0, 1.0)
+    theta_0 = np.where(simple, points.angle[:, 0] % (2 * np.pi), np.nan)
+    theta_star = np.full(len(rows), np.nan)
+    stretches = np.empty((2, len(rows), 0))
+    slides = state & moves
+    if slides.any():
+        # All at once need no copies.
+        some = slice(None) if slides.all() else np.flatnonzero(slides)
+        runs = _march(motions.of(some), points.of(some), contact_stiffness[some], slip_limit[some])
+        matrix[some], vector[some] = _force(basis, runs)
+        width = runs.end - runs.begin
+        stick[some] = width.sum(axis=1) / (np.pi if basis.mirrors else 2 * np.pi)
+        theta_star[some] = np.where(simple[some], runs.end[:, 0] % (2 * np.pi), np.nan)
+        # A contact held in slip short of its limit never leaves its stretch of stick.
+        leaves = runs.used & (excess[some] > 0)[:, None]
+        stretches = np.full((2, len(rows), width.shape[1]), np.nan)
+        stretches[:, some] = np.where(leaves, (runs.begin, runs.end), np.nan)
+        if basis.mirrors:
+            stretches = np.concatenate([stretches, stretches + np.pi], axis=2)
     return LocatedFriction(
         matrix=matrix,
         vector=vector,
         slip=state,
         excess=excess,
-        excess_gradient=gradient,
-        theta_0=np.where(simple, points.angle[:, 0] % (2 * np.pi), np.nan),
-        theta_star=np.where(simple & state, angle[:, 1] % (2 * np.pi), np.nan),
-        stick_fraction=np.where(state, (stick * np.diff(angle)).sum(axis=1) / (2 * np.pi), 1.0),
+        excess_gradient=(high - low) / np.where(spread > 0, spread, np.inf)[:, None],
+        theta_0=theta_0,
+        theta_star=theta_star,
+        stick_fraction=stick,
         reversals=points.count,
-        stick_begin=np.where(ends, origin[:, 0::2], np.nan),
-        stick_end=np.where(ends, angle[:, 1::2], np.nan),
+        stick_begin=stretches[0],
+        stick_end=stretches[1],
     )
 
 
@@ -94,87 +112,122 @@ def stick_intervals(
     return locate(basis, coefficients, contact_stiffness, slip_limit).stick_intervals
 
 
+def _repeated(friction: LocatedFriction, times: int) -> LocatedFriction:
+    """The events of the same motions with as many periods in one."""
+    shift = 2 * np.pi / times * np.arange(times)[:, None]
+    begin, end = (
+        (at[:, None] / times + shift).reshape(len(at), -1)
+        for at in (friction.stick_begin, friction.stick_end)
+    )
+    unknown = np.full(len(begin), np.nan)
+    return replace(
+        friction,
+        theta_0=unknown,
+        theta_star=unknown,
+        reversals=friction.reversals * times,
+        stick_begin=begin,
+        stick_end=end,
+    )
+
+
+class _Runs(NamedTuple):
+    """Stretches of stick up to an onset of slip, (n_contacts, n_runs), those not ``used`` empty.
+
+    ``begin`` and ``end`` [rad]; the basis ``functions`` at the begin; ``jump``, by how much the
+    sign of the limit that the force is tied to changes at the end. Where motions mirror, they are
+    those of half a period.
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    functions: FloatArray
+    jump: FloatArray
+    used: NDArray[np.bool_]
+
+
+def _force(basis: FourierBasis, runs: _Runs) -> tuple[FloatArray, FloatArray]:
+    """``A`` and ``b`` of contacts that slip."""
+    moments = basis.moments_from(runs.begin, runs.end - runs.begin)
+    on_run = basis.integrals(moments)
+    matrix = basis.products(moments.sum(axis=1)) - on_run.swapaxes(1, 2) @ runs.functions
+    # The integral of the sign, by parts.
+    vector = (-runs.jump[:, None] @ basis.values(runs.end, -1))[:, 0] * basis.norm
+    if basis.order[0] == 0:
+        vector[:, 0] = 1 - (runs.jump * runs.end).sum(axis=1) / (2 * np.pi)
+    return (2 * matrix, 2 * vector) if basis.mirrors else (matrix, vector)
+
+
 def _march(
-    basis: FourierBasis,
-    coefficients: FloatArray,
+    motions: Motions,
     points: TurningPoints,
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """March the slider once around the period, from the global maximum, where ``f = g``.
+) -> _Runs:
+    """March the sliders from the global maximum, where ``f = g``, once around the period.
 
-    Returns the ends of the intervals (n_contacts, n + 1), and per interval (n_contacts, n) whether
-    it sticks (1.0 or 0.0), the sign of the limit its force is tied to, and the angle at which its
-    stick run began. Sticking and slipping intervals alternate; either may be empty.
+    At the global minimum ``f = -g``; where motions mirror, the march ends there.
     """
-    n_contacts = len(coefficients)
-    start = np.column_stack([points.angle, points.angle[:, 0] + 2 * np.pi])
-    still = points.count == 0
-    start[still, -1] = start[still, 0]
-    value = np.column_stack([points.value, points.value[:, 0]])
-    n_branches = start.shape[1] - 1
-    force, sign, origin = slip_limit.copy(), np.ones(n_contacts), start[:, 0].copy()
-    target = np.empty((n_contacts, n_branches))
-    slips = np.zeros((n_contacts, n_branches), dtype=bool)
-    signs = np.empty((n_contacts, 2 * n_branches))
-    origins = np.empty((n_contacts, 2 * n_branches))
-    stiffness = np.where(contact_stiffness > 0, contact_stiffness, 1.0)
-    for k in range(n_branches):
-        trial = force + contact_stiffness * (value[:, k + 1] - value[:, k])
-        at_low = (k + 1 == points.lowest) if k + 1 < n_branches else np.zeros(n_contacts, bool)
-        at_high = k + 1 == n_branches
-        limited = np.clip(trial, -slip_limit, slip_limit)
-        limited = np.where(at_low, -slip_limit, slip_limit if at_high else limited)
-        slips[:, k] = (np.abs(trial) > slip_limit) | at_low | at_high
-        target[:, k] = value[:, k] + (limited - force) / stiffness
-        signs[:, 2 * k], origins[:, 2 * k] = sign, origin
-        reached = np.where(at_low, -1.0, 1.0 if at_high else np.where(trial < 0, -1.0, 1.0))
-        sign = np.where(slips[:, k], reached, sign)
-        origin = np.where(slips[:, k], start[:, k + 1], origin)
-        signs[:, 2 * k + 1], origins[:, 2 * k + 1] = sign, origin
-        force = limited
+    angle, value, mirrors = points.angle, points.value, motions.basis.mirrors
+    if mirrors:
+        middle = angle.shape[1] // 2
+        angle, value = angle[:, : middle + 1], value[:, : middle + 1]
+    else:
+        angle = np.concatenate([angle, angle[:, :1] + 2 * np.pi], axis=1)
+        value = np.concatenate([value, value[:, :1]], axis=1)
+    step = contact_stiffness[:, None] * (value[:, 1:] - value[:, :-1])
+    branch = np.arange(step.shape[1])
+    # Whatever round-off says of the extremes, the force reaches its limits there.
+    pull = np.where(branch == points.lowest[:, None] - 1, -np.inf, step)
+    if mirrors:
+        pull[branch >= points.lowest[:, None]] = 0.0
+    else:
+        pull[:, -1] = np.inf
+    force, trial = np.empty(angle.shape), np.empty(step.shape)
+    force[:, 0] = slip_limit
+    for k in branch:
+        trial[:, k] = force[:, k] + pull[:, k]
+        force[:, k + 1] = np.minimum(np.maximum(trial[:, k], -slip_limit), slip_limit)
+    slips = np.abs(trial) > slip_limit[:, None]
+    sign = np.where(trial > 0, 1.0, -1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (force[:, 1:] - force[:, :-1]) / step
 
-    onset = start[:, 1:].copy()
-    contact, branch = np.nonzero(slips)
-    onset[contact, branch] = _onset(
-        basis,
-        coefficients[contact],
-        start[contact, branch],
-        start[contact, branch + 1],
-        value[contact, branch],
-        value[contact, branch + 1],
-        target[contact, branch],
-    )
-    angle = np.empty((n_contacts, 2 * n_branches + 1))
-    angle[:, 0::2] = start
-    angle[:, 1::2] = onset
-    stick = np.zeros((n_contacts, 2 * n_branches))
-    stick[:, 0::2] = 1.0
-    return angle, stick, signs, origins
+    branches = angle[:, :-1], angle[:, 1:], value[:, :-1], value[:, 1:], share, sign
+
+    used, begin, functions = slips, angle[:, :-1], points.functions[:, : len(branch)]
+    if not slips.all():
+        # The branches on which slip begins in front, each contact its own.
+        rows, n_slips = np.arange(len(slips))[:, None], slips.sum(axis=1)[:, None]
+        branch = np.argsort(~slips, axis=1, kind="stable")[:, : n_slips.max()]
+        used = np.arange(branch.shape[1]) < n_slips
+        branches = tuple(part[rows, branch] for part in branches)
+        start = np.zeros_like(branch)
+        start[:, 1:] = (branch[:, :-1] + 1) * used[:, 1:]
+        begin, functions = angle[rows, start], points.functions[rows, start]
+    *stretch, sign = branches
+    end = np.where(used, _onset(motions, used, *stretch), begin)
+    jump = sign.copy()
+    jump[:, 0] -= 1.0
+    jump[:, 1:] -= sign[:, :-1]
+    return _Runs(begin, end, functions, jump * used, used)
 
 
-def _onset(basis, coefficients, left, right, y_left, y_right, target) -> FloatArray:
-    """Angles where ``y`` reaches ``target`` on monotone branches (closed form for one harmonic)."""
-    span = np.where(y_right == y_left, 1.0, y_right - y_left)
-    share = np.clip((target - y_left) / span, 0.0, 1.0)
-    guess = left + (right - left) * np.arccos(1 - 2 * share) / np.pi
-    inside = (share > 0) & (share < 1)
-    if basis.has_one_harmonic or not inside.any():
-        return guess
-    aim = target[inside]
-    weights = [basis.weights(coefficients[inside], derivative) for derivative in (0, 1)]
-
-    def value_and_slope(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        trigonometric = basis.trigonometric(tau)
-        value, slope = (np.einsum("kj,kj->k", trigonometric, w) for w in weights)
-        return value - aim, slope
-
-    guess[inside] = monotone_root(
-        value_and_slope,
-        left[inside],
-        right[inside],
-        (y_right > y_left)[inside],
-        guess[inside],
-        np.finfo(float).eps * np.abs(coefficients[inside]).sum(axis=1),
-    )
-    return guess
+def _onset(
+    motions: Motions,
+    used: NDArray[np.bool_],
+    left: FloatArray,
+    right: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    share: FloatArray,
+) -> FloatArray:
+    """Angles at which ``y`` has gone a ``share`` of its way from ``low`` to ``high``."""
+    # Without spring or limit there is no way to go: slip begins at once.
+    share = np.where(share > 0, np.minimum(share, 1.0), 0.0)
+    onset = left + (right - left) * (2 / np.pi) * np.arcsin(np.sqrt(share))
+    inside = used & (share > 0) & (share < 1)
+    owner = np.nonzero(inside)[0]
+    left, right, low, high = left[inside], right[inside], low[inside], high[inside]
+    level = low + share[inside] * (high - low)
+    onset[inside] = motions.crossings(owner, 0, level, left, right, high > low, onset[inside])
+    return onset

@@ -1,20 +1,26 @@
 """Turning points of trigonometric polynomials, all of them, and the largest displacement."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from symhbm.crossings import Motions
 from symhbm.fourier import FloatArray, FourierBasis
 
-# Any angle that is no simple fraction of a turn: structured motions have turning points at those,
-# and a turning point on a cell boundary costs a second pass.
-_OFFSETS = (0.0137, 0.2718, 0.5772)
-_DEPTH = 26
-_CELLS = 8
+_OFFSET = 0.0137
+"""Where the first cell begins: structured motions have turning points at simple fractions."""
+_CELLS = 16
 """First cells per period of the highest harmonic."""
-_MACHINE = np.finfo(float).eps
+_DEPTHS = 24, 12, 6
+"""Times a cell is halved: down to 1e-8 rad, or less often where multiple zeros drown in noise."""
+_TINY = 1e-300
+"""A slope that is none, with a sign."""
+_SMALL, _LARGE = 1e-100, 1e100
+"""Between these sizes products of coefficients neither vanish nor overflow."""
 
 
 @dataclass(frozen=True)
@@ -23,17 +29,40 @@ class TurningPoints:
 
     ``angle`` (n_motions, n_max) in rad, ascending, starts at the global maximum of each motion and
     is padded with the last angle; ``count`` (n_motions,) is the number of valid ones, 0 for a
-    motion that is constant; ``value`` (n_motions, n_max) is the displacement there.
+    motion that is constant; ``value`` (n_motions, n_max) is the displacement there and
+    ``functions`` (n_motions, n_max, n_components) are the basis functions. ``lowest``
+    (n_motions,) is the position of the global minimum, half a period on where motions mirror.
     """
 
     angle: FloatArray
     value: FloatArray
-    count: np.ndarray
+    count: NDArray[np.int_]
+    functions: FloatArray
+    lowest: NDArray[np.intp]
 
-    @property
-    def lowest(self) -> np.ndarray:
-        """Position of the global minimum among the turning points, shape ``(n_motions,)``."""
-        return np.argmin(self.value, axis=1)
+    def of(self, motions: NDArray[np.intp] | slice) -> "TurningPoints":
+        """Those of some motions alone."""
+        return TurningPoints(
+            self.angle[motions],
+            self.value[motions],
+            self.count[motions],
+            self.functions[motions],
+            self.lowest[motions],
+        )
+
+
+class Cells(NamedTuple):
+    """Stretches of motions, (n_cells,) each; slope and curvature at both ends, (n_cells, 2)."""
+
+    owner: NDArray[np.intp]
+    left: FloatArray
+    width: FloatArray
+    begin: FloatArray
+    end: FloatArray
+
+    def where(self, which: NDArray) -> "Cells":
+        """Some of them alone."""
+        return Cells(*map(itemgetter(which), self))
 
 
 def turning_points(basis: FourierBasis, coefficients: FloatArray) -> TurningPoints:
@@ -43,15 +72,47 @@ def turning_points(basis: FourierBasis, coefficients: FloatArray) -> TurningPoin
     that ``dy/dtau`` is monotone in it, so close pairs are not missed. Pairs closer than 1e-7 rad
     are taken as no reversal: between them ``y`` moves by less than 1e-21 of its bound.
     """
-    coefficients = np.asarray(coefficients, dtype=float)
-    if not np.all(np.isfinite(coefficients)):
+    motions = Motions(basis, np.asarray(coefficients, dtype=float))
+    return points_in_cells(motions, turning_cells(motions))
+
+
+def turning_cells(motions: Motions) -> Cells | None:
+    """Stretches that hold one turning point each, all those of a period; of half one that mirrors.
+
+    None for motions whose turning points are known without, and for those that stand still or are
+    so small or large that products lose digits.
+    """
+    bounds = motions.bounds
+    if bounds[:, 1].min(initial=1.0) > _SMALL and bounds.max(initial=1.0) < _LARGE:
+        return None if motions.basis.has_one_harmonic else _cells(motions)
+    # Comparisons with what is not a number are false.
+    if not np.all(np.isfinite(motions.coefficients)):
         raise FloatingPointError("the coefficients of a motion are not finite")
+    return None
+
+
+def points_in_cells(motions: Motions, cells: Cells | None) -> TurningPoints:
+    """The turning points of motions from their `turning_cells`."""
+    if cells is not None:
+        return _from_highest(motions, cells.owner, _zeros(motions, cells))
+    basis, coefficients = motions.basis, motions.coefficients
+    vibration = np.where(basis.order > 0, coefficients, 0.0)
+    largest = np.abs(vibration).max(axis=1, initial=0.0)
+    moving = np.flatnonzero(largest)
+    scaled = Motions(basis, vibration[moving] / largest[moving, None])
     if basis.has_one_harmonic:
-        angle = _one_harmonic(basis, coefficients)
+        owner, root = _one_harmonic(scaled)
     else:
-        angle = _several_harmonics(basis, coefficients)
-    angle[~np.any(coefficients[:, basis.order > 0] != 0, axis=1)] = np.inf
-    return _from_highest(basis, coefficients, angle)
+        cells = _cells(scaled)
+        owner, root = cells.owner, _zeros(scaled, cells)
+    found = _from_highest(scaled, owner, root)
+    angle = np.zeros((len(coefficients), found.angle.shape[1]))
+    functions = np.tile(basis.values(0.0), (*angle.shape, 1))
+    count, lowest = np.zeros((2, len(coefficients)), dtype=int)
+    angle[moving], functions[moving] = found.angle, found.functions
+    count[moving], lowest[moving] = found.count, found.lowest
+    value = np.einsum("rkm,rm->rk", functions, coefficients)
+    return TurningPoints(angle, value, count, functions, lowest)
 
 
 def largest_displacement(
@@ -73,158 +134,134 @@ def largest_displacement(
     return np.abs(points.value[rows, at]), points.angle[rows, at]
 
 
-def _one_harmonic(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
-    n = int(basis.highest)
-    phase = np.arctan2(coefficients[:, -1], coefficients[:, -2]) % (2 * np.pi)
-    return (phase[:, None] + np.pi * np.arange(2 * n)) / n
-
-
-def _several_harmonics(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
-    """Angles of the turning points, ascending, padded with infinity: (n_motions, n_max)."""
-    n_motions = len(coefficients)
-    largest = np.abs(coefficients[:, basis.order > 0]).max(axis=1, initial=0.0)[:, None]
-    coefficients = coefficients / np.where(largest > 0, largest, 1.0)
-    todo = np.flatnonzero(largest > 0)
-    angle = np.full((n_motions, 2 * basis.highest + 2), np.inf)
-    for offset in _OFFSETS:
-        if not len(todo):
-            break
-        owner, root = _zeros_of_slope(basis, coefficients[todo], offset)
-        order = np.lexsort((root, owner))
-        owner, root = owner[order], root[order]
-        count = np.bincount(owner, minlength=len(todo))
-        place = np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
-        fits = place < angle.shape[1]
-        angle[todo] = np.inf
-        angle[todo[owner[fits]], place[fits]] = root[fits]
-        # Maxima and minima alternate unless a root on a cell boundary was lost or doubled.
-        curvature = basis.weights(coefficients[todo], 2)[owner]
-        rising = np.einsum("kj,kj->k", basis.trigonometric(root), curvature) > 0
-        last = (np.cumsum(count) - 1)[owner]
-        before = rising[np.where(place == 0, last, np.arange(len(owner)) - 1)]
-        bad = (count < 2) | (count % 2 == 1)
-        bad |= np.bincount(owner, weights=before == rising, minlength=len(todo)) > 0
-        todo = todo[bad]
-    if len(todo):
+def _from_highest(motions: Motions, owner: NDArray[np.intp], root: FloatArray) -> TurningPoints:
+    """From the ``root`` angles of a period, or of half one that mirrors, ascending by motion."""
+    basis, coefficients = motions.basis, motions.coefficients
+    functions = basis.values(root)
+    value = (functions * coefficients[owner]).sum(axis=1)
+    count = np.bincount(owner, minlength=len(coefficients))[:, None]
+    if not count.all():
         raise ArithmeticError("the turning points of a motion cannot be told apart")
-    return angle
+    first = count.cumsum()[:, None] - count
+    if basis.mirrors:
+        # The second half of each motion's roots behind the first halves of all.
+        root = np.concatenate([root, root + np.pi])
+        value, functions = np.concatenate([value, -value]), np.concatenate([functions, -functions])
+        behind, total = len(owner) - count, 2 * count
+    else:
+        behind, total = 0, count
+
+    place = np.minimum(np.arange(int(total.max(initial=1))), total - 1)
+    source = first + place + behind * (place >= count)
+    rows = np.arange(len(count))[:, None]
+    start = value[source].argmax(axis=1)[:, None]
+    place += start
+    again = place >= total
+    place -= total * again
+    source = source[rows, place]
+    angle, value, functions = root[source] + 2 * np.pi * again, value[source], functions[source]
+    lowest = count[:, 0] if basis.mirrors else value.argmin(axis=1)
+    return TurningPoints(angle, value, total[:, 0], functions, lowest)
+
+
+def _one_harmonic(motions: Motions) -> tuple[NDArray[np.intp], FloatArray]:
+    basis = motions.basis
+    n = basis.highest
+    cosine, sine = motions.coefficients[:, -2], motions.coefficients[:, -1]
+    number = np.arange(n if basis.mirrors else 2 * n)
+    root = ((np.arctan2(sine, cosine) % (2 * np.pi))[:, None] + np.pi * number) / n
+    return np.repeat(np.arange(len(root)), len(number)), root.ravel()
+
+
+def _merged(parts: list[Cells]) -> Cells:
+    return Cells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 @lru_cache(maxsize=64)
-def _cells(basis: FourierBasis, offset: float) -> tuple[FloatArray, ...]:
-    """Slope and curvature at the centres, slope at the left ends of the first cells."""
-    left = offset + np.arange(_CELLS * basis.highest) * (2 * np.pi / (_CELLS * basis.highest))
-    centre = left + np.pi / (_CELLS * basis.highest)
-    return basis.values(centre, 1).T, basis.values(centre, 2).T, basis.values(left, 1).T
-
-
-def _zeros_of_slope(
-    basis: FourierBasis, coefficients: FloatArray, offset: float
-) -> tuple[np.ndarray, FloatArray]:
-    """Motion and angle of every zero of ``dy/dtau`` with a change of sign."""
-    bound_3 = np.abs(coefficients) @ basis.order**3
-    weights = basis.weights(coefficients, 1), basis.weights(coefficients, 2)
+def _grid(basis: FourierBasis) -> tuple[float, FloatArray, FloatArray]:
+    """Width of the first cells, their ends, and slope and curvature of the basis there."""
     n_cells = _CELLS * basis.highest
     width = 2 * np.pi / n_cells
-    at_centre = _cells(basis, offset)
-
-    slope, curvature = coefficients @ at_centre[0], coefficients @ at_centre[1]
-    empty, monotone = _decide(slope, curvature, bound_3[:, None], width / 2)
-    at_left = coefficients @ at_centre[2] < 0
-    changes = monotone & (at_left != np.roll(at_left, -1, axis=1))
-    owner, number = np.nonzero(changes)
-    found = [(owner, offset + number * width, np.full(len(owner), width), at_left[owner, number])]
-    owner, number = np.nonzero(~empty & ~monotone)
-    for depth in range(1, _DEPTH):
-        if not len(owner):
-            break
-        owner = np.repeat(owner, 2)
-        number = (2 * number[:, None] + np.arange(2)).ravel()
-        width /= 2
-        trigonometric = basis.trigonometric(offset + (number + 0.5) * width)
-        slope, curvature = (np.einsum("kj,kj->k", trigonometric, w[owner]) for w in weights)
-        empty, monotone = _decide(slope, curvature, bound_3[owner], width / 2)
-        ripe = np.flatnonzero(~empty if depth == _DEPTH - 1 else monotone)
-        mine, left = owner[ripe], number[ripe]
-        # The same product of powers of two for both neighbours of a boundary: equal to the bit.
-        right = (left + 1) % (n_cells * 2**depth)
-        negative = [
-            np.einsum("kj,kj->k", basis.trigonometric(offset + i * width), weights[0][mine]) < 0
-            for i in (left, right)
-        ]
-        kept = negative[0] != negative[1]
-        found.append(
-            (
-                mine[kept],
-                offset + left[kept] * width,
-                np.full(kept.sum(), width),
-                negative[0][kept],
-            )
-        )
-        undecided = ~empty & ~monotone
-        owner, number = owner[undecided], number[undecided]
-    owner, left, size, rising = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    first, second = weights[0][owner], weights[1][owner]
-
-    def slope_and_curvature(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        trigonometric = basis.trigonometric(tau)
-        return (
-            np.einsum("kj,kj->k", trigonometric, first),
-            np.einsum("kj,kj->k", trigonometric, second),
-        )
-
-    noise = _MACHINE * (np.abs(coefficients) @ basis.order)[owner]
-    start = left + size / 2
-    return owner, monotone_root(slope_and_curvature, left, left + size, rising, start, noise)
+    node = _OFFSET + width * np.arange(n_cells // (2 if basis.mirrors else 1) + 1.0)
+    table = np.stack([basis.values(node, 1), basis.values(node, 2)], axis=1)
+    return width, node, np.ascontiguousarray(table.reshape(2 * len(node), -1).T)
 
 
-def _decide(slope: FloatArray, curvature: FloatArray, bound: FloatArray, half: float):
-    """Whether cells hold no zero of the slope, or the slope is monotone in them."""
-    empty = np.abs(slope) > np.abs(curvature) * half + bound * half**2 / 2
-    return empty, ~empty & (np.abs(curvature) > bound * half)
+def _cells(motions: Motions) -> Cells:
+    """As `turning_cells`, of motions that move, by sizes whose products are ordinary numbers.
 
-
-def monotone_root(
-    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
-    left: FloatArray,
-    right: FloatArray,
-    rising: np.ndarray,
-    start: FloatArray,
-    noise: FloatArray,
-) -> FloatArray:
-    """Zeros of monotone functions, one in each interval: Newton's method kept inside a bracket.
-
-    ``function`` gives values and slopes, ``noise`` is the round-off of the values; all arrays have
-    the shape ``(n,)``.
+    Neighbouring cells share the slope at their common end, so that its changes of sign alternate.
     """
-    root = np.clip(start, left, right)
-    for _ in range(80):
-        value, slope = function(root)
-        after = (value > 0) == rising
-        right = np.where(after, root, right)
-        left = np.where(after, left, root)
-        new = root - value / np.where(slope == 0, np.inf, slope)
-        inside = (new >= left) & (new <= right) & (slope != 0)
-        new = np.where(inside, new, (left + right) / 2)
-        step = np.abs(new - root)
-        root = new
-        if np.all((step <= 4 * _MACHINE * (1 + np.abs(root))) | (np.abs(value) <= noise)):
+    width, node, table = _grid(motions.basis)
+    at_node = (motions.coefficients @ table).reshape(-1, len(node), 2)
+    # The last end is the first again, to the bit; a slope of 0 has no sign that could mirror.
+    at_node[:, -1] = -at_node[:, 0] - _TINY if motions.basis.mirrors else at_node[:, 0]
+    slope = at_node[..., 0]
+    falls = slope < 0
+    changes = falls[:, 1:] != falls[:, :-1]
+    # Between two slopes of one sign beyond this there is no other sign.
+    low = np.abs(slope) <= motions.bounds[:, 3:4] * (width**2 / 8)
+    owner, cell = np.nonzero(changes | low[:, 1:] | low[:, :-1])
+    begin, end = at_node[owner, cell], at_node[owner, cell + 1]
+    cells = Cells(owner, node[cell], np.full(len(cell), width), begin, end)
+    monotone = np.abs(begin[:, 1] + end[:, 1]) > motions.bounds[owner, 3] * width
+    simple = monotone & changes[owner, cell]
+    if not simple.all():
+        cells = _resolved(motions, cells.where(simple), cells.where(~monotone))
+    return cells
+
+
+def _resolved(motions: Motions, cells: Cells, doubtful: Cells) -> Cells:
+    """Cells with those that doubtful ones contain."""
+    found = [cells]
+    most = motions.basis.highest * (1 if motions.basis.mirrors else 2)
+    for depth in _DEPTHS:
+        if not len(doubtful.owner):
             break
-    return root
+        halved = _halved(motions, doubtful, depth)
+        owner = np.concatenate([cells.owner, halved.owner])
+        # No motion turns more often than its highest harmonic.
+        crowded = np.bincount(owner, minlength=len(motions.coefficients)) > most
+        found.append(halved.where(~crowded[halved.owner]))
+        doubtful = doubtful.where(crowded[doubtful.owner])
+    if len(doubtful.owner):
+        raise ArithmeticError("the turning points of a motion cannot be told apart")
+    cells = _merged(found)
+    return cells.where(np.lexsort((cells.left, cells.owner)))
 
 
-def _from_highest(
-    basis: FourierBasis, coefficients: FloatArray, angle: FloatArray
-) -> TurningPoints:
-    """Turn ascending angles into a sequence that starts at the global maximum."""
-    valid = np.isfinite(angle)
-    count = valid.sum(axis=1)
-    angle = np.where(valid, angle, 0.0)[:, : max(int(count.max(initial=0)), 1)]
-    value = np.einsum("rkm,rm->rk", basis.values(angle), coefficients)
-    first = np.argmax(np.where(valid[:, : angle.shape[1]], value, -np.inf), axis=1)
-    place = np.minimum(np.arange(angle.shape[1]), np.maximum(count - 1, 0)[:, None])
-    place += first[:, None]
-    wrapped = place >= np.maximum(count, 1)[:, None]
-    place = np.where(wrapped, place - np.maximum(count, 1)[:, None], place)
-    rows = np.arange(len(angle))[:, None]
-    return TurningPoints(angle[rows, place] + 2 * np.pi * wrapped, value[rows, place], count)
+def _halved(motions: Motions, cells: Cells, depth: int) -> Cells:
+    """Cells in which the slope is monotone and changes sign, all those in doubtful ones."""
+    found = []
+    for rest in reversed(range(depth)):
+        owner, left, width, begin, end = cells
+        width = width / 2
+        middle = left + width
+        centre = motions.basis.derivatives(motions.phasors[owner], middle, 1)[:, :2]
+        before = Cells(owner, left, width, begin, centre)
+        cells = _merged([before, Cells(owner, middle, width, centre, end)])
+        (slope, bend), (slope_right, bend_right) = cells.begin.T, cells.end.T
+        bound = motions.bounds[cells.owner, 3]
+        changes = (slope < 0) != (slope_right < 0)
+        low = np.minimum(np.abs(slope), np.abs(slope_right)) <= bound * cells.width**2 / 8
+        doubtful = (changes | low) & (np.abs(bend + bend_right) <= bound * cells.width)
+        doubtful &= rest > 0
+        found.append(cells.where(changes & ~doubtful))
+        cells = cells.where(doubtful)
+        if not len(cells.owner):
+            break
+    return _merged(found)
+
+
+def _zeros(motions: Motions, cells: Cells) -> FloatArray:
+    """The zero of the slope in each cell."""
+    owner, left, width, begin, end = cells
+    (slope, bend), (slope_right, bend_right) = begin.T, end.T
+    rise = slope_right - slope
+    # Cubic interpolation of the angle over the slope.
+    share = -slope / rise
+    rest = 1 - share
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bow = rest * (rise / bend - width) - share * (rise / bend_right - width)
+        start = left + share * (width + rest * bow)
+    return motions.crossings(owner, 1, np.zeros(len(left)), left, left + width, slope < 0, start)

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,6 +83,21 @@ class FourierBasis:
         return sum(n > 0 for n in self.harmonics) == 1
 
     @cached_property
+    def divisor(self) -> int:
+        """Motions have so many equal periods in one."""
+        return int(np.gcd.reduce(self.harmonics))
+
+    @cached_property
+    def reduced(self) -> "FourierBasis":
+        """The harmonics over their `divisor`: the same motions in one of their periods."""
+        return FourierBasis(tuple(n // self.divisor for n in self.harmonics))
+
+    @cached_property
+    def identity(self) -> FloatArray:
+        """Matrix that leaves coefficients as they are."""
+        return np.eye(self.n_components)
+
+    @cached_property
     def same_harmonic(self) -> FloatArray:
         """Matrix of 1 where two components belong to one harmonic, else 0."""
         return (self.order[:, None] == self.order).astype(float)
@@ -90,36 +106,75 @@ class FourierBasis:
         """Position of the cosine (or sine) of ``harmonic`` among the components."""
         return int(np.flatnonzero((self.order == harmonic) & (self.is_sine == sine))[0])
 
+    @cached_property
+    def mirrors(self) -> bool:
+        """Whether all harmonics are odd: the second half period is then minus the first."""
+        return all(n % 2 == 1 for n in self.harmonics)
+
     def values(self, tau: ArrayLike, derivative: int = 0) -> FloatArray:
         """Basis functions, or their derivative with respect to ``tau``, at the angles ``tau``.
 
         ``tau`` of shape ``(...)`` in rad gives an array of shape ``(..., n_components)``.
+        Derivative -1 gives the integrals, without mean, and 0 for harmonic 0.
         """
         pick, factor = self._derivative_rules[derivative]
-        return self.trigonometric(tau)[..., pick] * factor
+        return self._turns(tau).view(float).take(pick, axis=-1) * factor
 
-    def trigonometric(self, tau: ArrayLike) -> FloatArray:
-        """Cosines of all harmonics, then their sines: ``(..., 2 n_harmonics)``."""
-        argument = np.asarray(tau, dtype=float)[..., None] * np.array(self.harmonics, dtype=float)
-        return np.concatenate([np.cos(argument), np.sin(argument)], axis=-1)
+    def phasors(self, coefficients: FloatArray) -> NDArray[np.complex128]:
+        """Amplitudes ``a_n - i b_n`` of motions, one per harmonic: ``(..., n_harmonics)``."""
+        return (coefficients @ self._parts).view(complex)
 
-    def weights(self, coefficients: FloatArray, derivative: int = 0) -> FloatArray:
-        """Factors of `trigonometric` that give a derivative of the motions, same leading shape."""
-        pick, factor = self._derivative_rules[derivative]
-        weights = np.zeros((*coefficients.shape[:-1], 2 * len(self.harmonics)))
-        weights[..., pick] = coefficients * factor
-        return weights
+    def derivatives(
+        self, phasors: NDArray[np.complex128], tau: FloatArray, first: int
+    ) -> FloatArray:
+        """Three derivatives of motions, from the ``first`` on, each at an angle of its own.
+
+        ``phasors`` (n, n_harmonics) and ``tau`` (n,) in rad give an array of shape ``(n, 3)``.
+        """
+        waves = (phasors * self._turns(tau)).view(float)
+        return waves @ self._rates[:, first : first + 3]
+
+    def bounds(self, coefficients: FloatArray) -> FloatArray:
+        """What derivatives 0 to 4 of motions nowhere exceed: ``(n_motions, 5)``."""
+        return np.abs(coefficients) @ self._order_powers
 
     @cached_property
-    def _derivative_rules(self) -> list[tuple[NDArray[np.intp], FloatArray]]:
-        """Per derivative: which of all cosines and sines, and times what."""
-        rules = []
-        harmonic = np.searchsorted(self.harmonics, self.order)
-        for derivative in range(4):
+    def _order_powers(self) -> FloatArray:
+        return self.order[:, None] ** np.arange(5)
+
+    def _turns(self, tau: ArrayLike) -> NDArray[np.complex128]:
+        """``exp(i n tau)`` of all harmonics: ``(..., n_harmonics)``."""
+        return np.exp(np.multiply.outer(tau, self._imaginary))
+
+    @cached_property
+    def _imaginary(self) -> NDArray[np.complex128]:
+        return 1j * np.array(self.harmonics)
+
+    @cached_property
+    def _parts(self) -> FloatArray:
+        """Matrix from coefficients to the real and imaginary parts of `phasors`, in turn."""
+        matrix = np.zeros((self.n_components, 2 * len(self.harmonics)))
+        place = 2 * np.searchsorted(self.harmonics, self.order) + self.is_sine
+        matrix[np.arange(self.n_components), place] = np.where(self.is_sine, -1.0, 1.0)
+        return matrix
+
+    @cached_property
+    def _rates(self) -> FloatArray:
+        """What real and imaginary parts (rows) add to each derivative (columns)."""
+        rate = self._imaginary[:, None] ** np.arange(5)
+        return np.stack([rate.real, -rate.imag], axis=1).reshape(-1, 5)
+
+    @cached_property
+    def _derivative_rules(self) -> dict[int, tuple[NDArray[np.intp], FloatArray]]:
+        """Per derivative: which part of the turned unit vectors, and times what."""
+        rules = {}
+        place = 2 * np.searchsorted(self.harmonics, self.order)
+        for derivative in range(-1, 4):
             quarter = (derivative - self.is_sine) % 4
             sign = np.where((quarter == 1) | (quarter == 2), -1.0, 1.0)
-            pick = harmonic + len(self.harmonics) * (quarter % 2)
-            rules.append((pick, sign * self.order**derivative))
+            size = np.maximum(self.order, 1.0) ** derivative
+            size[self.order == 0] = derivative == 0
+            rules[derivative] = place + quarter % 2, sign * size
         return rules
 
     @cached_property
@@ -144,7 +199,7 @@ class FourierBasis:
 
     @cached_property
     def _moments_to_products(self) -> FloatArray:
-        """Matrix from trigonometric moments to the integrals of products of basis functions."""
+        """Matrix from trigonometric moments to the entries of `products`, column after column."""
         size = 2 * self.highest + 1
         products = np.zeros((2 * size, self.n_components, self.n_components))
         order, is_sine = self.order.astype(int), self.is_sine
@@ -157,7 +212,7 @@ class FourierBasis:
                     if number < 0:
                         number, quarter = -number, -quarter
                     factor = (1, 1, -1, -1)[quarter % 4] / 2
-                    products[number + size * (quarter % 2), i, j] += factor
+                    products[number + size * (quarter % 2), j, i] += factor * self.norm[i]
         return products.reshape(2 * size, -1)
 
     def moments(self, angle: FloatArray) -> FloatArray:
@@ -166,18 +221,25 @@ class FourierBasis:
         ``angle`` of shape ``(..., n_intervals + 1)`` in rad holds the ends of the intervals; the
         result has the shape ``(..., n_intervals, 2 (2 highest + 1))``.
         """
-        k = np.arange(1, 2 * self.highest + 1)
-        width = np.diff(angle, axis=-1)[..., None]
-        middle = k * (angle[..., :-1, None] + width / 2)
+        return self.moments_from(angle[..., :-1], np.diff(angle, axis=-1))
+
+    def moments_from(self, left: FloatArray, width: FloatArray) -> FloatArray:
+        """As `moments`, of intervals that begin at ``left`` [rad] and are ``width`` [rad] wide."""
+        half, (k, turn, factor) = width / 2, self._moment_factors
         # The difference of two sines as a product, which keeps its digits on short intervals.
-        factor = 2 / k * np.sin(k * width / 2)
-        return np.concatenate(
-            [width, factor * np.cos(middle), np.zeros_like(width), factor * np.sin(middle)], axis=-1
-        )
+        waves: Any = np.exp(np.multiply.outer(left + half, turn))
+        waves *= np.sin(np.multiply.outer(half, k)) * factor
+        waves[..., 0] = width
+        return np.concatenate([waves.real, waves.imag], axis=-1)
+
+    @cached_property
+    def _moment_factors(self) -> tuple[Any, Any, Any]:
+        k = np.arange(2.0 * self.highest + 1)
+        return k, 1j * k, 2 / np.maximum(k, 1)
 
     def integrals(self, moments: FloatArray) -> FloatArray:
         """Coefficients of the function that is 1 on the intervals: ``(..., n_components)``."""
-        return moments[..., self._moments_to_components] * self.norm
+        return moments.take(self._moments_to_components, axis=-1) * self.norm
 
     def products(self, moments: FloatArray) -> FloatArray:
         """Matrix that maps coefficients of ``y`` to those of ``y`` restricted to the intervals.
@@ -186,4 +248,4 @@ class FourierBasis:
         """
         size = self.n_components
         flat = moments @ self._moments_to_products
-        return flat.reshape(*moments.shape[:-1], size, size) * self.norm[:, None]
+        return flat.reshape(*moments.shape[:-1], size, size).swapaxes(-1, -2)

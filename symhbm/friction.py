@@ -85,7 +85,7 @@ def limit_excess(
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
-    excess = np.where(slip_limit == 0, np.inf, excess)
+    excess[slip_limit == 0] = np.inf
     free = excess > 0
     return excess, free if slip is None else np.where(np.isinf(excess), free, slip)
 
@@ -99,10 +99,10 @@ def full_stick(
     (n_contacts, n_components) are the basis functions at the maximum and the minimum of ``y``;
     ``moves`` (n_contacts,) tells which contacts have any.
     """
-    matrix = np.tile(np.eye(basis.n_components), (len(moves), 1, 1))
+    matrix = np.empty((len(moves), *basis.identity.shape))
+    matrix[:] = basis.identity
     if basis.order[0] == 0:
-        static = np.eye(basis.n_components)[0]
-        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, static)
+        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, basis.identity[0])
     return matrix
 
 

@@ -15,7 +15,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.extremes import monotone_root, turning_points
+from symhbm.crossings import monotone_root
+from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.residual import HarmonicBalance
 

@@ -79,6 +79,43 @@ def test_every_turning_point_is_found(seed, harmonics):
     assert points.value[0, 0] >= (basis.values(tau) @ coefficients).max() - 1e-12 * bound
 
 
+@pytest.mark.parametrize("harmonics", [(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 3, 9), (3, 9)])
+def test_turning_points_are_eigenvalues(harmonics):
+    """Zeros of the slope as eigenvalues of the companion matrix of a polynomial in exp(i tau)."""
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(11)
+    coefficients = rng.normal(size=(60, basis.n_components)) / np.maximum(basis.order, 1)
+    points, top = turning_points(basis, coefficients), basis.highest
+    for wave, angle, count in zip(coefficients, points.angle, points.count, strict=True):
+        polynomial = np.zeros(2 * top + 1, dtype=complex)
+        for n in (n for n in harmonics if n):
+            a, b = wave[basis.component(n)], wave[basis.component(n, True)]
+            polynomial[[top + n, top - n]] = n * (b + 1j * a), n * (b - 1j * a)
+        roots = np.roots(polynomial[::-1])
+        # Eigenvalues are good to about 1e-13 unless two nearly meet; none do here.
+        zeros = np.sort(np.angle(roots[np.abs(np.abs(roots) - 1) < 1e-9]) % (2 * np.pi))
+        assert len(zeros) == count
+        found = np.sort(angle[:count] % (2 * np.pi))
+        np.testing.assert_allclose(found, zeros, rtol=0, atol=1e-9)
+
+
+def test_turning_points_of_odd_harmonics_mirror():
+    basis, rng = FourierBasis((1, 3, 7)), np.random.default_rng(3)
+    points = turning_points(basis, rng.normal(size=(20, basis.n_components)))
+    for angle, value, count in zip(points.angle, points.value, points.count, strict=True):
+        half = count // 2
+        # Half a turn is added: round-off of one sum.
+        np.testing.assert_allclose(angle[half:count], angle[:half] + np.pi, rtol=1e-15)
+        np.testing.assert_array_equal(value[half:count], -value[:half])
+
+
+def test_a_triple_zero_of_the_slope_is_one_turning_point():
+    """y' = 9 (sin(3 tau) / 3 - sin(tau)) = -12 sin(tau)^3."""
+    basis = FourierBasis((1, 3))
+    points = turning_points(basis, np.array([[9.0, 0.0, -1.0, 0.0]]))
+    assert points.count.tolist() == [2]
+    assert points.value[0].tolist() == pytest.approx([8.0, -8.0], rel=1e-15)
+
+
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5])
 def test_a_close_pair_of_turning_points_is_not_missed(gap):
     """y' = sin(tau) (p + cos(tau)): beside 0 and pi it vanishes at pi +- gap, or nowhere."""
