@@ -13,8 +13,8 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize
 
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
@@ -256,7 +256,7 @@ class _Finder:
             else:
                 known = {0.0: low, 1.0: high}
                 share = float(
-                    optimize.brentq(lambda h: known.get(h) or slope(h), 0, 1, xtol=1e-13)  # type: ignore
+                    scipy.optimize.brentq(lambda h: known.get(h) or slope(h), 0, 1, xtol=1e-13)  # type: ignore
                 )
             top = visited[share] if share in visited else self._summit(path, share)
         except ArithmeticError:
