@@ -3,6 +3,7 @@
 import os
 import tempfile
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,16 @@ import xarray as xr
 
 from symhbm import check, tables
 from symhbm.names import TEXTS
-from symhbm.provenance import SCHEMA_VERSION, describe_problem
+from symhbm.point import Table
+from symhbm.provenance import SCHEMA_VERSION, Parts, describe_problem
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import label, recall
 from symhbm.seal import is_damaged, seal
 from symhbm.status import Status
 from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 
+_AT_ONCE = 64
+"""Parameter sets of a working file that are read at once."""
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
 
 
@@ -126,13 +130,22 @@ def _on_the_way(archive: Path) -> str:
 def _finished_part(file: Path) -> xr.Dataset:
     with Store(file, write=False) as store:
         call = call_of(store)
-        n_sets, rows = store.n_sets, store.read(-1, store.n_sets)
-    found = {number: tables.decode(*encoded) for number, encoded in rows}
-    rows.clear()
-    blank = found.pop(-1) | {"status": np.array(str(Status.NOT_STARTED), dtype=object)}
-    filled = [found.get(number, blank) for number in range(n_sets)]
-    layout = tables.common(map(tables.layout_of, filled))
-    return label(call, *recall(call), tables.stack(filled, layout))
+        [(_, encoded)] = store.read(-1, -1)
+        blank = tables.decode(*encoded)
+        blank["status"] = np.array(str(Status.NOT_STARTED), dtype=object)
+        layouts = [encoded[0], *(layout for _, layout in store.layouts())]
+        layout = tables.common(map(tables.stored_layout, layouts))
+        results = tables.stack(_filled(store, blank), store.n_sets, layout)
+    return label(Parts.of(call), *recall(call), results)
+
+
+def _filled(store: Store, blank: Table) -> Iterator[Table]:
+    """The tables of all sets in order, a ``blank`` one of those that are not finished."""
+    for first in range(0, store.n_sets, _AT_ONCE):
+        last = min(first + _AT_ONCE, store.n_sets) - 1
+        found = dict(store.read(first, last))
+        for number in range(first, last + 1):
+            yield tables.decode(*found[number]) if number in found else blank
 
 
 def call_of(store: Store) -> xr.Dataset:

@@ -1,6 +1,8 @@
 """One response curve as plain arrays: what a worker computes for one parameter set."""
 
+import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -8,9 +10,8 @@ from symhbm.condensed_model import CondensedModel
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.events import Event
 from symhbm.fourier import FloatArray
-from symhbm.harmonic_sets import HarmonicSets
 from symhbm.peaks import Peak
-from symhbm.point import RADIANS, Table, by_harmonic, describe, nothing
+from symhbm.point import RADIANS, Table, by_harmonic, describe_each, nothing
 from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
@@ -97,28 +98,23 @@ class Branch:
     counts: dict[str, int] = field(default_factory=dict)
 
 
-def compute_branch(
-    problem: HarmonicBalance, task: Task, sets: HarmonicSets | None = None
-) -> Branch:
-    """Follow the response of one problem; ``sets`` of its structure may be shared by several."""
-    return _Computation(problem, task, sets or HarmonicSets(problem)).branch()
+def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
+    """Follow the response of one problem."""
+    return _Computation(problem, task).branch()
 
 
 def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
     """A branch with every name and shape of those of a task, before anything is computed."""
-    return _Computation(problem, task, HarmonicSets(problem), blank=True).branch()
+    return _Computation(problem, task, blank=True).branch()
 
 
 class _Computation:
-    def __init__(
-        self, problem: HarmonicBalance, task: Task, sets: HarmonicSets, blank: bool = False
-    ):
+    def __init__(self, problem: HarmonicBalance, task: Task, blank: bool = False):
         self._task = task
         self._symmetry = None if blank else task.symmetry(problem)
         if self._symmetry is not None:
-            sets = sets.of_sector(problem, self._symmetry)
-            problem = sets.problem.with_parameters(**problem.parameters)
-        self._refinement = Refinement(problem, sets, task.curve, task.accuracy)
+            problem = problem.of_sector(self._symmetry)
+        self._refinement = Refinement(problem, task.curve, task.accuracy)
         self._stretches, self._status, self._largest = [], Status.NOT_STARTED, 0
         if not blank:
             self._cover()
@@ -136,61 +132,52 @@ class _Computation:
         """All results as arrays."""
         task, along = self._task, joined(self._stretches)
         points = self._path(along) if task.at is None else self._grid(task.at)
-        peaks = [
-            row
-            for stretch in self._stretches
-            for peak, error in zip(stretch.peaks, stretch.peak_errors, strict=True)
-            for row in self._peaks(stretch.rung, peak, error)
+        events = [(p.value, event) for p in along for event in self._events(p)]
+        found = [
+            (peak, part.rung, error)
+            for part in self._stretches
+            for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
-        peaks.sort(key=lambda row: (task.each * row["peak_dof"], row["peak_value"]))
-        events = [
-            dict(event_value=task.shown(p.value), event_kind=str(e.kind), event_contact=e.contact)
-            for p in along
-            for e in self._events(p)
-        ]
+        peaks = self._peaks(found)
         counts = dict(
             n_points=len(along),
-            n_peaks=len(peaks),
+            n_peaks=len(peaks["peak_value"]),
             n_events=len(events),
             rejected_steps=self._refinement.rejected,
             linear_solves=self._refinement.solves,
             n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
         )
-        problem = self._refinement.curve(self._largest).problem
-        none = Peak(0.0, 0.0, 0, "", np.zeros(problem.n_unknowns), 0.0)  # type: ignore[arg-type]
         return Branch(
             points=points,
-            peaks=_columns(peaks, self._peaks(self._largest, none, 0.0)[0]),
-            events=_columns(events, dict(event_value=0.0, event_kind="", event_contact=0)),
+            peaks=peaks,
+            events=dict(
+                event_value=np.array([task.shown(value) for value, _ in events], dtype=float),
+                event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
+                event_contact=np.array([event.contact for _, event in events], dtype=int),
+            ),
             status=str(self._status),
-            harmonics=problem.harmonics,
+            harmonics=self._problem(self._largest).harmonics,
             counts=counts,
         )
 
+    def _problem(self, rung: int) -> HarmonicBalance:
+        return self._refinement.curve(rung).problem
+
     def _path(self, along: list[Response]) -> Table:
-        rows = [{"value": np.float64(self._task.shown(p.value))} | self._row(p) for p in along]
-        self._note_missing(rows)
-        first = self._task.unit * self._task.band[0]
-        return _columns(rows, {"value": np.float64(first)} | self._nothing(first))
+        table = self._described(along)
+        values = np.array([self._task.shown(response.value) for response in along], dtype=float)
+        return {"value": values} | table
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values asked for; where the curve may fold, several at each."""
-        values = [self._task.unit * float(value) for value in at]
-        found = [[self._row(response) for response in self._at(value)] for value in values]
-        self._note_missing([row for rows in found for row in rows])
-        most = max(len(rows) for rows in found)
-        padded = [
-            row
-            for rows, value in zip(found, values, strict=True)
-            for row in (*rows, *(self._nothing(value) for _ in range(most - len(rows))))
-        ]
-        table = _columns(padded, self._nothing(values[0]))
+        found = [self._at(self._task.unit * float(value)) for value in at]
+        shape = len(at), max(map(len, found))
+        place = [i * shape[1] + k for i, several in enumerate(found) for k in range(len(several))]
+        table = self._described([r for several in found for r in several], shape, place)
         if not self._task.may_fold:
-            return {"value": at} | table
-        shape = len(values), most
-        several = {name: array.reshape(shape + array.shape[1:]) for name, array in table.items()}
-        n_solutions = np.array([len(rows) for rows in found], dtype=np.int32)
-        return {"value": at, "n_solutions": n_solutions} | several
+            return {"value": at} | {name: values[:, 0] for name, values in table.items()}
+        n_solutions = np.array([len(several) for several in found], dtype=np.int32)
+        return {"value": at, "n_solutions": n_solutions} | table
 
     def _at(self, value: float) -> list[Response]:
         holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
@@ -207,76 +194,98 @@ class _Computation:
             self._status = Status.ACCURACY_NOT_REACHED
         return found
 
-    def _row(self, response: Response) -> Table:
-        if response.unknowns is None:
-            return self._nothing(response.value, response.solves)
-        problem, omega = self._refinement.curve(response.rung).at(response.value)
-        frequency, stability = omega / RADIANS, self._task.stability
-        row = describe(problem, response.unknowns, frequency, response.solves, stability)
-        return row | self._truncation(response.rung, response.error)
+    def _described(
+        self,
+        responses: list[Response],
+        shape: tuple[int, ...] | None = None,
+        place: list[int] | None = None,
+    ) -> Table:
+        """Rows of responses, in an array of a ``shape`` at their places, by default in a row."""
+        shape = (len(responses),) if shape is None else shape
+        at = np.arange(len(responses)) if place is None else np.array(place, dtype=int)
+        table = nothing(self._problem(self._largest), math.prod(shape), self._task.stability)
+        table |= self._truncation(math.prod(shape), self._largest)
+        table["iterations"][at] = [response.solves for response in responses]
+        solved = [i for i, response in enumerate(responses) if response.unknowns is not None]
+        for rung in {responses[i].rung for i in solved}:
+            here = [i for i in solved if responses[i].rung == rung]
+            rows = self._rows(rung, [responses[i] for i in here])
+            _put(table, at[here], rows)
+        if self._status == Status.REACHED_END and not table["converged"][at].all():
+            self._status = Status.POINTS_MISSING
+        return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
-    def _nothing(self, value: float, solves: int = 0) -> Table:
-        problem, omega = self._refinement.curve(self._largest).at(value)
-        row = nothing(problem, omega / RADIANS, solves, self._task.stability)
-        return row | self._truncation(self._largest, np.nan)
+    def _rows(self, rung: int, responses: list[Response]) -> Table:
+        """Rows of responses that are known, with one set of harmonics."""
+        curve = self._refinement.curve(rung)
+        problems, omegas = zip(*(curve.at(response.value) for response in responses), strict=True)
+        unknowns = np.array([response.unknowns for response in responses])
+        frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
+        table = describe_each(problems, unknowns, frequencies, solves, self._task.stability)
+        errors = [response.error for response in responses]
+        return table | self._truncation(len(responses), rung, errors)
 
-    def _truncation(self, rung: int, error: float) -> Table:
+    def _truncation(self, count: int, rung: int, errors: Any = np.nan) -> Table:
+        """The harmonics and the errors of so many rows, where an accuracy is asked for."""
         if self._task.accuracy is None:
             return {}
-        highest = max(self._refinement.curve(rung).problem.harmonics)
-        return dict(highest_harmonic=np.int32(highest), truncation_error=np.float64(error))
-
-    def _note_missing(self, rows: list[Table]) -> None:
-        if self._status == Status.REACHED_END and not all(row["converged"] for row in rows):
-            self._status = Status.POINTS_MISSING
+        highest = np.full(count, max(self._problem(rung).harmonics), dtype=np.int32)
+        return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
     def _events(self, response: Response) -> list[Event]:
         """The events of one point, of all contacts that do alike."""
-        if self._symmetry is None:
+        symmetry = self._symmetry
+        if symmetry is None:
             return list(response.events)
-        every = [replace(e, contact=j) for e in response.events for j in self._alike(e.contact)]
+        every = [
+            replace(event, contact=int(contact))
+            for event in response.events
+            for contact in symmetry.images(event.contact)
+        ]
         return sorted(every, key=lambda event: event.contact)
 
-    def _alike(self, contact: int) -> list[int]:
-        assert self._symmetry is not None
-        return self._symmetry.images(contact).tolist()
+    def _peaks(self, found: list[tuple[Peak, int, float]]) -> Table:
+        """Rows of peaks, each with its set of harmonics and its error by truncation.
 
-    def _peaks(self, rung: int, peak: Peak, error: float) -> list[Table]:
-        """Rows of one peak: of each of the degrees of freedom that peak together, if asked for."""
-        row = self._peak(rung, peak, error)
-        if self._symmetry is None or not self._task.each:
-            return [row]
-        others = np.arange(self._symmetry.n_sectors) * self._symmetry.n_dof
-        return [row | {"peak_dof": np.int32(peak.dof + other)} for other in others]
-
-    def _peak(self, rung: int, peak: Peak, error: float) -> Table:
-        problem = self._refinement.curve(rung).problem
-        row = dict(
-            peak_value=np.float64(self._task.shown(peak.value)),
-            peak_amplitude=np.float64(peak.amplitude),
-            peak_dof=np.int32(peak.dof),
-            peak_kind=str(peak.kind),
-            peak_residual_norm=np.float64(peak.residual_norm),
-            peak_coefficient=by_harmonic(problem.basis, problem.everywhere(peak.unknowns)),
+        Where those of each degree of freedom are asked for, one for each of all that move alike.
+        """
+        each, symmetry = self._task.each, self._symmetry
+        others = [0]
+        if symmetry is not None and each:
+            others = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
+        rows = [(peak.dof + other, peak, rung, e) for peak, rung, e in found for other in others]
+        rows.sort(key=lambda row: (each * row[0], self._task.shown(row[1].value)))
+        shape = (
+            self._problem(self._largest).model.n_dof,
+            len(self._problem(self._largest).harmonics),
         )
-        extra = self._truncation(rung, error)
-        return row | {f"peak_{name}": value for name, value in extra.items()}
+        table: Table = dict(
+            peak_value=np.array([self._task.shown(peak.value) for _, peak, _, _ in rows], float),
+            peak_amplitude=np.array([peak.amplitude for _, peak, _, _ in rows], float),
+            peak_dof=np.array([dof for dof, _, _, _ in rows], np.int32),
+            peak_kind=np.array([str(peak.kind) for _, peak, _, _ in rows], object),
+            peak_residual_norm=np.array([peak.residual_norm for _, peak, _, _ in rows], float),
+            peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
+        )
+        extra = self._truncation(len(rows), self._largest)
+        table |= {f"peak_{name}": values for name, values in extra.items()}
+        for i, (_, peak, rung, error) in enumerate(rows):
+            problem = self._problem(rung)
+            coefficients = by_harmonic(problem.basis, problem.everywhere(peak.unknowns))
+            row = dict(coefficient=coefficients[None]) | self._truncation(1, rung, error)
+            _put(table, np.array([i]), {f"peak_{name}": values for name, values in row.items()})
+        return table
 
 
-def _columns(rows: list, like: dict) -> Table:
-    """Rows of named values as named arrays; ``like`` gives names and the largest shapes.
+def _put(table: Table, at: np.ndarray, rows: Table) -> None:
+    """Put rows into a table.
 
-    Coefficients of harmonics that a row leaves out are 0, or as unknown as its others.
+    Coefficients of harmonics that they leave out are 0, or as unknown as their others.
     """
-    table = {}
-    for name, value in like.items():
-        dtype = object if isinstance(value, str) else np.asarray(value).dtype
-        table[name] = np.zeros((len(rows), *np.shape(value)), dtype=dtype)
-        for i, row in enumerate(rows):
-            here = row[name]
-            if np.shape(here) != np.shape(value):
-                table[name][i] = np.nan if np.isnan(here).all() else 0.0
-                table[name][i][tuple(slice(size) for size in np.shape(here))] = here
-            else:
-                table[name][i] = here
-    return table
+    for name, values in rows.items():
+        if name.endswith("coefficient"):
+            whole = np.zeros((len(at), *table[name].shape[1:]))
+            whole[np.isnan(values).all(axis=(1, 2, 3))] = np.nan
+            whole[:, :, : values.shape[2]] = values
+            values = whole
+        table[name][at] = values

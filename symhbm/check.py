@@ -63,7 +63,7 @@ def one_or_each(
             f"{name}={shown(value)}: expected one value or {size} (one per {of_what}), "
             f"got shape {result.shape}"
         )
-    result = np.array(np.broadcast_to(result, (size,)))
+    result = result.copy() if result.ndim else np.full(size, result)
     result.setflags(write=False)
     return result
 

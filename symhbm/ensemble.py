@@ -1,33 +1,45 @@
 """Response curves of many parameter sets, in this process or by an executor."""
 
+import hashlib
+import math
 import pickle
 import queue
 import threading
+import time
 import warnings
-from collections.abc import Collection, Generator, Iterator
+from collections import deque
+from collections.abc import Collection, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 from tqdm import tqdm
 
 from symhbm.branch import Branch, Task, compute_branch
-from symhbm.harmonic_sets import HarmonicSets
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.sweep import Sweep
-from symhbm.tables import reduced
+from symhbm.tables import Encoded, encode, flat, reduced
 
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
 _WAITING = 2
-"""Parameter sets that wait for each worker."""
+"""Pieces of work that wait for each worker."""
 _UNKNOWN = 1000
-"""Parameter sets that wait where the number of workers is not known."""
+"""Pieces of work that wait where the number of workers is not known."""
+_PIECE = 0.1
+"""Seconds of work that are handed over at once: what is lost where a process is killed."""
+_MOST = 100
+"""Parameter sets that are sent at once."""
+_SMALL = 2**14
+"""Bytes of a problem that are sent with each piece of work, whoever knows it."""
+_KNOWN = 8
+"""Problems that each worker keeps."""
 
-Outcome = tuple[int, Branch | str]
-"""Number of a parameter set and its curve, or why there is none."""
+Found = Sequence[tuple[int, Encoded]]
+"""Numbers of parameter sets and their tables."""
+Outcome = Encoded | str
+"""The table of a curve, or why there is none."""
 
 
 def compute(
@@ -38,8 +50,8 @@ def compute(
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
-) -> Generator[tuple[int, Branch], None, None]:
-    """Number and curve of each parameter set but those ``done``, in the order they are finished.
+) -> Generator[Found, None, None]:
+    """Number and table of each parameter set but those ``done``, as they are finished.
 
     ``executor`` is any `concurrent.futures.Executor`; what it does not compute, as workers die or
     it is closed, is computed in this process. A set whose computation fails has the ``blank`` curve
@@ -53,100 +65,165 @@ def compute(
         disable=not progress,
         leave=False,
     ) as bar:
-        numbers = (number for number in range(sweep.size) if number not in done)
-        for number, found in _outcomes(problem, sweep, task, numbers, executor):
-            bar.update()
-            yield number, replace(blank, status=found) if isinstance(found, str) else found
+        numbers = [number for number in range(sweep.size) if number not in done]
+        for found in _outcomes(problem, sweep, task, numbers, executor):
+            bar.update(len(found))
+            yield [(number, _table(blank, outcome)) for number, outcome in found]
+
+
+def _table(blank: Branch, outcome: Outcome) -> Encoded:
+    failed = isinstance(outcome, str)
+    return encode(flat(replace(blank, status=outcome))) if failed else outcome
 
 
 def _outcomes(
     problem: HarmonicBalance,
     sweep: Sweep,
     task: Task,
-    numbers: Iterator[int],
+    numbers: list[int],
     executor: Executor | None,
-) -> Iterator[Outcome]:
-    left: Iterator[int] | list[int] = numbers
+) -> Iterator[Sequence[tuple[int, Outcome]]]:
     if executor is not None:
-        left = yield from _shared(problem, sweep, task, numbers, executor)
-    sets = HarmonicSets(problem)
-    for number in left:
-        yield number, _branch(problem, task, sets, sweep.chosen(number))
+        numbers = yield from _Shared(problem, sweep, task, executor).outcomes(numbers)
+    found: list[tuple[int, Outcome]] = []
+    start = time.perf_counter()
+    for number in numbers:
+        try:
+            found.append((number, _outcome(problem, task, sweep.chosen(number))))
+        except BaseException:  # an interrupt: what is finished is not lost
+            yield found
+            raise
+        if time.perf_counter() - start >= _PIECE:
+            yield found
+            found, start = [], time.perf_counter()
+    yield found
 
 
-def _shared(
-    problem: HarmonicBalance,
-    sweep: Sweep,
-    task: Task,
-    numbers: Iterator[int],
-    executor: Executor,
-) -> Generator[Outcome, None, list[int]]:
-    """What an executor computes; returns the numbers of the sets that it does not."""
-    workers = getattr(executor, "_max_workers", None)
-    most = _UNKNOWN if workers is None else (1 + _WAITING) * workers
-    payload = pickle.dumps((problem, task))
-    pending: dict[Future, int] = {}
-    finished: queue.SimpleQueue[Future] = queue.SimpleQueue()
-    left: list[int] = []
-    try:
-        while True:
-            while len(pending) < most and (number := next(numbers, None)) is not None:
-                try:
-                    future = executor.submit(_work, payload, sweep.chosen(number))
-                except Exception as error:
-                    _warn(error, left)
-                    left += [number, *numbers]
-                    break
-                pending[future] = number
-                future.add_done_callback(finished.put)
-            if not pending:
-                return left
-            future = finished.get()
-            number = pending.pop(future)
+class _Shared:
+    """What an executor computes, in pieces of several parameter sets."""
+
+    def __init__(self, problem: HarmonicBalance, sweep: Sweep, task: Task, executor: Executor):
+        self._sweep, self._executor = sweep, executor
+        self._payload = pickle.dumps((problem, task))
+        self._key = hashlib.blake2b(self._payload).hexdigest()
+        self._workers = getattr(executor, "_max_workers", None)
+        self._to_send = self._workers or 1
+        self._seconds = math.inf
+        self._pending: dict[Future, list[int]] = {}
+        self._finished: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        self._waiting: deque[int] = deque()
+        self._left: list[int] = []
+
+    def outcomes(
+        self, numbers: list[int]
+    ) -> Generator[Sequence[tuple[int, Outcome]], None, list[int]]:
+        """What is finished, as it comes; returns the numbers of the sets that are not computed."""
+        most = _UNKNOWN if self._workers is None else (1 + _WAITING) * self._workers
+        self._waiting.extend(numbers)
+        try:
+            while True:
+                while self._waiting and len(self._pending) < most:
+                    size = self._size(len(self._waiting) // most)
+                    if not self._submit([self._waiting.popleft() for _ in range(size)]):
+                        self._left += self._waiting
+                        self._waiting.clear()
+                if not self._pending:
+                    return self._left
+                yield self._next()
+        finally:
+            for future in self._pending:
+                future.cancel()
+
+    def _size(self, share: int) -> int:
+        """Sets of the next piece, of which ``share`` leave as many to every other."""
+        wanted = _PIECE / self._seconds if self._seconds else _MOST
+        return max(1, min(int(wanted), share, _MOST))
+
+    def _submit(self, numbers: list[int], send: bool = False) -> bool:
+        """Whether the executor takes a piece; with the problem, or where a worker knows it."""
+        send = send or self._to_send > 0 or len(self._payload) <= _SMALL
+        payload = self._payload if send else None
+        chosen = [self._sweep.chosen(number) for number in numbers]
+        try:
+            future = self._executor.submit(_work, self._key, payload, chosen)
+        except Exception as error:
+            self._lose(numbers, error)
+            return False
+        self._to_send -= 1
+        self._pending[future] = numbers
+        future.add_done_callback(self._finished.put)
+        return True
+
+    def _next(self) -> list[tuple[int, Outcome]]:
+        """All that has come since the last time, at least one piece."""
+        futures = [self._finished.get()]
+        while not self._finished.empty():
+            futures.append(self._finished.get())
+        found: list[tuple[int, Outcome]] = []
+        for future in futures:
+            numbers = self._pending.pop(future)
             # Whatever a set itself raises is returned: this is the executor's own failure.
             try:
-                found = future.result()
+                result = future.result()
             except (Exception, CancelledError) as error:
-                _warn(error, left)
-                left.append(number)
-            else:
-                yield number, found
-    finally:
-        for future in pending:
-            future.cancel()
+                self._lose(numbers, error)
+                continue
+            if result is None:
+                self._submit(numbers, send=True)
+                continue
+            self._seconds, outcomes = result
+            found += zip(numbers, outcomes, strict=False)
+            # Sets that take longer than those before come again.
+            self._waiting.extendleft(reversed(numbers[len(outcomes) :]))
+        return found
+
+    def _lose(self, numbers: list[int], error: BaseException) -> None:
+        """Leave a piece to this process, and say so once."""
+        if not self._left:
+            what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
+            why = " ".join([type(error).__name__, *map(str, error.args)])
+            warnings.warn(
+                f"{what} ({why}); the curves that the executor does not compute are computed in "
+                "this process",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        self._left += numbers
 
 
-def _warn(error: BaseException, left: list[int]) -> None:
-    """Say once that an executor failed."""
-    if not left:
-        what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
-        warnings.warn(
-            f"{what} ({' '.join([type(error).__name__, *map(str, error.args)])}); the curves that "
-            "the executor does not compute are computed in this process",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+_own = threading.local()
 
 
-def _work(payload: bytes, chosen: dict[str, Any]) -> Branch | str:
-    return _branch(*_unpacked(payload, threading.get_ident()), chosen)
+def _work(
+    key: str, payload: bytes | None, chosen: list[dict[str, Any]]
+) -> tuple[float, list[Outcome]] | None:
+    """Seconds per parameter set, and what came of those that a piece of work has time for.
+
+    None for a problem that is not known here.
+    Each worker compiles a problem once, from the ``payload``; threads share none.
+    """
+    known = _own.__dict__
+    if key not in known:
+        if payload is None:
+            return None
+        problem, task = pickle.loads(payload)
+        task.curve(problem)
+        while len(known) >= _KNOWN:
+            del known[next(iter(known))]
+        known[key] = problem, task
+    problem, task = known[key]
+    outcomes: list[Outcome] = []
+    start, seconds = time.perf_counter(), 0.0
+    while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
+        outcomes.append(_outcome(problem, task, chosen[len(outcomes)]))
+        seconds = time.perf_counter() - start
+    return seconds / len(outcomes), outcomes
 
 
-@lru_cache(maxsize=32)
-def _unpacked(payload: bytes, thread: int) -> tuple[HarmonicBalance, Task, HarmonicSets]:
-    """Problem, task and harmonic sets, compiled once by each worker; threads share none."""
-    problem, task = pickle.loads(payload)
-    task.curve(problem)
-    return problem, task, HarmonicSets(problem)
-
-
-def _branch(
-    problem: HarmonicBalance, task: Task, sets: HarmonicSets, chosen: dict[str, Any]
-) -> Branch | str:
-    """The curve of one parameter set, or why there is none."""
+def _outcome(problem: HarmonicBalance, task: Task, chosen: dict[str, Any]) -> Outcome:
     try:
-        branch = compute_branch(problem.with_parameters(**chosen), task, sets)
-        return reduced(branch, task)
+        branch = compute_branch(problem.with_parameters(**chosen), task)
+        return encode(flat(reduced(branch, task)))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return f"{Status.COMPUTATION_FAILED} ({why})"

@@ -236,8 +236,18 @@ class Equations:
         """The same under one harmonic, and the events; ``slip`` imposes states."""
         imposed = FREE if slip is None else slip
         *found, events = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
-        size = len(unknowns) // len(self.dofs)
-        return found, unpacked(events.reshape(len(self.contacts), packed_size(size)), size)
+        return found, self.unpacked(events)
+
+    def packed(
+        self, unknowns: FloatArray, frequency: float, arguments: list[FloatArray]
+    ) -> list[FloatArray]:
+        """The same in states that the motion asks for, with the events as `unpacked` takes them."""
+        return self._evaluate_closed(unknowns, frequency, *arguments, FREE)
+
+    def unpacked(self, events: FloatArray) -> LocatedFriction:
+        """Events of all contacts, under one harmonic, of one point or of several."""
+        size = self._symbol["vector"].shape[0]
+        return unpacked(events.reshape(-1, packed_size(size)), size)
 
 
 def _split(events: Any, size: int) -> list[Any]:

@@ -1,8 +1,8 @@
 """Folds of a path: points where it turns back in its parameter, solved for."""
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize
 
 from symhbm.corrector import Corrector
 from symhbm.events import PathPoint
@@ -60,7 +60,7 @@ def _fold(path: Between) -> Station:
             found[share] = _solved(path, share)
         return float(found[share].direction[-1])
 
-    share = float(optimize.brentq(advance, 0.0, 1.0, xtol=1e-13))  # type: ignore
+    share = float(scipy.optimize.brentq(advance, 0.0, 1.0, xtol=1e-13))  # type: ignore
     advance(share)
     return found[share]
 

@@ -79,9 +79,9 @@ def frf(
         tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
         all.
     archive
-        NetCDF file to write. Every parameter set that is finished is safe in its working file,
-        ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after an interruption, and
-        returns a finished archive at once.
+        NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
+        in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
+        an interruption, and returns a finished archive at once.
     executor
         Where parameter sets are computed; by default in this process.
     throw

@@ -6,7 +6,6 @@ from symhbm import check
 from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray, complete_harmonics
 from symhbm.residual import HarmonicBalance
-from symhbm.symmetry import Symmetry
 
 HIGHEST = 55
 """Harmonic, in units of the lowest, beyond which sets do not grow: errors fall with its cube."""
@@ -40,42 +39,20 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
 
 
 class HarmonicSets:
-    """Problems of one structure with more and more harmonics, compiled once they are needed.
+    """Sets of more and more harmonics, by number.
 
-    ``self[0]`` has all harmonics of the kind of those of ``problem``, up to its highest.
+    The first has all harmonics of the kind of those of ``problem``, up to its highest.
     """
 
     def __init__(self, problem: HarmonicBalance):
-        self.problem = problem
-        self._problems: dict[int, HarmonicBalance] = {}
-        self._sectors: dict[Symmetry, HarmonicSets] = {}
-        harmonics = problem.harmonics
+        self._first = harmonics = problem.harmonics
         self._divisor = int(np.gcd.reduce(harmonics))
         self._step = self._divisor * (2 if 0 not in complete_harmonics(harmonics, 1) else 1)
         self._tops = [max(harmonics)]
 
-    def __getitem__(self, rung: int) -> HarmonicBalance:
-        if rung not in self._problems:
-            problem, harmonics = self.problem, self.harmonics(rung)
-            if harmonics != problem.harmonics:
-                problem = HarmonicBalance(
-                    problem.model, problem.excitation, harmonics, symmetry=problem.symmetry
-                )
-            self._problems[rung] = problem
-        return self._problems[rung]
-
-    def of_sector(self, problem: HarmonicBalance, symmetry: Symmetry) -> "HarmonicSets":
-        """The sets of one sector of a symmetric problem of this structure."""
-        if symmetry not in self._sectors:
-            sector = HarmonicBalance(
-                problem.model, problem.excitation, problem.harmonics, symmetry=symmetry
-            )
-            self._sectors[symmetry] = HarmonicSets(sector)
-        return self._sectors[symmetry]
-
     def harmonics(self, rung: int) -> tuple[int, ...]:
         """The harmonics of a set."""
-        return complete_harmonics(self.problem.harmonics, self.top(rung))
+        return complete_harmonics(self._first, self.top(rung))
 
     def top(self, rung: int) -> int:
         """The highest harmonic of a set."""

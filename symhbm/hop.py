@@ -8,8 +8,8 @@ left.
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize
 
 from symhbm.constraints import ON_LIMIT, Corrected, unit_parameter
 from symhbm.corrector import Corrector
@@ -90,7 +90,7 @@ def _first_change(
 
     shares = [1.0]
     for contact in contacts:
-        shares.append(optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+        shares.append(scipy.optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
     at = base.value + min(shares) * (value - base.value)
     return at, _solve(corrector, base, at)
 

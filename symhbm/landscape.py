@@ -50,7 +50,7 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
     symmetry = find_symmetry(problem.model, problem.excitation, problem.basis)
     if symmetry is None:
         return problem
-    return HarmonicBalance(problem.model, problem.excitation, problem.harmonics, symmetry=symmetry)
+    return problem.of_sector(symmetry)
 
 
 def survey(

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from symhbm import schema, tables
 from symhbm.archive import COMPRESSION, call_of, write
+from symhbm.provenance import Parts
 from symhbm.seal import seal
 from symhbm.store import ArchiveError, Store
 from symhbm.tables import Layout
@@ -77,7 +78,7 @@ def _without_numbers(store: Store, call: xr.Dataset) -> tuple[Layout, xr.Dataset
         for name, (dtype, shape) in layout.items()
     }
     results["harmonics"] = tables.decode(*encoded)["harmonics"][None]
-    return layout, schema.label(call, *schema.recall(call), results)
+    return layout, schema.label(Parts.of(call), *schema.recall(call), results)
 
 
 def _fill(
@@ -121,7 +122,8 @@ def _fill(
             sizes = tuple(part.stop - part.start for part in region)
             first = sum(at * math.prod(sweep.shape[i + 1 :]) for i, at in enumerate(corner))
             rows = store.read(first, first + math.prod(sizes) - 1)
-            stacked = tables.stack([tables.decode(*encoded) for _, encoded in rows], layout)
+            found = (tables.decode(*encoded) for _, encoded in rows)
+            stacked = tables.stack(found, len(rows), layout)
             for name in names:
                 values = stacked[keys[name]]
                 if values.size:

@@ -6,7 +6,7 @@ friction element, a cubic spring, or both side by side.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -72,9 +72,7 @@ class Model:
             )
         put(self, "contacts", _contact_dofs(self.contacts, self.n_dof))
         for name in CONTACT_PARAMETERS:
-            bound = "non-negative" if name in FRICTION_PARAMETERS else "any"
-            value = check.one_or_each(name, getattr(self, name), self.n_contacts, "contact", bound)
-            put(self, name, value)
+            put(self, name, self._each(name, getattr(self, name)))
 
     @property
     def n_dof(self) -> int:
@@ -112,14 +110,21 @@ class Model:
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.
         """
-        changes: dict[str, Any] = {}
+        # What does not change was checked when this model was made.
+        other = object.__new__(Model)
+        other.__dict__.update(self.__dict__)
         for name, value in values.items():
             check.known(name, self.parameters, "parameter of this model")
             if name in BLADE_PARAMETERS:
-                changes[f"{name}_matrix"] = _diagonal(name, value, self.n_dof)
+                other.__dict__[f"{name}_matrix"] = _diagonal(name, value, self.n_dof)
             else:
-                changes[name] = value
-        return replace(self, **changes)
+                other.__dict__[name] = self._each(name, value)
+        return other
+
+    def _each(self, name: str, value: ArrayLike) -> FloatArray:
+        """Checked values of a parameter of the contacts, (n_contacts,)."""
+        bound = "non-negative" if name in FRICTION_PARAMETERS else "any"
+        return check.one_or_each(name, value, self.n_contacts, "contact", bound)
 
     def __reduce__(self):
         # Through the constructor: unpickled arrays would be writable.
@@ -210,7 +215,7 @@ def bladed_disk(
 def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     bound = "positive" if name == "mass" else "non-negative"
     entries = check.one_or_each(name, value, size, "blade", bound)
-    # Zeros stay stored: each blade keeps its place among the parameters.
+    # Zeros stay stored: each blade keeps its place among the parameters. The entries are read-only.
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize
 
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
@@ -34,6 +34,7 @@ _ASIDE = 1e-6
 """Distance from a peak, as a share of the way, at which slopes tell that it is a maximum."""
 _ROUGHLY = 0.01
 """Part of the change over a stretch by which what is interpolated may be wrong."""
+_MAX_SECANTS = 12
 _PRECISION = 1e-11
 """Last step of the search for a peak, as a share of the way between two points."""
 
@@ -264,17 +265,19 @@ def _zero(slope: Callable[[float], float], low: float, high: float, start: float
             known[share] = slope(share)
         return known[share]
 
-    try:
-        first = remembered(start)
-        steepness = (high - first) / (1 - start) if first > 0 else (first - low) / start
-        second = start - first / steepness
-        share = float(
-            optimize.newton(remembered, start, x1=second, tol=_PRECISION)  # type: ignore
-        )
-        before = max(h for h in known if h < share - _ASIDE)
-        beyond = min(h for h in known if h > share + _ASIDE)
-        if known[before] >= 0 >= known[beyond]:
-            return share
-    except (ArithmeticError, RuntimeError, ValueError):
-        pass
-    return float(optimize.brentq(remembered, 0, 1, xtol=1e-13))  # type: ignore
+    first = remembered(start)
+    other = 1.0 if first > 0 else 0.0  # where the slope has the other sign
+    share, before = start, other
+    for _ in range(_MAX_SECANTS):
+        rise = remembered(share) - remembered(before)
+        step = -remembered(share) * (share - before) / rise if rise else np.inf
+        if not 0 <= share + step <= 1:
+            break
+        share, before = share + step, share
+        if abs(step) <= _PRECISION:
+            left = max(h for h in known if h < share - _ASIDE)
+            right = min(h for h in known if h > share + _ASIDE)
+            if known[left] >= 0 >= known[right]:
+                return share
+            break
+    return float(scipy.optimize.brentq(remembered, 0, 1, xtol=1e-13))  # type: ignore

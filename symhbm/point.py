@@ -1,5 +1,6 @@
-"""All results at one point, as plain arrays by the names of the dataset."""
+"""All results at one point or many, as plain arrays by the names of the dataset."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,33 @@ RADIANS = 2 * np.pi
 
 Table = dict[str, Any]
 
+_BATCH = 1000
+"""Motions of degrees of freedom and contacts that are described at once."""
+
+
+def describe_each(
+    problems: Sequence[HarmonicBalance],
+    unknowns: FloatArray,
+    frequencies: FloatArray,
+    iterations: Sequence[int],
+    stability: bool = False,
+) -> Table:
+    """All results at points (n_points, n_unknowns) of problems of one structure, point by point.
+
+    ``frequencies`` (n_points,) in Hz. A point that is no solution becomes NaN. ``stability`` adds
+    the growth of small motions beside the responses.
+    """
+    first = problems[0]
+    table = nothing(first, len(problems), stability)
+    table["iterations"][:] = iterations
+    size = max(1, _BATCH // (first.n_dof + first.n_contacts))
+    for i in range(0, len(problems), size):
+        part = slice(i, i + size)
+        found = _described(problems[part], unknowns[part], RADIANS * frequencies[part], stability)
+        for name, values in found.items():
+            table[name][part] = values
+    return table
+
 
 def describe(
     problem: HarmonicBalance,
@@ -23,50 +51,109 @@ def describe(
     iterations: int = 0,
     stability: bool = False,
 ) -> Table:
-    """All results at one point; ``frequency`` in Hz. A point that is no solution becomes NaN.
+    """All results at one point, as of `describe_each`."""
+    table = describe_each([problem], unknowns[None], np.array([frequency]), [iterations], stability)
+    return {name: values[0] for name, values in table.items()}
 
-    ``stability`` adds the growth of small motions beside the response.
-    """
-    evaluation = problem.evaluate(unknowns, RADIANS * frequency)
-    friction, stiffness = evaluation.friction, problem.contact_stiffness
-    coefficients = problem.everywhere(unknowns)
-    relative = problem.relative(unknowns)
-    force = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
-    force += problem.slip_limit[:, None] * friction.vector
-    # Work of the friction force over a period: the integral of f dy.
-    velocity = relative @ problem.basis.derivative_matrix.T
-    converged = bool(evaluation.norm <= ACCEPTED)
-    sampled = {} if problem.samples is None else _sampling(problem, unknowns, frequency)
-    result: Table = dict(
-        coefficient=by_harmonic(problem.basis, coefficients),
-        amplitude=largest_displacement(problem.basis, coefficients)[0],
-        theta_0=friction.theta_0,
-        theta_star=friction.theta_star,
-        stick_fraction=friction.stick_fraction,
-        dissipation=np.einsum("ci,ci->c", force, velocity / problem.basis.norm),
-        residual_norm=np.float64(evaluation.norm),
-        **sampled,
+
+def nothing(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
+    """The entries of points without a solution."""
+    n_dof, n_contacts = problem.model.n_dof, problem.model.n_contacts
+
+    def unknown(*shape: int) -> FloatArray:
+        return np.full((n_points, *shape), np.nan)
+
+    def none(kind: type, *shape: int) -> np.ndarray:
+        return np.full((n_points, *shape), -1, dtype=kind)
+
+    table: Table = dict(
+        coefficient=unknown(n_dof, len(problem.harmonics), 2),
+        amplitude=unknown(n_dof),
+        theta_0=unknown(n_contacts),
+        theta_star=unknown(n_contacts),
+        stick_fraction=unknown(n_contacts),
+        dissipation=unknown(n_contacts),
+        residual_norm=unknown(),
     )
-    if not converged:
-        result = {
-            name: value if name == "residual_norm" else np.full_like(value, np.nan)
-            for name, value in result.items()
-        }
+    if problem.samples is not None:
+        table["sampling_error"] = unknown()
     if stability:
-        omega = RADIANS * frequency
-        rate = growth_rate(problem, omega, evaluation, unknowns) if converged else np.nan
-        result["growth_rate"] = np.float64(rate)
-        result["stability"] = np.int8(verdict(rate, omega))
-    rubs = converged & (stiffness > 0)
-    states = dict(
-        contact_state=np.where(rubs, friction.slip, -1).astype(np.int8),
-        reversals=np.where(converged, friction.reversals, -1).astype(np.int32),
+        table |= dict(growth_rate=unknown(), stability=none(np.int8))
+    return table | dict(
+        contact_state=none(np.int8, n_contacts),
+        reversals=none(np.int32, n_contacts),
+        converged=np.zeros(n_points, dtype=bool),
+        contact_model_valid=np.zeros(n_points, dtype=bool),
+        iterations=np.zeros(n_points, dtype=np.int32),
     )
-    return _of_all_contacts(problem, result | states) | dict(
-        converged=np.bool_(converged),
-        contact_model_valid=np.bool_(converged),
-        iterations=np.int32(iterations),
+
+
+def _described(
+    problems: Sequence[HarmonicBalance],
+    unknowns: FloatArray,
+    frequencies: FloatArray,
+    stability: bool,
+) -> Table:
+    """Results at points but their iterations; ``frequencies`` in rad/s."""
+    first, basis = problems[0], problems[0].basis
+    norm, friction = HarmonicBalance.check_each(problems, unknowns, frequencies)
+    converged = norm <= ACCEPTED
+    points = len(problems), first.n_contacts
+
+    def each(values: np.ndarray) -> np.ndarray:
+        """Values of all contacts, point by point."""
+        return values.reshape(points + values.shape[1:])
+
+    stiffness = np.array([problem.contact_stiffness for problem in problems])
+    limit = np.array([problem.slip_limit for problem in problems])
+    relative = first.relative(unknowns)
+    force = stiffness[..., None] * np.einsum("pcij,pcj->pci", each(friction.matrix), relative)
+    force += limit[..., None] * each(friction.vector)
+    # Work of the friction force over a period: the integral of f dy.
+    velocity = relative @ basis.derivative_matrix.T / basis.norm
+    table: Table = dict(
+        coefficient=by_harmonic(basis, first.everywhere(unknowns)),
+        amplitude=_amplitude(first, unknowns),
+        theta_0=each(friction.theta_0),
+        theta_star=each(friction.theta_star),
+        stick_fraction=each(friction.stick_fraction),
+        dissipation=np.einsum("pci,pci->pc", force, velocity),
     )
+    at = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
+    if first.samples is not None:
+        table["sampling_error"] = np.array([_sampling_error(*point) for point in at])
+    if not converged.all():
+        table = {name: _where(converged, values, np.nan) for name, values in table.items()}
+    if stability:
+        rates = [
+            _growth(*point) if found else np.nan for point, found in zip(at, converged, strict=True)
+        ]
+        table["growth_rate"] = np.array(rates)
+        table["stability"] = np.array(
+            [verdict(*point) for point in zip(rates, frequencies, strict=True)]
+        )
+    rubs = converged[:, None] & (stiffness > 0)
+    table["contact_state"] = np.where(rubs, each(friction.slip), -1)
+    table["reversals"] = _where(converged, each(friction.reversals), -1)
+    flags = dict(converged=converged, contact_model_valid=converged)
+    return _of_all_contacts(first, table) | flags | dict(residual_norm=norm)
+
+
+def _where(condition: np.ndarray, values: np.ndarray, other: float) -> np.ndarray:
+    """Values (n_points, ...) where a condition (n_points,) holds."""
+    return np.where(condition.reshape(-1, *[1] * (values.ndim - 1)), values, other)
+
+
+def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+    """Largest displacements (n_points, n_dof) of the structure; sectors move alike."""
+    basis = problem.basis
+    motions = unknowns.reshape(-1, basis.n_components)
+    amplitude = largest_displacement(basis, motions)[0].reshape(len(unknowns), -1)
+    return np.tile(amplitude, problem.model.n_dof // problem.n_dof)
+
+
+def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
+    return growth_rate(problem, frequency, problem.evaluate(unknowns, frequency), unknowns)
 
 
 def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
@@ -75,43 +162,28 @@ def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
     if symmetry is None:
         return table
     lags = symmetry.contact_lags()
+    angles = ("theta_0", "theta_star")
     spread = {
-        name: symmetry.spread_contacts(table[name])
-        for name in ("stick_fraction", "dissipation", "contact_state", "reversals")
+        name: symmetry.spread_contacts(table[name].T).T
+        for name in ("stick_fraction", "dissipation", "contact_state", "reversals", *angles)
     }
-    for name in ("theta_0", "theta_star"):
-        spread[name] = (symmetry.spread_contacts(table[name]) + lags) % (2 * np.pi)
+    for name in angles:
+        spread[name] = (spread[name] + lags) % (2 * np.pi)
     return table | spread
 
 
-def _sampling(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Table:
+def _sampling_error(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
     """Error of a response with sampled friction: one Newton step with located angles."""
-    exact = problem.located().evaluate(unknowns, RADIANS * frequency)
+    exact = problem.located().evaluate(unknowns, frequency)
     step = Factorisation(exact.jacobian).solve(exact.residual)
-    error = np.nan if step is None else np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
-    return {"sampling_error": np.float64(error)}
-
-
-def nothing(
-    problem: HarmonicBalance, frequency: float, iterations: int = 0, stability: bool = False
-) -> Table:
-    """The entry of a point without a solution."""
-    table = describe(problem, np.zeros(problem.n_unknowns), frequency, iterations, stability)
-    for name, value in table.items():
-        if value.dtype.kind == "f":
-            table[name] = np.full_like(value, np.nan)
-    states = ("contact_state", "reversals", *(("stability",) if stability else ()))
-    flags = ("converged", "contact_model_valid")
-    return (
-        table
-        | {name: np.full_like(table[name], -1) for name in states}
-        | {name: np.bool_(False) for name in flags}
-    )
+    if step is None:
+        return np.nan
+    return float(np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0))
 
 
 def by_harmonic(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
-    """Coefficients (n, n_components) as (n, n_harmonics, 2); the sine of harmonic 0 is 0."""
-    result = np.zeros((len(coefficients), len(basis.harmonics), 2))
+    """Coefficients (..., n_components) as (..., n_harmonics, 2); the sine of harmonic 0 is 0."""
+    result = np.zeros((*coefficients.shape[:-1], len(basis.harmonics), 2))
     at = np.searchsorted(basis.harmonics, basis.order)
-    result[:, at, basis.is_sine.astype(int)] = coefficients
+    result[..., at, basis.is_sine.astype(int)] = coefficients
     return result

@@ -1,7 +1,8 @@
 """The problem behind a dataset: its parameters, matrices and description, and the way back."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import cache, lru_cache
 from importlib.metadata import version
 from typing import Any
 
@@ -24,16 +25,80 @@ REFERENCE = (
 )
 DRAWN = "drawn"
 """Attribute of a swept parameter that tells how its values were drawn."""
+LABELS = ("dof", "contact", "harmonic", "component")
+Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 
 
+@dataclass
+class Parts:
+    """What a dataset is made of: one that grows part by part is slow to make.
+
+    ``variables`` and ``coordinates`` are (dims, values, attributes) or ready-made, by name;
+    ``sizes``, the numbers of degrees of freedom and of contacts and the harmonics, where they have
+    labels.
+    """
+
+    variables: dict[str, Any]
+    coordinates: dict[str, Any]
+    attributes: dict[str, Any]
+    sizes: Sizes | None = None
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset) -> "Parts":
+        """The parts of a dataset with labels."""
+        whole = dataset.variables
+        variables = {str(name): whole[name] for name in dataset.data_vars}
+        own = [str(name) for name in dataset.coords if name not in LABELS]
+        sizes = dataset.sizes["dof"], dataset.sizes["contact"], tuple(whole["harmonic"].values)
+        return cls(variables, {name: whole[name] for name in own}, dict(dataset.attrs), sizes)
+
+    def dataset(self) -> xr.Dataset:
+        """The dataset."""
+        parts = self.variables | self.coordinates
+        made = {name: _variable(part) for name, part in parts.items()}
+        labels = None if self.sizes is None else _labels(*self.sizes)
+        return xr.Dataset(made, labels, self.attributes).set_coords([*self.coordinates])
+
+
+def _variable(part: Any) -> Any:
+    """A part as xarray holds it, made without a look at packages that might hold its numbers."""
+    if isinstance(part, (xr.Variable, xr.DataArray)):
+        return part
+    dims, values, attributes = part
+    return xr.Variable(dims, np.asarray(values), attributes, fastpath=True)
+
+
+@lru_cache(maxsize=64)
+def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coordinates:
+    """Coordinates that many datasets have: their indices are slow to make."""
+    number = {"dof": "degree of freedom", "contact": "contact"}
+    number["harmonic"] = "harmonic of the excitation frequency"
+    values = {"dof": np.arange(n_dof), "contact": np.arange(n_contacts)}
+    values["harmonic"] = np.array(harmonics)
+    labels = {
+        name: _variable((name, values[name], {"long_name": about, "units": "1"}))
+        for name, about in number.items()
+    }
+    parts = np.array(["cos", "sin"], dtype=object)
+    about = {"long_name": "component of the harmonic"}
+    labels["component"] = _variable(("component", parts, about))
+    return xr.Coordinates(labels)
+
+
 def with_provenance(
-    dataset: xr.Dataset,
+    variables: dict[str, Any],
+    coordinates: dict[str, Any],
     problem: HarmonicBalance,
     sweep: Sweep,
     followed: Task | None = None,
-) -> xr.Dataset:
-    """Add the parameters, the problem and where the numbers come from to a dataset."""
+    harmonics: tuple[int, ...] | None = None,
+) -> Parts:
+    """Variables and coordinates, the parameters, the problem and where the numbers come from.
+
+    ``harmonics`` are those of the coefficients, by default those of the problem.
+    """
+    variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
         units, long_name = PARAMETERS[name]
         attributes = {"units": units, "long_name": long_name}
@@ -42,24 +107,28 @@ def with_provenance(
         if name in sweep.values:
             swept = sweep.values[name]
             drawn = {DRAWN: swept.attrs[DRAWN]} if DRAWN in swept.attrs else {}
-            dataset[name] = (swept.dims, swept.values, attributes | drawn)
+            holder = coordinates if swept.dims == (name,) else variables
+            holder[name] = (swept.dims, swept.values, attributes | drawn)
             for label, coordinate in swept.coords.items():
-                if label not in (name, *dataset.coords):
+                if label not in (name, *LABELS, *coordinates):
                     about = {"long_name": str(label), "units": "1"} | coordinate.attrs
-                    dataset = dataset.assign_coords({label: coordinate.assign_attrs(about)})
+                    coordinates[str(label)] = coordinate.assign_attrs(about)
         if name in sweep.values or (followed and name == followed.name):
             target = f"{name}_nominal"
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
-        dataset[target] = (dims, np.array(value), attributes)
-    if not problem.model.lumped and not isinstance(problem.model, CondensedModel):
+        variables[target] = (dims, np.array(value), attributes)
+    if isinstance(problem.model, CondensedModel):
+        about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
+        coordinates["structure_dof"] = ("dof", problem.model.dofs, about)
+    elif not problem.model.lumped:
         for name in MATRICES:
-            dataset = dataset.assign(_sparse(name, getattr(problem.model, name)))
-    dataset.attrs = {
+            variables |= _sparse(name, getattr(problem.model, name))
+    about_all = {
         "title": "Forced response of a structure with dry friction by multi-harmonic balance",
         "references": REFERENCE,
         "symhbm_schema": SCHEMA_VERSION,
-        "symhbm_version": version("symhbm"),
-        "casadi_version": version("casadi"),
+        "symhbm_version": _version("symhbm"),
+        "casadi_version": _version("casadi"),
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
@@ -70,10 +139,17 @@ def with_provenance(
             "harmonics": problem.harmonics,
         }
         del description["at"]
-        dataset.attrs["followed"] = json.dumps(description)
+        about_all["followed"] = json.dumps(description)
         if followed.accuracy is not None:
-            dataset.attrs["accuracy"] = followed.accuracy
-    return dataset
+            about_all["accuracy"] = followed.accuracy
+    model = problem.model
+    sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
+    return Parts(variables, coordinates, about_all, sizes)
+
+
+@cache
+def _version(package: str) -> str:
+    return version(package)
 
 
 def _parameter_dims(name: str) -> tuple[str, ...]:

@@ -39,22 +39,20 @@ Span = tuple[int, int]
 class Refinement:
     """Curves of one problem, by set of harmonics, as an ``accuracy`` asks for them.
 
-    ``curve_of`` makes a curve from a problem; ``sets`` are of the same structure. Without an
-    accuracy there is one curve, that of the problem. ``solves`` counts all linear solves,
-    ``rejected`` all steps in vain.
+    ``curve_of`` makes a curve from a problem. Without an accuracy there is one curve, that of the
+    problem. ``solves`` counts all linear solves, ``rejected`` all steps in vain.
     """
 
     def __init__(
         self,
         problem: HarmonicBalance,
-        sets: HarmonicSets,
         curve_of: Callable[[HarmonicBalance], Curve],
         accuracy: float | None,
     ):
         self.solves = 0
         self.rejected = 0
         self._problem = problem
-        self._sets = sets
+        self._sets = HarmonicSets(problem)
         self._curve_of = curve_of
         self._curves: dict[int, Curve] = {}
         self._accuracy = np.inf if accuracy is None else accuracy
@@ -64,7 +62,7 @@ class Refinement:
     def curve(self, rung: int) -> Curve:
         """The curve with one set of harmonics."""
         if rung not in self._curves:
-            problem = self._sets[rung].with_parameters(**self._problem.parameters)
+            problem = self._problem.with_harmonics(self._sets.harmonics(rung))
             self._curves[rung] = self._curve_of(problem)
         return self._curves[rung]
 

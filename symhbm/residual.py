@@ -85,7 +85,9 @@ class HarmonicBalance:
             if symmetry is not None:
                 raise ValueError("symmetry: expected None for a condensed structure")
             self._structure = CondensedForces(model, excitation, self.basis)
-        self._equations = Equations(model, self.basis, model.has_cubic_springs, symmetry)
+        # Shared by all copies of this problem: each is compiled once.
+        self._compiled: dict[tuple, Equations] = {}
+        self._equations = self._compile(model.has_cubic_springs)
         self._set_arguments()
 
     @property
@@ -130,8 +132,9 @@ class HarmonicBalance:
         """
         if name not in self.parameters:
             self._check_compiled(f"derivative({name!r})")
-        self._equations = self._with_springs(name == "cubic_stiffness")
-        self._set_arguments()
+        if name == "cubic_stiffness":
+            self._equations = self._compile(cubic=True)
+            self._set_arguments()
         return self._equations.derivative(name)
 
     def _check_compiled(self, what: str) -> None:
@@ -146,11 +149,29 @@ class HarmonicBalance:
         if isinstance(self.model, CondensedModel):
             self.model.check_frequencies(name, values)
 
-    def _with_springs(self, needed: bool) -> Equations:
-        """The compiled equations, anew where cubic springs join those that have none."""
-        if needed and not self._equations.cubic:
-            return Equations(self.model, self.basis, True, self.symmetry)
-        return self._equations
+    def _compile(self, cubic: bool) -> Equations:
+        """The equations of this structure, harmonic set and sector, with or without springs."""
+        key = self.harmonics, self.symmetry, cubic
+        if key not in self._compiled:
+            self._compiled[key] = Equations(self.model, self.basis, cubic, self.symmetry)
+        return self._compiled[key]
+
+    def with_harmonics(self, harmonics: tuple[int, ...]) -> "HarmonicBalance":
+        """Copy with other harmonics, compiled once for all copies of this problem."""
+        return self._with(basis=FourierBasis(harmonics))
+
+    def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
+        """Balance of the first of equal sectors, compiled once for all copies of this problem."""
+        return self._with(symmetry=symmetry)
+
+    def _with(self, **changes: Any) -> "HarmonicBalance":
+        other = object.__new__(HarmonicBalance)
+        other.__dict__.update(self.__dict__, **changes)
+        other._equations = other._compile(self._equations.cubic)
+        if isinstance(other.model, CondensedModel):
+            other._structure = CondensedForces(other.model, other.excitation, other.basis)
+        other._set_arguments()
+        return other
 
     @property
     def single_valued(self) -> bool:
@@ -205,15 +226,17 @@ class HarmonicBalance:
 
         Raises KeyError for a name that is no parameter, ValueError or TypeError for bad values.
         """
+        known, own = self.parameters, self.model.parameters
         for name in values:
-            check.known(name, self.parameters)
-        of_model = {k: v for k, v in values.items() if k in self.model.parameters}
+            check.known(name, known)
+        of_model = {k: v for k, v in values.items() if k in own}
         of_force = {k: v for k, v in values.items() if k not in of_model}
         other = object.__new__(HarmonicBalance)
         other.__dict__.update(self.__dict__)
         if of_model:
             other.model = self.model.with_parameters(**of_model)
-            other._equations = self._with_springs(other.model.has_cubic_springs)
+            if other.model.has_cubic_springs and not self._equations.cubic:
+                other._equations = self._compile(cubic=True)
         if of_force:
             other.excitation = self.excitation.with_parameters(**of_force)
             if isinstance(other.model, CondensedModel) and {*of_force} != {"force_amplitude"}:
@@ -230,14 +253,20 @@ class HarmonicBalance:
         return unknowns.reshape(self.n_dof, self.basis.n_components)
 
     def everywhere(self, unknowns: FloatArray) -> FloatArray:
-        """Coefficients of all degrees of freedom of the structure, ``(.., n_components)``."""
-        whole = unknowns if self.symmetry is None else self._equations.expansion @ unknowns
-        return whole.reshape(self.model.n_dof, self.basis.n_components)
+        """Coefficients of all degrees of freedom of the structure, ``(.., n_components)``.
+
+        ``unknowns`` (..., n_unknowns) may be those of several points.
+        """
+        whole = unknowns if self.symmetry is None else (self._equations.expansion @ unknowns.T).T
+        return whole.reshape(*unknowns.shape[:-1], self.model.n_dof, self.basis.n_components)
 
     def relative(self, unknowns: FloatArray) -> FloatArray:
-        """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m]."""
-        relative = self._equations.directions @ unknowns
-        return relative.reshape(self.n_contacts, self.basis.n_components)
+        """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m].
+
+        ``unknowns`` (..., n_unknowns) may be those of several points.
+        """
+        relative = (self._equations.directions @ unknowns.T).T
+        return relative.reshape(*unknowns.shape[:-1], self.n_contacts, self.basis.n_components)
 
     @property
     def directions(self) -> Any:
@@ -256,22 +285,29 @@ class HarmonicBalance:
 
     def locate(self, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None):
         """Events of all contacts at the unknowns, see `symhbm.contact.locate`."""
-        motion = self.basis, self.relative(unknowns), self.contact_stiffness, self.slip_limit
+        motion = self.relative(unknowns), self.contact_stiffness, self.slip_limit
+        return self._locate(*motion, slip)
+
+    def _locate(self, *motion: Any) -> LocatedFriction:
         if self.samples is None:
-            return locate(*motion, slip)
-        return locate_sampled(*motion, slip, samples=self.samples)
+            return locate(self.basis, *motion)
+        return locate_sampled(self.basis, *motion, samples=self.samples)
 
     @staticmethod
     def locate_each(
         problems: Sequence["HarmonicBalance"], unknowns: Sequence[FloatArray]
     ) -> list[LocatedFriction]:
         """Events of all contacts at the unknowns of several problems of one structure, at once."""
+        return HarmonicBalance._locate_all(problems, np.array(unknowns)).split(len(problems))
+
+    @staticmethod
+    def _locate_all(problems: Sequence["HarmonicBalance"], unknowns: FloatArray) -> LocatedFriction:
+        """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
         first = problems[0]
-        relative = np.concatenate([p.relative(u) for p, u in zip(problems, unknowns, strict=True)])
-        stiffness = np.concatenate([p.contact_stiffness for p in problems])
-        limit = np.concatenate([p.slip_limit for p in problems])
-        located = locate(first.basis, relative, stiffness, limit)
-        return located.split(len(problems))
+        relative = first.relative(unknowns).reshape(-1, first.basis.n_components)
+        stiffness = np.concatenate([problem.contact_stiffness for problem in problems])
+        limit = np.concatenate([problem.slip_limit for problem in problems])
+        return first._locate(relative, stiffness, limit)
 
     def located(self) -> "HarmonicBalance":
         """The same problem with located switching angles."""
@@ -316,6 +352,29 @@ class HarmonicBalance:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
         shape = self._arguments[-1] if self._structure is None else self._structure.shape(frequency)
         return self.coefficients(self.excitation.amplitude * shape)
+
+    @staticmethod
+    def check_each(
+        problems: Sequence["HarmonicBalance"], unknowns: FloatArray, frequencies: FloatArray
+    ) -> tuple[FloatArray, LocatedFriction]:
+        """Norms (n_points,) of `evaluate`, and the events of all contacts point by point.
+
+        ``unknowns`` (n_points, n_unknowns) of problems of one structure; ``frequencies``
+        (n_points,) in rad/s.
+        """
+        first = problems[0]
+        each = zip(problems, unknowns, frequencies.tolist(), strict=True)
+        if first.in_closed_form and not first.condensed:
+            compiled = first._equations
+            found = [compiled.packed(x, omega, problem._arguments) for problem, x, omega in each]
+            residual, magnitude, _, _, events = zip(*found, strict=True)
+            largest, force = np.abs(residual).max(axis=1), np.concatenate(magnitude)
+            norm = largest / np.where(force > 0, force, 1.0)
+            return norm, compiled.unpacked(np.concatenate(events))
+        located = HarmonicBalance._locate_all(problems, unknowns)
+        found = zip(each, located.split(len(problems)), strict=True)
+        norm = [problem.evaluate(x, at, friction=own).norm for (problem, x, at), own in found]
+        return np.array(norm), located
 
     def _stretches(self, unknowns: FloatArray, friction: LocatedFriction) -> float:
         """Largest of the two terms of stretches of stick, see `Equations`."""

@@ -14,6 +14,7 @@ from symhbm.branch import Branch, Task, blank_branch
 from symhbm.ensemble import compute
 from symhbm.merge import merge
 from symhbm.residual import HarmonicBalance
+from symhbm.spool import Spool
 from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 from symhbm.sweep import Sweep
 
@@ -49,17 +50,20 @@ def run(
     Raises KeyError for names to keep that the result does not have, and ArchiveError if there is an
     archive of another computation, if it is in use, or cannot be written.
     """
-    call, blank = schema.describe(problem, sweep, task), blank_branch(problem, task)
-    names = [tables.name_of(key, task) for key in tables.flat(blank) if key != "harmonics"]
+    call, whole = schema.describe(problem, sweep, task), blank_branch(problem, task)
+    blank = tables.reduced(whole, task)
+    names = [tables.name_of(key, task) for key in tables.flat(whole) if key != "harmonics"]
     for name in task.keep or ():
-        check.known(name, dict.fromkeys([*names, *map(str, call.variables)]), "variable to keep")
+        check.known(
+            name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
+        )
     if archive is None:
-        curves = dict(compute(problem, sweep, task, blank, executor, progress))
-        found = [tables.flat(curves.pop(number)) for number in range(sweep.size)]
-        layout = tables.common(map(tables.layout_of, found))
-        return schema.label(call, sweep, task, tables.stack(found, layout))
+        with Spool() as spool:
+            for found in compute(problem, sweep, task, blank, executor, progress):
+                spool.add(found)
+            return schema.label(call, sweep, task, spool.stacked())
     target = _target("archive", archive)
-    file = working_file(target)
+    file, call = working_file(target), call.dataset()
     if target.exists():
         _check_same(call, load(target, lazy=True), target)
         if file.exists():
@@ -68,7 +72,7 @@ def run(
                 _check_same(call, call_of(store), file)
                 store.remove()
         return load(target, lazy=True)
-    kept, empty = bytes_of(call), tables.encode(tables.flat(tables.reduced(blank, task)))
+    kept, empty = bytes_of(call), tables.encode(tables.flat(blank))
     with Store(file) as store:
         if store.call is None:
             store.begin(kept, sweep.size, empty)
@@ -112,7 +116,7 @@ def resume(
     with Store(file) as store:
         call = call_of(store)
         problem, task = rebuild(call), schema.recall(call)[1]
-        blank = blank_branch(problem, task)
+        blank = tables.reduced(blank_branch(problem, task), task)
         return _finished(store, target, call, problem, blank, executor, progress)
 
 
@@ -132,8 +136,8 @@ def _finished(
         curves = compute(problem, sweep, task, blank, executor, progress, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.
         with closing(curves):
-            for number, branch in curves:
-                store.add(number, tables.encode(tables.flat(branch)))
+            for found in curves:
+                store.add(found)
         merge(store, target, progress)
     store.remove()
     return load(target, lazy=True)

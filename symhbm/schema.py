@@ -3,29 +3,29 @@
 import json
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from symhbm.branch import Task
-from symhbm.condensed_model import CondensedModel
 from symhbm.names import PARAMETERS, VARIABLES, meaning
 from symhbm.point import Table
-from symhbm.provenance import with_provenance
+from symhbm.provenance import Parts, with_provenance
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import RESERVED, Sweep
 from symhbm.tables import name_of
 
 
-def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> xr.Dataset:
-    """Dataset of everything but results: what is computed, of what."""
-    coordinates = _coordinates(problem, problem.harmonics)
+def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> Parts:
+    """Everything but results: what is computed, of what."""
+    coordinates: dict[str, tuple] = {}
     if task.at is not None:
         coordinates[task.name] = (task.name, task.at, _attributes(task.name))
     if task.frequency is not None:
         coordinates["frequency"] = ((), task.frequency, _attributes("frequency"))
-    return with_provenance(xr.Dataset({}, coordinates), problem, sweep, task)
+    return with_provenance({}, coordinates, problem, sweep, task)
 
 
 def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
@@ -77,7 +77,7 @@ def _results(dataset: xr.Dataset) -> list[str]:
     return [*found, f"event_{moving}", f"peak_{moving}", *([] if followed["grid"] else [moving])]
 
 
-def label(call: xr.Dataset, sweep: Sweep, task: Task, results: Table) -> xr.Dataset:
+def label(call: Parts, sweep: Sweep, task: Task, results: Table) -> xr.Dataset:
     """Dataset of response curves, stacked one per parameter set, of what `describe` gives.
 
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
@@ -92,12 +92,14 @@ def label(call: xr.Dataset, sweep: Sweep, task: Task, results: Table) -> xr.Data
         n_axes = stacked.ndim - 1 - len(meaning(name).inner)
         variables[name] = _variable(name, sweep, stacked, (axis, "solution")[:n_axes])
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
-    problem = json.loads(call.attrs["problem"]) | {"harmonics": harmonics}
-    own = {task.name: variables.pop(task.name)} if task.at is None else {}
-    own["harmonic"] = ("harmonic", np.array(harmonics), call["harmonic"].attrs)
-    dataset = xr.Dataset(variables, call.drop_vars("harmonic").coords)
-    dataset = dataset.assign_coords(own).assign(call.data_vars)
-    return dataset.assign_attrs(call.attrs | {"problem": json.dumps(problem)})
+    problem = json.loads(call.attributes["problem"]) | {"harmonics": harmonics}
+    coordinates = dict(call.coordinates)
+    if task.at is None:
+        coordinates[task.name] = variables.pop(task.name)
+    assert call.sizes is not None
+    sizes = *call.sizes[:2], tuple(harmonics)
+    attributes = call.attributes | {"problem": json.dumps(problem)}
+    return Parts(variables | call.variables, coordinates, attributes, sizes).dataset()
 
 
 def label_point(
@@ -111,10 +113,11 @@ def label_point(
     nothing = Sweep({}, (), ())
     variables = {name: _variable(name, nothing, value[None]) for name, value in point.items()}
     variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
-    coordinates: dict[str, tuple] = _coordinates(problem, problem.harmonics)
-    coordinates["frequency"] = ((), frequency, _attributes("frequency"))
-    dataset = with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
-    return dataset if accuracy is None else dataset.assign_attrs(accuracy=accuracy)
+    coordinates = {"frequency": ((), frequency, _attributes("frequency"))}
+    parts = with_provenance(variables, coordinates, problem, nothing)
+    if accuracy is not None:
+        parts.attributes["accuracy"] = accuracy
+    return parts.dataset()
 
 
 _CURVE_AXES = ("minimum", "event")
@@ -139,13 +142,15 @@ def label_peak_curve(
         axes = () if np.ndim(value) == 0 else (along,)
         variables[name] = _variable(name, nothing, np.asarray(value)[None], axes)
     units = PARAMETERS[task.name][0]
-    variables["peak_amplitude_slope"][2]["units"] = "m" if units == "1" else f"m/({units})"
+    dims, values, about = variables["peak_amplitude_slope"]
+    about = about | {"units": "m" if units == "1" else f"m/({units})"}
+    variables["peak_amplitude_slope"] = dims, values, about
     variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
-    coordinates = _coordinates(problem, problem.harmonics)
-    coordinates[task.name] = (task.name, task.at, _attributes(task.name))
-    dataset = with_provenance(xr.Dataset(variables, coordinates), problem, nothing, task)
-    followed = json.loads(dataset.attrs["followed"]) | {"frequency_bands": list(bands)}
-    return dataset.assign_attrs(followed=json.dumps(followed))
+    coordinates = {task.name: (task.name, task.at, _attributes(task.name))}
+    parts = with_provenance(variables, coordinates, problem, nothing, task)
+    followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
+    parts.attributes["followed"] = json.dumps(followed)
+    return parts.dataset()
 
 
 _MOTION_AXES = {
@@ -177,10 +182,10 @@ def label_motion(
         for name, value in motion.items()
     }
     variables["status"] = _variable("status", nothing, np.array([status], dtype=object))
-    coordinates: dict[str, tuple] = _coordinates(problem, harmonics)
-    coordinates["frequency"] = ((), frequency, _attributes("frequency"))
+    coordinates = {"frequency": ((), frequency, _attributes("frequency"))}
     coordinates["angle"] = variables.pop("angle")
-    return with_provenance(xr.Dataset(variables, coordinates), problem, nothing)
+    parts = with_provenance(variables, coordinates, problem, nothing, harmonics=harmonics)
+    return parts.dataset()
 
 
 def _variable(name: str, sweep: Sweep, values: np.ndarray, axes: tuple[str, ...] = ()) -> tuple:
@@ -189,28 +194,7 @@ def _variable(name: str, sweep: Sweep, values: np.ndarray, axes: tuple[str, ...]
     return (*sweep.dims, *axes, *meaning(name).inner), data, _attributes(name)
 
 
+@lru_cache(maxsize=512)
 def _attributes(name: str) -> dict[str, Any]:
     about = meaning(name)
     return {"units": about.units, "long_name": about.long_name, **about.attributes}
-
-
-def _coordinates(problem: HarmonicBalance, harmonics: tuple[int, ...]) -> dict[str, tuple]:
-    model = problem.model
-    kept: dict[str, tuple] = {}
-    if isinstance(model, CondensedModel):
-        about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
-        kept["structure_dof"] = ("dof", model.dofs, about)
-    return kept | {
-        "dof": ("dof", np.arange(model.n_dof), {"long_name": "degree of freedom", "units": "1"}),
-        "contact": ("contact", np.arange(model.n_contacts), {"long_name": "contact", "units": "1"}),
-        "harmonic": (
-            "harmonic",
-            np.array(harmonics),
-            {"long_name": "harmonic of the excitation frequency", "units": "1"},
-        ),
-        "component": (
-            "component",
-            np.array(["cos", "sin"], dtype=object),
-            {"long_name": "component of the harmonic"},
-        ),
-    }

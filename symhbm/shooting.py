@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import DOP853
+import scipy
 
 from symhbm import check
 from symhbm.event_march import March, march
@@ -95,7 +95,7 @@ class IntegratedPieces(LinearPieces):
             return np.concatenate([slopes, acceleration(tau, values, slopes)], axis=None)
 
         with np.errstate(over="ignore", invalid="ignore"):
-            solver = DOP853(
+            solver = scipy.integrate.DOP853(
                 rates,
                 tau,
                 start.ravel(),

@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm import check, schema
 from symhbm.angle_solvers import check_angles, solve_angles
 from symhbm.curve import FrequencyCurve
-from symhbm.harmonic_sets import HarmonicSets, check_accuracy
+from symhbm.harmonic_sets import check_accuracy
 from symhbm.newton import NewtonResult
 from symhbm.point import RADIANS, describe, nothing
 from symhbm.refinement import Refinement
@@ -83,7 +83,8 @@ def solve(
             point = describe(problem, result.unknowns, frequency, iterations, stability)
             point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
         else:
-            point = nothing(problem, frequency, iterations, stability)
+            blank = nothing(problem, 1, stability) | {"iterations": np.array([iterations])}
+            point = {name: values[0] for name, values in blank.items()}
     if target is not None:
         point["highest_harmonic"] = np.int32(problem.basis.highest)
         point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
@@ -101,7 +102,7 @@ def _solved(
     """The problem with the harmonics it takes, its solution and the error of that."""
     if accuracy is None:
         return problem, solve_point(problem, frequency), np.nan
-    refinement = Refinement(problem, HarmonicSets(problem), FrequencyCurve, accuracy)
+    refinement = Refinement(problem, FrequencyCurve, accuracy)
     problem = refinement.curve(0).problem
     found = solve_point(problem, frequency)
     if not found.converged:

@@ -1,7 +1,7 @@
 """The working file of an archive: finished parameter sets, safe against a kill at any instant.
 
 An SQLite database of one row per set. The journal stays on disk between commits, which takes two
-waits for the disk per set instead of a new file, and, unlike a write-ahead log, works on network
+waits for the disk per commit instead of a new file, and, unlike a write-ahead log, works on network
 file systems. A second, empty database beside it is locked as long as a process writes: its lock
 goes with the process, however that ends, and forked workers do not hold it.
 """
@@ -12,9 +12,11 @@ import socket
 import sqlite3
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from symhbm.tables import Encoded
 
 SUFFIX = ".partial"
 _FORMAT = 1
@@ -25,9 +27,6 @@ BEGIN IMMEDIATE;
 CREATE TABLE about (name TEXT PRIMARY KEY, value BLOB);
 CREATE TABLE results (number INTEGER PRIMARY KEY, layout TEXT, checksum INTEGER, data BLOB);
 """
-
-Encoded = tuple[str, bytes]
-"""A table as `symhbm.tables.encode` gives it."""
 
 
 class ArchiveError(OSError, ValueError):
@@ -162,11 +161,17 @@ class Store:
                 raise
         self.call, self.n_sets = call, n_sets
 
-    def add(self, number: int, encoded: Encoded) -> None:
-        """Keep the result of one parameter set; on return it is safe."""
+    def add(self, found: Sequence[tuple[int, Encoded]]) -> None:
+        """Keep the results of some parameter sets, by number; on return they are safe."""
+        if not found:
+            return
         with self._reported("written"):
-            self._insert(number, encoded)
-        self.done.add(number)
+            # The disk is waited for once, however many they are.
+            self._execute("BEGIN IMMEDIATE")
+            for number, encoded in found:
+                self._insert(number, encoded)
+            self._execute("COMMIT")
+        self.done.update(number for number, _ in found)
 
     def _insert(self, number: int, encoded: Encoded) -> None:
         layout, data = encoded
@@ -175,9 +180,11 @@ class Store:
         self._execute("INSERT INTO results VALUES (?, ?, ?, ?)", values)
 
     def layouts(self) -> Iterator[tuple[int, str]]:
-        """Number and layout of each finished set."""
+        """All layouts of finished sets, and the number of a set of each."""
         with self._reported("read"):
-            yield from self._execute("SELECT number, layout FROM results WHERE number >= 0")
+            yield from self._execute(
+                "SELECT MIN(number), layout FROM results WHERE number >= 0 GROUP BY layout"
+            )
 
     def read(self, first: int, last: int) -> list[tuple[int, Encoded]]:
         """Finished sets with numbers from ``first`` to ``last``, in order; -1 is a blank one."""

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -16,6 +16,8 @@ ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_
 """What is kept of the points of a curve beside what was asked for."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
+Encoded = tuple[str, bytes]
+"""Layout and numbers of a table, see `encode`."""
 Layout = dict[str, tuple[np.dtype, tuple[int, ...]]]
 """Type and shape of each array of a table."""
 
@@ -48,7 +50,7 @@ def flat(branch: Branch) -> Table:
     return branch.points | branch.peaks | branch.events | counts | whole
 
 
-def encode(table: Table) -> tuple[str, bytes]:
+def encode(table: Table) -> Encoded:
     """Layout of a table as JSON, and its arrays one after the other as bytes."""
     plain = {
         name: array.astype(str) if array.dtype.kind == "O" else array
@@ -73,11 +75,6 @@ def _stored(layout: str) -> list[tuple[str, np.dtype, tuple[int, ...]]]:
     return [(name, np.dtype(kind), tuple(shape)) for name, kind, shape in json.loads(layout)]
 
 
-def layout_of(table: Table) -> Layout:
-    """The layout of a table."""
-    return {name: (array.dtype, array.shape) for name, array in table.items()}
-
-
 def stored_layout(layout: str) -> Layout:
     """The layout of a table that was turned into bytes."""
     text = np.dtype(object)
@@ -99,21 +96,18 @@ def n_bytes(layout: Layout) -> int:
     return sum(dtype.itemsize * math.prod(shape) for dtype, shape in layout.values())
 
 
-def stack(tables: Sequence[Table], layout: Layout) -> Table:
-    """Stack ragged tables, padded at the end with NaN, -1, False or an empty text.
+def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
+    """Stack so many ragged tables, padded at the end with NaN, -1, False or an empty text.
 
     Coefficients of harmonics that a curve leaves out are 0, or as unknown as the others.
     """
-    result = {}
-    for name, (dtype, shape) in layout.items():
-        stacked = blank(dtype, (len(tables), *shape))
-        for number, table in enumerate(tables):
+    result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
+    for number, table in enumerate(tables):
+        for name, stacked in result.items():
             array = table[name]
             if name.endswith("coefficient"):
-                array = _widened(array, shape[-2])
-            inside = tuple(slice(size) for size in array.shape)
-            np.copyto(stacked[(number, ..., *inside)], array)
-        result[name] = stacked
+                array = _widened(array, stacked.shape[-2])
+            stacked[(number, ..., *map(slice, array.shape))] = array
     return result
 
 

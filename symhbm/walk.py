@@ -3,7 +3,7 @@
 from functools import cached_property
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from symhbm.constraints import Hyperplane, unit_parameter
 from symhbm.continuation import Path
@@ -161,7 +161,7 @@ class Walk:
             at = ends[share] if share in ends else path.interpolate(np.array([share]))[0][0, -1]
             return float(at) - value
 
-        guess = path.interpolate(np.array([optimize.brentq(distance, 0.0, 1.0)]))[0][0]
+        guess = path.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
         near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
         return self._along(path, value) if near_fold else self._correct(guess, here)
 
@@ -182,7 +182,7 @@ class Walk:
             return float(station.state[-1]) - value
 
         try:
-            share = float(optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
+            share = float(scipy.optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
         except ArithmeticError:
             return None
         station = path.solve(share)

@@ -92,11 +92,11 @@ def counted(monkeypatch, stop=None):
     """A list of the normal loads computed from now on; instead of one more, KeyboardInterrupt."""
     made, compute = [], ensemble.compute_branch
 
-    def counting(problem, task, sets):
+    def counting(problem, task):
         if len(made) == stop:
             raise KeyboardInterrupt
         made.append(problem.parameters["normal_load"].tolist())
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", counting)
     return made
@@ -354,7 +354,7 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
     code = "import sys, symhbm as sh; sh.resume(sys.argv[1])"
     told = []
 
-    def busy(problem, task, sets):
+    def busy(problem, task):
         if not told:
             told.append("")
             with pytest.raises(sh.ArchiveError, match="in use") as caught:
@@ -366,7 +366,7 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
             told.append(other.stderr.splitlines()[-1])
             part = sh.load(f"{path}.partial")
             assert (part.status == str(sh.Status.NOT_STARTED)).all()
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", busy)
     call("path", archive=path).close()
@@ -381,13 +381,13 @@ def test_removed_while_it_is_written(what, tmp_path, monkeypatch):
     path, compute = tmp_path / "here" / "x.nc", ensemble.compute_branch
     path.parent.mkdir()
 
-    def removing(problem, task, sets):
+    def removing(problem, task):
         if float(problem.parameters["normal_load"][0]) == LOADS[2]:
             if what == "directory":
                 shutil.rmtree(path.parent)
             else:
                 working_file(path).unlink()
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", removing)
     with pytest.raises(sh.ArchiveError, match=f"{what}.* was removed, and with it all"):
@@ -421,6 +421,7 @@ def test_a_full_disk_keeps_what_is_committed(tmp_path, monkeypatch):
         self._execute(f"PRAGMA max_page_count={size + 3}").fetchall()
 
     monkeypatch.setattr(Store, "begin", small)
+    monkeypatch.setattr(ensemble, "_PIECE", 0)
     with pytest.raises(sh.ArchiveError, match=r"full\); [1-3] of 4 parameter sets are safe"):
         call("path", archive=path)
     n_safe = int((sh.load(f"{path}.partial").status != str(sh.Status.NOT_STARTED)).sum())

@@ -186,10 +186,11 @@ def interrupted(target, monkeypatch, at=GRID):
     """A run of three curves that was stopped after two of them."""
     add = Store.add
 
-    def stopping(store, number, encoded):
-        if len(store.done) == 2:
-            raise KeyboardInterrupt
-        add(store, number, encoded)
+    def stopping(store, found):
+        for each in found:
+            if len(store.done) == 2:
+                raise KeyboardInterrupt
+            add(store, [each])
 
     with monkeypatch.context() as patch:
         patch.setattr(Store, "add", stopping)

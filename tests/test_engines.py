@@ -87,10 +87,10 @@ def fatal(problem):
 def test_a_worker_that_dies_costs_only_time(monkeypatch, tmp_path):
     compute = ensemble.compute_branch
 
-    def dying(problem, task, sets):
+    def dying(problem, task):
         if fatal(problem):
             os.kill(os.getpid(), signal.SIGKILL)
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", dying)
     with processes("fork") as executor:
@@ -109,11 +109,11 @@ def test_a_set_that_fails_is_recorded(monkeypatch):
     compute = ensemble.compute_branch
     errors = [ArithmeticError("no\n  number"), np.linalg.LinAlgError("Singular"), MemoryError()]
 
-    def failing(problem, task, sets):
+    def failing(problem, task):
         number = LOADS[:, 0].values.tolist().index(float(problem.parameters["normal_load"][0]))
         if number < len(errors):
             raise errors[number]
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", failing)
     alone = call()
@@ -160,9 +160,9 @@ def test_an_executor_that_closes_on_the_way(monkeypatch):
     """What waits is cancelled."""
     compute, executor = ensemble.compute_branch, ThreadPoolExecutor(1)
 
-    def closing(problem, task, sets):
+    def closing(problem, task):
         executor.shutdown(wait=False, cancel_futures=True)
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", closing)
     with pytest.warns(RuntimeWarning, match="in this process"):
@@ -214,9 +214,9 @@ class _Watched(ThreadPoolExecutor):
 def test_few_sets_wait(monkeypatch):
     compute, found = ensemble.compute_branch, []
 
-    def quick(problem, task, sets):
+    def quick(problem, task):
         if not found:
-            found.append(compute(problem, task, sets))
+            found.append(compute(problem, task))
         return found[0]
 
     monkeypatch.setattr(ensemble, "compute_branch", quick)
@@ -244,10 +244,10 @@ def make_fatal():
     """In a worker of a cluster: one set kills it."""
     compute = ensemble.compute_branch
 
-    def dying(problem, task, sets):
+    def dying(problem, task):
         if float(problem.parameters["normal_load"][0]) == FATAL:
             os.kill(os.getpid(), signal.SIGKILL)
-        return compute(problem, task, sets)
+        return compute(problem, task)
 
     ensemble.compute_branch = dying
 

@@ -1,11 +1,11 @@
 """What the user designs, read and checked: variables, bands, starts and constraints."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 import scipy.sparse as sp
-from scipy.optimize import LinearConstraint
 
 from symhbm import check
 from symhbm.design.cases import Bands
@@ -14,6 +14,9 @@ from symhbm.fourier import FloatArray
 from symhbm.model import BLADE_PARAMETERS, FRICTION_PARAMETERS
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep
+
+if TYPE_CHECKING:
+    from scipy.optimize import LinearConstraint
 
 DESIGNABLE = (*FRICTION_PARAMETERS, *BLADE_PARAMETERS)
 _DIMENSIONS = ("variable", "start", "descent", "active", "fresh")
@@ -141,11 +144,11 @@ def read_start(space: Space, start: Any) -> FloatArray | None:
     return np.log(np.broadcast_to(values, space.n_variables))
 
 
-def read_constraint(space: Space, constraint: Any) -> LinearConstraint | None:
+def read_constraint(space: Space, constraint: Any) -> "LinearConstraint | None":
     """A linear constraint on the values of the variables, None for none."""
     if constraint is None:
         return None
-    if not isinstance(constraint, LinearConstraint):
+    if not isinstance(constraint, scipy.optimize.LinearConstraint):
         raise TypeError(
             f"constraint={check.shown(constraint)}: expected a scipy.optimize.LinearConstraint on "
             "the values of the variables"
@@ -171,7 +174,7 @@ def read_constraint(space: Space, constraint: Any) -> LinearConstraint | None:
             f"constraint: expected numbers as bounds, -inf below or inf above for none, got "
             f"lb={check.shown(constraint.lb)}, ub={check.shown(constraint.ub)}"
         )
-    return LinearConstraint(matrix, lower, upper)  # type: ignore
+    return scipy.optimize.LinearConstraint(matrix, lower, upper)  # type: ignore
 
 
 def _own(what: str, given: Any, name: str, n_names: int) -> Any:

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import ArrayLike
-from scipy.optimize import LinearConstraint
 
 from symhbm import check
 from symhbm.design.arguments import (
@@ -37,6 +37,9 @@ from symhbm.runs import check_executor
 from symhbm.status import SolveError, Status
 from symhbm.sweep import Sweep, parse
 
+if TYPE_CHECKING:
+    from scipy.optimize import LinearConstraint
+
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 _DESCENTS = 3
 _AROUND = 2
@@ -52,7 +55,7 @@ def minimise_peak(
     vary: Any = "common",
     statistic: Literal["worst", "mean", "tail"] = "worst",
     tail: float = 0.1,
-    constraint: LinearConstraint | None = None,
+    constraint: "LinearConstraint | None" = None,
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
@@ -204,7 +207,7 @@ def _search(
     return search(program, cases, given, n_starts, _DESCENTS)
 
 
-def _merged(program: Program) -> LinearConstraint | None:
+def _merged(program: Program) -> "LinearConstraint | None":
     """The constraint on designs whose variables of one parameter are alike."""
     if program.constraint is None:
         return None
@@ -212,7 +215,7 @@ def _merged(program: Program) -> LinearConstraint | None:
     matrix = np.atleast_2d(np.asarray(program.constraint.A, dtype=float))
     merged = [matrix[:, names == name].sum(axis=1) for name in program.space.names]
     constraint = program.constraint
-    return LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
+    return scipy.optimize.LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
 
 
 def _responses(
@@ -266,14 +269,13 @@ def _nothing(problem: HarmonicBalance, space: Space) -> xr.Dataset:
     """A dataset of the problem where no design is possible."""
     labels = np.array([group.label for group in space.groups], dtype=object)
     values = np.full(space.n_variables, np.nan)
-    dataset = xr.Dataset(
-        {
-            "design_value": ("variable", values, _about("design_value")),
-            "design_amplitude": ((), np.nan, _about("design_amplitude")),
-        },
-        {"variable": ("variable", labels, _about("variable"))},
-    )
-    dataset = with_provenance(dataset, problem, Sweep({}, (), ()))
+    variables = {
+        "design_value": ("variable", values, _about("design_value")),
+        "design_amplitude": ((), np.nan, _about("design_amplitude")),
+    }
+    coordinates = {"variable": ("variable", labels, _about("variable"))}
+    parts = with_provenance(variables, coordinates, problem, Sweep({}, (), ()))
+    dataset = replace(parts, sizes=None).dataset()
     text = (
         "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
         "program shows."

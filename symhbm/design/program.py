@@ -7,14 +7,18 @@ around the design by IPOPT, with exact derivatives.
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import LinearConstraint, linprog
+import scipy
 
 from symhbm.design.pieces import Pieces
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.optimize import LinearConstraint
 
 _OPTIONS = {
     "print_time": False,
@@ -68,7 +72,7 @@ class Program:
     space: Space
     statistic: Statistic = Statistic.WORST
     tail: float = 0.1
-    constraint: LinearConstraint | None = None
+    constraint: "LinearConstraint | None" = None
 
     def value(self, heights: FloatArray) -> float:
         """Logarithm of the statistic of amplitudes whose logarithms are ``heights`` (n_cases,)."""
@@ -103,7 +107,7 @@ class Program:
             return True
         rows, low, high = self.rows()
         upper, lower = np.isfinite(high), np.isfinite(low)
-        found = linprog(
+        found = scipy.optimize.linprog(
             np.zeros(self.space.n_variables),
             A_ub=np.vstack([rows[upper], -rows[lower]]),
             b_ub=np.concatenate([high[upper], -low[lower]]),

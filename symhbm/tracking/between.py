@@ -3,7 +3,7 @@
 from bisect import bisect_left
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from symhbm.peak_conditions import Conditions
 from symhbm.tracking.branches import Branch, Parameter
@@ -57,7 +57,7 @@ def crossing(one: Branch, other: Branch, low: float, high: float) -> float | Non
         if lead(high)[0] >= 0:
             return high
         return float(
-            optimize.brentq(lambda value: lead(value)[0], low, high, xtol=1e-300, rtol=1e-15)  # type: ignore
+            scipy.optimize.brentq(lambda value: lead(value)[0], low, high, xtol=1e-300, rtol=1e-15)  # type: ignore
         )
     except (ArithmeticError, ValueError):
         return None
@@ -71,7 +71,7 @@ def _meeting(one: Branch, other: Branch, low: float, high: float) -> float:
         return float((one.heights(there) - other.heights(there))[0])
 
     if lead(low) > 0 > lead(high):
-        return float(optimize.brentq(lead, low, high))  # type: ignore
+        return float(scipy.optimize.brentq(lead, low, high))  # type: ignore
     return 0.5 * (low + high)
 
 

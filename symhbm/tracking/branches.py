@@ -4,9 +4,10 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions
@@ -14,6 +15,9 @@ from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder
 from symhbm.tracking.path import TrackStatus, track
 from symhbm.tracking.step import advanced
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 SAME = 1e-8
 """Relative difference of height and frequency below which two maxima are one."""
@@ -95,7 +99,7 @@ class Branch:
         return self.values[0] <= value <= self.values[-1]
 
     @cached_property
-    def _spline(self) -> Callable[[FloatArray], FloatArray] | None:
+    def _spline(self) -> "CubicHermiteSpline | None":
         if len(self.values) < 2:
             return None
         parameter, values = self.parameter, np.array(self.values)
@@ -105,7 +109,9 @@ class Branch:
         length = parameter.measure(values)
         # Two points at an event may be one to the last digit.
         kept = np.diff(length, prepend=-np.inf) > 0
-        return CubicHermiteSpline(length[kept], height[kept], (slope * inner)[kept])
+        return scipy.interpolate.CubicHermiteSpline(
+            length[kept], height[kept], (slope * inner)[kept]
+        )
 
     def heights(self, values: FloatArray) -> FloatArray:
         """Interpolated heights at values (n,), minus infinity where it does not exist."""
@@ -119,7 +125,7 @@ class Branch:
 
     def slopes(self, values: FloatArray) -> FloatArray:
         """Interpolated derivatives of the height in the measure of the parameter."""
-        assert isinstance(self._spline, CubicHermiteSpline)
+        assert self._spline is not None
         return self._spline.derivative()(self.parameter.measure(values))
 
     def at(self, value: float) -> Conditions | None:

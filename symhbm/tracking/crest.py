@@ -11,7 +11,7 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions
@@ -263,7 +263,9 @@ class Crest:
             return self._parameter.slope(known[value])
 
         try:
-            value = float(optimize.brentq(slope, here.value, there.value, xtol=1e-300, rtol=1e-15))  # type: ignore
+            value = float(
+                scipy.optimize.brentq(slope, here.value, there.value, xtol=1e-300, rtol=1e-15)
+            )  # type: ignore
             slope(value)
         except ArithmeticError:
             self.unclear.append(here.value)
