@@ -167,8 +167,8 @@ class _Finder:
         for dof in candidates[np.argsort(-height[candidates])]:
             if done[dof]:
                 continue
-            share = _falls_at(slopes[:, dof])
-            if not self.each and not self._may_lead(path, share, int(dof)):
+            share = _falls_at(slopes[:, dof], roots)
+            if not (self.each or roots.any() or self._may_lead(path, share, int(dof))):
                 continue
             found = self._turn(path, left, right, int(dof), share)
             if found is None:
@@ -246,11 +246,14 @@ class _Finder:
         return None if found is None else Slopes.of(self.problem, found)
 
 
-def _falls_at(slopes: FloatArray) -> float:
-    """Share of the way where slopes (n,), evenly spaced, first change from rise to fall."""
+def _falls_at(slopes: FloatArray, roots: NDArray[np.bool_]) -> float:
+    """Share of the way where the slopes (n,) of a `Turning` first change from rise to fall."""
     fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
     inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
-    return float(fall + inside) / (len(slopes) - 1)
+    place = float(fall + inside) / (len(slopes) - 1)
+    if roots[0] == roots[1]:
+        return place
+    return place**2 if roots[0] else 1 - (1 - place) ** 2  # evenly spaced by the root of distance
 
 
 def _zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
