@@ -24,6 +24,8 @@ _CONTENDER = 0.95
 _SHARES = np.arange(1, 16) / 16
 _NEARLY = 0.1
 """Slope, relative to the largest around, that may be an interpolated zero."""
+_INTERPOLATED = 1e-3
+"""Change of an amplitude over a stretch, relative to the whole response, that may be unseen."""
 _DIP = 0.99
 """Slope, relative to the smaller end's, below which it has a dip in between."""
 
@@ -97,7 +99,7 @@ def turning(
     ``roots`` (..., 2) tells at which end slip begins or ends: slopes there go with the square root
     of the distance.
     """
-    amplitudes, inside = _interpolated(problem, left, right, scale, roots)
+    amplitudes, inside, error = _interpolated(problem, left, right, scale, roots)
     contends = [
         np.any(amplitude >= _CONTENDER * amplitude.max(axis=-1, keepdims=True), axis=-2)
         for amplitude in (left.amplitude[..., None, :], amplitudes, right.amplitude[..., None, :])
@@ -114,7 +116,8 @@ def turning(
     dips = lowest < _DIP * np.minimum(climb[..., 0, :], climb[..., -1, :])
     # Next to a root of slip the slope may turn and turn back closer than any interpolant tells.
     at_root = np.where(roots[..., None], climb[..., [0, -1], :], np.inf).min(axis=-2)
-    nearly = (dips & (lowest < _NEARLY * level)) | (at_root < _NEARLY * level)
+    near = np.maximum(_NEARLY * level, error)
+    nearly = (dips & (lowest < near)) | (at_root < _NEARLY * level)
     unclear = np.where(turns, falls > 1, (falls > 0) | ((first * last > 0) & nearly))
     return Turning(turns, unclear & moving, np.any(contends, axis=0), slopes)
 
@@ -125,28 +128,33 @@ def _interpolated(
     right: Slopes,
     scale: FloatArray,
     roots: NDArray[np.bool_],
-) -> tuple[FloatArray, FloatArray]:
-    """Amplitudes in between and their slopes in the measure of the left end, (..., n, n_dof)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Amplitudes in between, their slopes in the measure of the left end, and an error of these.
+
+    (..., n, n_dof) the first two, (..., 1) the last.
+    """
     measured = measure(problem.single_valued, left, right, scale)
+    length = np.where(measured.length == 0, 1.0, measured.length)  # one point twice
+    error = _INTERPOLATED * scale[..., :1] / np.abs(length)
     tangents = measured.left[..., None, :], measured.right[..., None, :]
     ends = left.state[..., None, :], right.state[..., None, :], tangents, _SHARES[:, None]
     value, slope = cubic(*ends), cubic_slope(*ends)
-    slope /= measured.length[..., None]
+    slope /= length[..., None]
     amplitudes, slopes = amplitude_and_slope(problem, value[..., :-1], slope[..., :-1])
     one_root = roots[..., 0] != roots[..., 1]
     if not one_root.any():
-        return amplitudes, slopes
+        return amplitudes, slopes, error
     # slope = a + c t + d t^2, t the root of the distance: both ends and the mean are known.
     at_ends = [
-        amplitude_and_slope(problem, station.state[..., :-1], (tangent / measured.length)[..., :-1])
+        amplitude_and_slope(problem, station.state[..., :-1], (tangent / length)[..., :-1])
         for station, tangent in ((left, measured.left), (right, measured.right))
     ]
     first = roots[..., :1]
     at_root, other = (
         np.where(first, at_ends[i][1], at_ends[1 - i][1])[..., None, :] for i in (0, 1)
     )
-    mean = ((right.amplitude - left.amplitude) / measured.length)[..., None, :]
+    mean = ((right.amplitude - left.amplitude) / length)[..., None, :]
     c = 6 * (mean - at_root) - 3 * (other - at_root)
     t = np.where(first, _SHARES, 1 - _SHARES)[..., None]
     rooted = at_root + c * t + (other - at_root - c) * t**2
-    return amplitudes, np.where(one_root[..., None, None], rooted, slopes)
+    return amplitudes, np.where(one_root[..., None, None], rooted, slopes), error
