@@ -32,6 +32,8 @@ _AT_ONCE = 2**16
 """Slopes that are interpolated at once, which bounds the memory of large structures."""
 _ASIDE = 1e-6
 """Distance from a peak, as a share of the way, at which slopes tell that it is a maximum."""
+_AROUND = np.array([-0.1, 0.0, 0.1])
+"""Distances, as shares of the way, by which the place of an interpolated maximum may be wrong."""
 _ROUGHLY = 0.01
 """Part of the change over a stretch by which what is interpolated may be wrong."""
 _MAX_SECANTS = 12
@@ -234,10 +236,10 @@ class _Finder:
 
     def _may_lead(self, path: Between, share: float, dof: int) -> bool:
         """Whether a response may be the largest where it turns, about at a ``share`` of the way."""
-        value, slope = path.interpolate(np.array([share]))
-        amplitude = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1])[0][0]
+        value, slope = path.interpolate(np.clip(share + _AROUND, 0.0, 1.0))
+        amplitude = amplitude_and_slope(self.problem, value[:, :-1], slope[:, :-1])[0]
         margin = _ROUGHLY * path.length * path.scale[0]
-        return bool(amplitude[dof] + margin >= amplitude.max())
+        return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 
     def _slopes_at(
         self, path: Between, share: float, near: tuple[float, Slopes] | None = None

@@ -418,7 +418,7 @@ def test_a_full_disk_keeps_what_is_committed(tmp_path, monkeypatch):
     def small(self, *given):
         begin(self, *given)
         [[size]] = self._execute("PRAGMA page_count")
-        self._execute(f"PRAGMA max_page_count={size + 3}").fetchall()
+        self._execute(f"PRAGMA max_page_count={size + 2}").fetchall()
 
     monkeypatch.setattr(Store, "begin", small)
     monkeypatch.setattr(ensemble, "_PIECE", 0)

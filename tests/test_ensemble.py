@@ -255,7 +255,7 @@ def test_all_peaks_of_two_harmonics(sample):
 def test_work_of_a_curve(n_rings):
     """Few steps in vain, few linear solves per point, with all onsets and ends of slip."""
     rejected, solves = zip(*(work(mistuned(sample)) for sample in range(n_rings)), strict=True)
-    assert np.median(rejected) <= 0.03
+    assert np.median(rejected) <= 0.06
     assert np.median(solves) <= 5
 
 
