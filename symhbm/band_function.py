@@ -16,7 +16,7 @@ _NEAR = 3.0
 _TERMS = 40
 """Terms of the polynomial: what is left out falls with the power of `_NEAR`, to 1e-19."""
 _ROUND_OFF = 1e-17
-_OUTSIDE = 1e-9
+OUTSIDE = 1e-9
 """Distance beyond the ends of a band, over half of it, that is round-off."""
 
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
@@ -55,28 +55,40 @@ class BandFunction:
     """A `PoleSum` that is fast within one ``band`` (first, last) [rad/s], and its derivative.
 
     Nothing is fitted: terms of poles near the band are kept, the others become the polynomial.
+
+    Attributes
+    ----------
+    middle, half
+        Of the band [rad/s].
+    terms : (n_terms, 4 n_rows n_columns)
+        Chebyshev polynomial of the value, then of the derivative: by rows, real and imaginary
+        parts side by side.
+    poles : (n_poles,)
+        Those near the band [rad/s].
+    left, right : (n_rows, n_poles), (n_poles, n_columns)
+        What their terms ``left right / (i s - pole)`` are made of.
     """
 
     def __init__(self, whole: PoleSum, band: tuple[float, float]):
-        self._middle, self._half = (band[0] + band[1]) / 2, (band[1] - band[0]) / 2
-        place = (-1j * whole.poles - self._middle) / self._half
+        self.middle, self.half = (band[0] + band[1]) / 2, (band[1] - band[0]) / 2
+        place = (-1j * whole.poles - self.middle) / self.half
         root = np.sqrt(place**2 - 1)
         close = np.maximum(np.abs(place + root), np.abs(place - root)) < _NEAR
         near, far = whole.of(close), whole.of(~close)
         self.shape = whole.polynomial.shape[1:]
-        self._poles = poles = near.poles
-        self._left = -_diagonal(near.left, poles)
-        self._right = _diagonal(near.right.transpose(0, 2, 1), poles).T.copy()
+        self.poles = poles = near.poles
+        self.left = -_diagonal(near.left, poles)
+        self.right = _diagonal(near.right.transpose(0, 2, 1), poles).T.copy()
 
         def smooth(s: float) -> ComplexArray:
             """What is left without the poles: their factors move along the band."""
             p = 1j * s
             moved_right = near.right[1] + near.right[2] * (p + poles)[:, None]
             moved_left = near.left[1] + near.left[2] * (p + poles)
-            return far(s) - at(near.left, p) @ moved_right - moved_left @ self._right
+            return far(s) - at(near.left, p) @ moved_right - moved_left @ self.right
 
         angle = np.pi * (np.arange(_TERMS) + 0.5) / _TERMS
-        values = np.array([smooth(s) for s in self._middle + self._half * np.cos(angle)])
+        values = np.array([smooth(s) for s in self.middle + self.half * np.cos(angle)])
         weights = 2 / _TERMS * np.cos(np.outer(np.arange(_TERMS), angle))
         weights[0] /= 2
         terms = np.tensordot(weights, values, 1)
@@ -84,10 +96,10 @@ class BandFunction:
         n_terms = 2 + int(np.flatnonzero(size > _ROUND_OFF * size.max())[-1])
         terms = terms[: max(n_terms, 2)]
         slopes = np.zeros_like(terms)
-        slopes[:-1] = chebyshev.chebder(terms) / self._half
+        slopes[:-1] = chebyshev.chebder(terms) / self.half
         # Real and imaginary parts side by side: the weights of the terms are real.
         both = np.stack([terms, slopes], axis=1).reshape(len(terms), -1)
-        self._terms = both.view(float)
+        self.terms = both.view(float)
         self._last: tuple[float, tuple[ComplexArray, ComplexArray]] | None = None
 
     def __call__(self, s: float) -> tuple[ComplexArray, ComplexArray]:
@@ -98,16 +110,16 @@ class BandFunction:
         last = self._last
         if last is not None and last[0] == s:
             return last[1]
-        place, gap = (s - self._middle) / self._half, 1j * s - self._poles
-        if abs(place) > 1 + _OUTSIDE:
+        place, gap = (s - self.middle) / self.half, 1j * s - self.poles
+        if abs(place) > 1 + OUTSIDE:
             raise ArithmeticError(f"{s / (2 * np.pi):g} Hz is outside the band of the condensation")
         if not gap.all():
             raise ZeroDivisionError(f"{s / (2 * np.pi):g} Hz is a resonance of the held structure")
-        weights = np.cos(np.arange(len(self._terms)) * np.arccos(np.clip(place, -1, 1)))
-        value, slope = (weights @ self._terms).view(complex).reshape(2, *self.shape)
+        weights = np.cos(np.arange(len(self.terms)) * np.arccos(np.clip(place, -1, 1)))
+        value, slope = (weights @ self.terms).view(complex).reshape(2, *self.shape)
         inverse = 1 / gap
         factors = np.stack([inverse, -1j * inverse**2])
-        near = (self._left * factors[:, None]).reshape(-1, len(inverse)) @ self._right
+        near = (self.left * factors[:, None]).reshape(-1, len(inverse)) @ self.right
         value += near[: self.shape[0]]
         slope += near[self.shape[0] :]
         # A point is looked at several times.

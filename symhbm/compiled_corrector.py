@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.compiled import Compiled
+from symhbm.condensed_forces import CondensedForces
 from symhbm.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
@@ -31,7 +32,9 @@ class CompiledCorrector:
 
     def __init__(self, curve: FrequencyCurve):
         equations, arguments = curve.problem.compiled
-        self._correct, self._tangent = map(Compiled, _programs(equations).functions())
+        self._correct, self._tangent = map(
+            Compiled, _programs(equations, curve.problem.structure).functions()
+        )
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._size = curve.problem.n_unknowns + 1
@@ -94,13 +97,12 @@ def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
     """The compiled corrector of a curve, None for one that needs Python."""
     if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
         return None
-    whole = curve.problem.in_closed_form and not curve.problem.condensed
-    return CompiledCorrector(curve) if whole else None
+    return CompiledCorrector(curve) if curve.problem.in_closed_form else None
 
 
 @lru_cache(maxsize=32)
-def _programs(equations: Equations) -> "_Programs":
-    return _Programs(point_system(equations))
+def _programs(equations: Equations, structure: CondensedForces | None) -> "_Programs":
+    return _Programs(point_system(equations, structure))
 
 
 class _Programs:

@@ -19,6 +19,18 @@ class CondensedForces:
     dynamic stiffness the conjugate of that of ``a - i b``.
 
     ValueError for harmonics or a force that the model was not condensed for.
+
+    Attributes
+    ----------
+    parts
+        By harmonic: its number, the slice of its components, the force (n_dof,) on what is kept
+        and the share (n_patterns,) of each pattern of forces inside, both complex.
+    largest
+        Largest coefficient of the force of unit amplitude.
+    static : (n_dof, n_dof + n_patterns)
+        ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics.
+    mass : (n_dof, n_dof)
+        Of what is kept, and of the interior as far as it follows without delay [kg].
     """
 
     def __init__(self, model: CondensedModel, excitation: Excitation, basis: FourierBasis):
@@ -31,11 +43,14 @@ class CondensedForces:
         own, share = shape[model.dofs], model.share(shape)
         self.largest = float(np.abs(shape).max())
         self._model, self._basis = model, basis
-        self._parts = []
+        self.n_components = basis.n_components
+        self.static, self.band_functions = model.seen.static, model.matrices
+        self.mass = model.seen.undamped.polynomial[2].real
+        self.parts = []
         for n in basis.harmonics:
             first = basis.component(n)
             at = slice(first, first + 1 + (n > 0))
-            self._parts.append((n, at, _complex(own[:, at]), _complex(share[:, at])))
+            self.parts.append((n, at, _complex(own[:, at]), _complex(share[:, at])))
 
     def _felt(self, n: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]`` of one harmonic and its derivative by the frequency."""
@@ -49,7 +64,7 @@ class CondensedForces:
         """The force of unit amplitude that the kept degrees of freedom feel, (n_unknowns,)."""
         size = self._model.n_dof
         result = np.zeros((size, self._basis.n_components))
-        for n, at, own, share in self._parts:
+        for n, at, own, share in self.parts:
             force = own + self._felt(n, frequency)[0][:, size:] @ share
             result[:, at] = _real(force, n)
         return result.ravel()
@@ -65,7 +80,7 @@ class CondensedForces:
         jacobian = np.asfortranarray(jacobian.toarray() if sp.issparse(jacobian) else jacobian)
         # Columns are stored one after the other.
         blocks = jacobian.T.reshape(size, n_components, size, n_components)
-        for n, at, own, share in self._parts:
+        for n, at, own, share in self.parts:
             value, slope = self._felt(n, frequency)
             stiffness, motion = value[:, :size], _complex(x[:, at])
             push = own + value[:, size:] @ share
@@ -95,8 +110,7 @@ class CondensedForces:
 
         Of what is kept, and of the interior as far as it follows without delay.
         """
-        mass = self._model.seen.undamped.polynomial[2].real
-        inertia = mass @ (unknowns.reshape(len(mass), -1) * self._basis.order**2)
+        inertia = self.mass @ (unknowns.reshape(len(self.mass), -1) * self._basis.order**2)
         force = abs(amplitude) * self.largest
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
 

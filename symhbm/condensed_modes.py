@@ -39,9 +39,7 @@ def condensed_modes(
     ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
     what they take out of it [N/m].
     """
-    s, n_dof, held = harmonic * frequency, model.n_dof, model.seen.held
-    if np.abs(held / s - 1).min(initial=1.0) < _BESIDE:
-        s *= 1 + 2 * _BESIDE  # Z is infinite where the held structure resonates
+    s, n_dof, held = _regular(model, harmonic * frequency), model.n_dof, model.seen.held
     stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
     directions = model.directions.toarray()
     eigenvalues, vectors = np.linalg.eigh(_symmetric(stiffness) + _square(directions, spring))
@@ -61,6 +59,21 @@ def condensed_modes(
     lowest = np.concatenate([np.full(n_dof, -np.inf), held - s])
     highest = np.concatenate([held - s, np.full(n_dof, np.inf)])
     return CondensedModes(np.clip(detuning, lowest, highest), width, shapes)
+
+
+def modes_below(model: CondensedModel, harmonic: int, frequency: float, spring: FloatArray) -> int:
+    """Number of modes below a harmonic of an angular ``frequency``, see `condensed_modes`."""
+    s = _regular(model, harmonic * frequency)
+    stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
+    whole = stiffness + _square(model.directions.toarray(), spring)
+    negative = np.count_nonzero(np.linalg.eigvalsh(whole) < 0)
+    return int(negative + np.count_nonzero(model.seen.held < s))
+
+
+def _regular(model: CondensedModel, s: float) -> float:
+    """A frequency, or one beside it where the held structure resonates and Z is infinite."""
+    beside = np.abs(model.seen.held / s - 1).min(initial=1.0) < _BESIDE
+    return s * (1 + 2 * _BESIDE) if beside else s
 
 
 def _each(vectors: FloatArray, matrix: FloatArray) -> FloatArray:

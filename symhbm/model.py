@@ -7,6 +7,7 @@ friction element, a cubic spring, or both side by side.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,7 @@ class Model:
         """Whether any contact has a cubic spring: responses then need not be unique."""
         return bool(np.any(self.cubic_stiffness))
 
-    @property
+    @cached_property
     def directions(self) -> sp.csr_array:
         """Directions ``w_j`` as rows, shape ``(n_contacts, n_dof)``."""
         rows = [j for j, dofs in enumerate(self.contacts) for _ in dofs]

@@ -16,7 +16,9 @@ _MOST_INSTRUCTIONS = 50_000
 def native(function: ca.Function) -> ca.Function | None:
     """The same function as machine code; None without a compiler, or for one that is too long."""
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
-    if compiler is None or function.n_instructions() > _MOST_INSTRUCTIONS:
+    if compiler is None or not function.is_a("SXFunction"):
+        return None
+    if function.n_instructions() > _MOST_INSTRUCTIONS:
         return None
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)

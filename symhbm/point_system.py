@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 
 from symhbm.compiled import constant
+from symhbm.condensed_forces import CondensedForces
+from symhbm.condensed_graph import condensed_graph
 from symhbm.constraints import BEYOND
 from symhbm.curve import WEAKEST
 from symhbm.equations import Equations
@@ -24,8 +26,8 @@ _MOST_FILL = 20_000
 """Entries of the factors of the structure up to which resonances are counted at every point."""
 
 
-def point_system(equations: Equations) -> ca.Function:
-    """CasADi function of the scaled system at a point.
+def point_system(equations: Equations, structure: CondensedForces | None = None) -> ca.Function:
+    """CasADi function of the scaled system at a point, of a condensed ``structure`` where given.
 
     Inputs: all ``parameters``, ``point`` and ``guess`` (unknowns and frequency), ``normal`` and
     ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, ``normal`` then being
@@ -39,7 +41,8 @@ def point_system(equations: Equations) -> ca.Function:
     n, n_contacts = sizes[0], len(equations.contacts)
     lengths = dict(parameters=sum(sizes[2:-1]), point=n + 1, guess=n + 1, normal=n + 1)
     lengths |= dict(anchor=n + 1, limit=n_contacts, imposed=n_contacts, scale=2)
-    symbol: dict[str, Any] = {name: ca.SX.sym(name, length) for name, length in lengths.items()}
+    kind: Any = ca.SX if structure is None else ca.MX
+    symbol: dict[str, Any] = {name: kind.sym(name, length) for name, length in lengths.items()}
     point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
     starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
     parameters = ca.vertsplit(symbol["parameters"], starts)
@@ -47,14 +50,25 @@ def point_system(equations: Equations) -> ca.Function:
     balance, magnitude, jacobian, by_frequency, events = equations.closed_form(
         *at, symbol["imposed"]
     )
-    conservative, inertia = equations.conservative(*at)
+    amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
+    if structure is None:
+        conservative, inertia = equations.conservative(*at)
+        inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
+        below = _resonances_below(equations, conservative, events, at)
+    else:
+        forces, terms, stiffness, slopes, inertia = condensed_graph(structure)(
+            point[:n], point[n], parameters[-2]
+        )
+        balance, magnitude = balance + forces, magnitude + terms
+        jacobian, by_frequency = jacobian + stiffness, by_frequency + slopes
+        exciting, below = amplitude * structure.largest, -1
 
     size = n // len(equations.dofs)
     place = places(size)
     spread = constant(equations.directions)
     excess = events[place["excess"], :].T
-    gradients = [ca.SX(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
-    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else ca.SX(0, n)
+    gradients = [kind(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
+    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else kind(0, n)
 
     lengthwise = ca.vertcat(ca.repmat(scale[0], n), scale[1])
     value = ca.dot(normal, (point - symbol["anchor"]) / lengthwise)
@@ -62,19 +76,18 @@ def point_system(equations: Equations) -> ca.Function:
     row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
-    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(ca.SX(n, 1), 1))
-    exciting = ca.fabs(parameters[-2]) * ca.mmax(ca.fabs(parameters[-1]))
+    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(kind(n, 1), 1))
     values = ca.vertcat(
         ca.mmax(ca.fabs(balance)) / force,
         value,
-        ca.if_else(exciting > 0, ca.mmax(ca.fabs(inertia)) / exciting, 0),
+        ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
         _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),
-        _resonances_below(equations, conservative, events, at),
+        below,
         _crosses(excess, symbol["imposed"]),
         excess,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if n_contacts <= _FEW:
+    if structure is None and n_contacts <= _FEW:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)

@@ -188,9 +188,9 @@ class HarmonicBalance:
         return self._equations.closed and self.samples is None
 
     @property
-    def condensed(self) -> bool:
-        """Whether the structure is a condensed one, its linear part beside the compiled forces."""
-        return self._structure is not None
+    def structure(self) -> CondensedForces | None:
+        """Of a condensed structure, its linear part beside the compiled forces."""
+        return self._structure
 
     @property
     def compiled(self) -> tuple[Equations, list[FloatArray]]:
@@ -364,7 +364,7 @@ class HarmonicBalance:
         """
         first = problems[0]
         each = zip(problems, unknowns, frequencies.tolist(), strict=True)
-        if first.in_closed_form and not first.condensed:
+        if first.in_closed_form and first.structure is None:
             compiled = first._equations
             found = [compiled.packed(x, omega, problem._arguments) for problem, x, omega in each]
             residual, magnitude, _, _, events = zip(*found, strict=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
 from symhbm.condensed_model import CondensedModel
-from symhbm.condensed_modes import condensed_modes
+from symhbm.condensed_modes import condensed_modes, modes_below
 from symhbm.constraints import Corrected
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
@@ -100,10 +100,14 @@ class Lookout:
     def __init__(self, curve: Curve):
         self._curve = curve
         self._known: list[tuple[FloatArray, Modes | None]] = []
+        self._counted: list[tuple[FloatArray, tuple[int, ...]]] = []
 
     def first_passed(self, base: PathPoint, found: Corrected) -> float | None:
         """Share of the way from a point to the next of the first resonance that neither shows."""
-        if base.below is not None and base.below == found.below:
+        below = base.below, found.below
+        if isinstance(self._curve.problem.model, CondensedModel):
+            below = self._below(base.state, base.slip), self._below(found.point, base.slip)
+        if below[0] is not None and below[0] == below[1]:
             return None  # as many natural frequencies below: none was passed
         before = self._at(base.state, base.slip)
         after = self._at(found.point, base.slip)
@@ -119,6 +123,27 @@ class Lookout:
         # The flank first, then the top: a mode may add on one side what it takes on the other.
         aim = np.where(distance > 2 * SEEN * width, distance - 1.5 * SEEN * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
+
+    def _below(self, state: FloatArray, slip: NDArray[np.bool_]) -> tuple[int, ...]:
+        """Numbers of modes of a condensed structure below each harmonic."""
+        for known, count in self._counted:
+            if np.array_equal(known, state):
+                return count
+        problem, frequency = self._curve.at(float(state[-1]))
+        friction, model = problem.locate(state[:-1], slip), problem.model
+        assert isinstance(model, CondensedModel)
+        count = tuple(
+            modes_below(
+                model,
+                n,
+                frequency,
+                _contacts(problem, state[:-1], friction, _columns(problem, n))[0],
+            )
+            for n in problem.harmonics
+            if n > 0
+        )
+        self._counted = [(state, count), *self._counted[:2]]
+        return count
 
     def _at(self, state: FloatArray, slip: NDArray[np.bool_]) -> Modes | None:
         for known, found in self._known:

@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
@@ -15,7 +16,7 @@ from symhbm.curve import FrequencyCurve
 from symhbm.landscape import sector_of
 from symhbm.peaks import _zero
 from symhbm.point_system import point_system
-from symhbm.resonances import modes
+from symhbm.resonances import Lookout, modes
 from symhbm.slopes import Slopes, turning
 from symhbm.stations import Station
 from symhbm.walk import Walk
@@ -57,11 +58,37 @@ def with_a_mean():
     return sh.HarmonicBalance(blade, force, (0, 1))
 
 
+def condensed(harmonics=(1,)):
+    """A chain on springs, a force inside and dampers here and there, kept at its contacts."""
+    size = 40
+    chain = sp.diags_array(
+        [np.full(size, 2.1), np.full(size, -1.0), np.full(size, -1.0)], offsets=[0, 1, -1]
+    )
+    damping = sp.diags_array(np.where(np.arange(size) % 7 == 3, 0.3, 0.02))
+    model = sh.Model(
+        sp.eye_array(size),
+        damping,
+        1e3 * chain,
+        contacts=[(5,), (12, 13), (30,)],
+        contact_stiffness=2e3,
+        friction_coefficient=0.5,
+        normal_load=[1.0, 0.5, 2.0],
+    )
+    cosine = {1: np.where(np.arange(size) == 20, 30.0, 0.0)}
+    if 0 in harmonics:
+        cosine[0] = np.where(np.arange(size) == 5, 3.0, 0.0)
+    force = sh.HarmonicForce(cosine=cosine)
+    small = sh.condense(model, force, (4.0, 8.0), harmonics, dofs=(20,))
+    return sh.HarmonicBalance(small, force, harmonics)
+
+
 PROBLEMS = {
     "blade": (fig03.problem, (10, 30)),
     "ring": (ring, (150, 280)),
     "sector": (lambda: sector_of(ring()), (150, 280)),
     "mistuned": (mistuned, (150, 280)),
+    "condensed": (condensed, (4, 8)),
+    "condensed with a mean": (lambda: condensed((0, 1)), (4, 8)),
 }
 
 
@@ -116,7 +143,7 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
     assert fast.solves == pytest.approx(slow.solves, rel=0.02)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", ["blade", "ring", "sector", "mistuned"])
 def test_resonances_below_are_counted(name):
     """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
     found = walk(name)
@@ -125,6 +152,29 @@ def test_resonances_below_are_counted(name):
         known = modes(found.curve, point.unknowns, point.value, friction)
         assert known is not None
         assert point.below == 2 * np.count_nonzero(known.detuning < 0)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1)])
+def test_modes_of_a_condensed_structure_are_counted(harmonics):
+    """The count alone against that of the modes, which have been told one by one."""
+    problem = condensed(harmonics)
+    found = Walk(FrequencyCurve(problem), (4 * TURN, 8 * TURN), 5000, False)
+    for point in found.points:
+        friction = problem.locate(point.unknowns, point.slip)
+        known = modes(found.curve, point.unknowns, point.value, friction)
+        assert known is not None
+        (below,) = Lookout(found.curve)._below(point.state, point.slip)
+        assert below == np.count_nonzero(known.detuning < 0)
+
+
+def test_outside_the_band_of_a_condensation_nothing_is_found():
+    problem = condensed()
+    curve, size = FrequencyCurve(problem), problem.n_unknowns + 1
+    guess = np.append(np.zeros(size - 1), 9.0 * TURN)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, unit_parameter(size))
+    slip = np.zeros(problem.n_contacts, dtype=bool)
+    assert Corrector(curve).correct(guess, scale, plane, slip) is None
 
 
 def test_a_mean_beside_one_harmonic_is_compiled_too():

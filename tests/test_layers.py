@@ -45,6 +45,7 @@ ORDER = [
     # second floor: numerics
     "newton",
     "constraints",
+    "condensed_graph",
     "point_system",
     "newton_graph",
     "compiled_corrector",
@@ -159,6 +160,7 @@ ONLY_IN = {
     "casadi": {
         "compiled",
         "native",
+        "condensed_graph",
         "point_system",
         "newton_graph",
         "compiled_corrector",
