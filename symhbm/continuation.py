@@ -30,6 +30,7 @@ from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
 from symhbm.linear import length_of
 from symhbm.newton import TOLERANCE
+from symhbm.predictor import Predictor
 from symhbm.resonances import Lookout
 from symhbm.status import Status
 
@@ -74,7 +75,7 @@ class Path:
         self._heading = 1 if end > start else -1
         self._max_points = max_points
         self._orientation = 0
-        self._bend = self._twist = np.zeros(len(self._begin))
+        self._predictor = Predictor.straight(len(self._begin))
         self._lookout = Lookout(curve)
         self._counted = self.corrector.solves
 
@@ -105,7 +106,7 @@ class Path:
             base, (point, error) = point, attempt
             yield from folds or ()
             accepted += len(folds or ())
-            self._bend, self._twist = self._bending(base, point)
+            self._predictor = Predictor.through(base, point)
             accepted += 1
             usual = max(step, usual / 2)
             yield point
@@ -138,23 +139,6 @@ class Path:
             event = (Event(EventKind.FOLD),)
             accepted.append(self._accept(self._orient(found), scale, base.slip, event))
         return accepted
-
-    def _bending(self, before: PathPoint, here: PathPoint) -> tuple[FloatArray, FloatArray]:
-        """Second and third derivative of the path by the arc length at a point.
-
-        Those of the cubic through the point before; 0 beyond a corner.
-        """
-        nothing = np.zeros_like(here.after)
-        chord = here.state - before.state
-        distance = length_of(chord / here.scale)
-        if here.events or distance == 0:
-            return nothing, nothing
-        tangent = before.after / length_of(before.after / here.scale)
-        turn = here.after - tangent
-        # The arc of a circle whose tangent turns as much.
-        length = distance * (1 + np.sum((turn / here.scale) ** 2) / 24)
-        excess = here.after + tangent - 2 * chord / length
-        return (turn + 3 * excess) / length, 6 * excess / length**2
 
     def _first(self) -> PathPoint | None:
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
@@ -218,9 +202,7 @@ class Path:
         self, base: PathPoint, length: float, end: float | None
     ) -> tuple[Corrected, float] | None:
         """Point at a distance or at an ``end`` of the band, and the error of its prediction."""
-        scale = base.scale
-        second_order = length**2 / 2 * (self._bend + length / 3 * self._twist)
-        guess = base.state + length * base.after + second_order
+        scale, guess = base.scale, self._predictor.at(base, length)
         normal = base.after / scale if end is None else unit_parameter(len(scale))
         found = self._correct(guess, scale, normal, base.slip, end)
         if found is None:

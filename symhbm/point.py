@@ -10,6 +10,7 @@ from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
+from symhbm.several_points import check_each
 from symhbm.stability import growth_rate, verdict
 
 RADIANS = 2 * np.pi
@@ -96,7 +97,7 @@ def _described(
 ) -> Table:
     """Results at points but their iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
-    norm, friction = HarmonicBalance.check_each(problems, unknowns, frequencies)
+    norm, friction = check_each(problems, unknowns, frequencies)
     converged = norm <= ACCEPTED
     points = len(problems), first.n_contacts
 

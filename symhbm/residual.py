@@ -1,6 +1,6 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import casadi as ca
@@ -19,12 +19,13 @@ from symhbm.friction import LocatedFriction
 from symhbm.model import CONTACT_PARAMETERS, Model
 from symhbm.sampled import locate_sampled
 from symhbm.symmetry import Symmetry, find_symmetry
+from symhbm.unknowns import Unknowns
 
 _COMMON = {*CONTACT_PARAMETERS, "force_amplitude"}
 """Parameters whose values are compared sector by sector wherever they are set."""
 
 
-class HarmonicBalance:
+class HarmonicBalance(Unknowns):
     """Multi-harmonic balance of a model under an excitation, Eq. (9).
 
     Parameters
@@ -89,26 +90,6 @@ class HarmonicBalance:
         self._compiled: dict[tuple, Equations] = {}
         self._equations = self._compile(model.has_cubic_springs)
         self._set_arguments()
-
-    @property
-    def harmonics(self) -> tuple[int, ...]:
-        """The harmonics of the response."""
-        return self.basis.harmonics
-
-    @property
-    def n_dof(self) -> int:
-        """Number of degrees of freedom that are unknown: all, or those of one sector."""
-        return len(self._equations.dofs)
-
-    @property
-    def n_contacts(self) -> int:
-        """Number of contacts that are located: all, or those of one sector."""
-        return len(self._equations.contacts)
-
-    @property
-    def n_unknowns(self) -> int:
-        """Number of Fourier coefficients."""
-        return self.n_dof * self.basis.n_components
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -248,66 +229,16 @@ class HarmonicBalance:
                 raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
         return other
 
-    def coefficients(self, unknowns: FloatArray) -> FloatArray:
-        """Unknowns as ``(n_dof, n_components)``."""
-        return unknowns.reshape(self.n_dof, self.basis.n_components)
-
-    def everywhere(self, unknowns: FloatArray) -> FloatArray:
-        """Coefficients of all degrees of freedom of the structure, ``(.., n_components)``.
-
-        ``unknowns`` (..., n_unknowns) may be those of several points.
-        """
-        whole = unknowns if self.symmetry is None else (self._equations.expansion @ unknowns.T).T
-        return whole.reshape(*unknowns.shape[:-1], self.model.n_dof, self.basis.n_components)
-
-    def relative(self, unknowns: FloatArray) -> FloatArray:
-        """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m].
-
-        ``unknowns`` (..., n_unknowns) may be those of several points.
-        """
-        relative = (self._equations.directions @ unknowns.T).T
-        return relative.reshape(*unknowns.shape[:-1], self.n_contacts, self.basis.n_components)
-
-    @property
-    def directions(self) -> Any:
-        """Sparse matrix from the unknowns to `relative`, flattened."""
-        return self._equations.directions
-
-    def expand(self, contact: int, coefficients: FloatArray) -> FloatArray:
-        """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""
-        size = self.basis.n_components
-        return coefficients @ self._equations.directions[contact * size : (contact + 1) * size]
-
-    def own(self, name: str, values: Any) -> FloatArray:
-        """Values of a named parameter of the blades or contacts that are balanced here."""
-        array = np.asarray(values, dtype=float)
-        return array if self.symmetry is None else self.symmetry.own(name, array)
-
     def locate(self, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None):
         """Events of all contacts at the unknowns, see `symhbm.contact.locate`."""
         motion = self.relative(unknowns), self.contact_stiffness, self.slip_limit
-        return self._locate(*motion, slip)
+        return self.locate_motions(*motion, slip)
 
-    def _locate(self, *motion: Any) -> LocatedFriction:
+    def locate_motions(self, *motion: Any) -> LocatedFriction:
+        """The same of any contacts: their motions, stiffness, limits of slip, imposed states."""
         if self.samples is None:
             return locate(self.basis, *motion)
         return locate_sampled(self.basis, *motion, samples=self.samples)
-
-    @staticmethod
-    def locate_each(
-        problems: Sequence["HarmonicBalance"], unknowns: Sequence[FloatArray]
-    ) -> list[LocatedFriction]:
-        """Events of all contacts at the unknowns of several problems of one structure, at once."""
-        return HarmonicBalance._locate_all(problems, np.array(unknowns)).split(len(problems))
-
-    @staticmethod
-    def _locate_all(problems: Sequence["HarmonicBalance"], unknowns: FloatArray) -> LocatedFriction:
-        """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
-        first = problems[0]
-        relative = first.relative(unknowns).reshape(-1, first.basis.n_components)
-        stiffness = np.concatenate([problem.contact_stiffness for problem in problems])
-        limit = np.concatenate([problem.slip_limit for problem in problems])
-        return first._locate(relative, stiffness, limit)
 
     def located(self) -> "HarmonicBalance":
         """The same problem with located switching angles."""
@@ -352,29 +283,6 @@ class HarmonicBalance:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
         shape = self._arguments[-1] if self._structure is None else self._structure.shape(frequency)
         return self.coefficients(self.excitation.amplitude * shape)
-
-    @staticmethod
-    def check_each(
-        problems: Sequence["HarmonicBalance"], unknowns: FloatArray, frequencies: FloatArray
-    ) -> tuple[FloatArray, LocatedFriction]:
-        """Norms (n_points,) of `evaluate`, and the events of all contacts point by point.
-
-        ``unknowns`` (n_points, n_unknowns) of problems of one structure; ``frequencies``
-        (n_points,) in rad/s.
-        """
-        first = problems[0]
-        each = zip(problems, unknowns, frequencies.tolist(), strict=True)
-        if first.in_closed_form and first.structure is None:
-            compiled = first._equations
-            found = [compiled.packed(x, omega, problem._arguments) for problem, x, omega in each]
-            residual, magnitude, _, _, events = zip(*found, strict=True)
-            largest, force = np.abs(residual).max(axis=1), np.concatenate(magnitude)
-            norm = largest / np.where(force > 0, force, 1.0)
-            return norm, compiled.unpacked(np.concatenate(events))
-        located = HarmonicBalance._locate_all(problems, unknowns)
-        found = zip(each, located.split(len(problems)), strict=True)
-        norm = [problem.evaluate(x, at, friction=own).norm for (problem, x, at), own in found]
-        return np.array(norm), located
 
     def _stretches(self, unknowns: FloatArray, friction: LocatedFriction) -> float:
         """Largest of the two terms of stretches of stick, see `Equations`."""

@@ -17,6 +17,7 @@ from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
+from symhbm.several_points import locate_each
 
 SMALLEST = 0.01
 """Share of the largest displacement that the error of a still degree of freedom is relative to."""
@@ -152,7 +153,7 @@ def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
     while going := [search for search in searches if search.going]:
         try:
             motions = [search.start + search.change for search in going]
-            located = HarmonicBalance.locate_each([search.larger for search in going], motions)
+            located = locate_each([search.larger for search in going], motions)
         except ArithmeticError:
             break  # a step that overshoots all numbers
         for search, friction in zip(going, located, strict=True):

@@ -10,10 +10,9 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm import ensemble, residual, spool, tables
+from symhbm import ensemble, point, residual, spool, tables
 from symhbm.equations import Equations
 from symhbm.point import RADIANS, describe, describe_each
-from symhbm.residual import HarmonicBalance
 from symhbm.store import Store
 
 VALUES: dict[str, Any] = dict(
@@ -77,13 +76,13 @@ def test_sets_of_harmonics_are_compiled_once_for_all_copies(compiled):
 
 def test_each_stored_point_is_evaluated_once(monkeypatch):
     """With its contacts free, whatever states the path held."""
-    seen, check = [], HarmonicBalance.check_each
+    seen, check = [], point.check_each
 
     def counted(problems, unknowns, frequencies):
         seen.extend(frequencies)
         return check(problems, unknowns, frequencies)
 
-    monkeypatch.setattr(HarmonicBalance, "check_each", counted)
+    monkeypatch.setattr(point, "check_each", counted)
     for problem in (blade(), blade((1, 3)), disk()):
         seen.clear()
         curve = sh.frf(problem, BAND, progress=False)
