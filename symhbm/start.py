@@ -30,9 +30,10 @@ def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | 
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     """Solve Eq. (9) at one angular ``frequency`` [rad/s] from nothing.
 
-    Newton's method starts from the response with all contacts stuck, then from that without
-    contacts. Where both fail, the force grows from an amplitude at which every contact sticks
-    and cubic springs do little, and the response there is followed to the full amplitude.
+    Newton's method starts from the response with all contacts stuck or from that without friction,
+    first from the one with less residual force. Where both fail, the force grows from an amplitude
+    at which every contact sticks and cubic springs do little, and the response there is followed
+    to the full amplitude.
     """
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
@@ -43,11 +44,13 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     def balance(unknowns: FloatArray) -> Evaluation:
         return problem.evaluate(unknowns, frequency)
 
-    for start in (stuck, free):
-        if start is not None:
-            results.append(newton(balance, start))
-            if results[-1].converged:
-                return results[-1]
+    def left(unknowns: FloatArray) -> float:
+        return float(np.linalg.norm(balance(unknowns).residual))
+
+    for start in sorted((start for start in (stuck, free) if start is not None), key=left):
+        results.append(newton(balance, start))
+        if results[-1].converged:
+            return results[-1]
     if stuck is not None:
         grown = _grow_force(problem, stuck, frequency)
         if grown is not None:

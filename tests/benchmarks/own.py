@@ -24,10 +24,8 @@ from tests.benchmarks.table import Table, ratio, seconds
 
 N_SAMPLES = 16
 SIZES = (13, 50, 200, 1000, 2000)
-GROWTH_START, GROWTH_WIDTH = 204.0, 400.0
-"""First frequency of the bands over which sizes are compared, and blades times their width [Hz]."""
-LIMIT = 30.0
-"""CPU seconds of one size from which on larger ones are left out."""
+GROWTH_BAND, GROWTH_POINTS = (204.0, 280.0), 30
+"""Band over which sizes are compared [Hz], and points after which each curve is left."""
 RUNS = 3
 FRESH = """
 import time
@@ -117,33 +115,29 @@ def processes() -> list[Table]:
 def growth() -> list[Table]:
     """Time per point over the number of blades."""
     caption = (
-        f"**Growth**: mistuned rings, one harmonic, from {GROWTH_START:g} Hz over a band of "
-        f"{GROWTH_WIDTH:g} Hz over the number of blades."
+        f"**Growth**: mistuned rings, one harmonic, the first {GROWTH_POINTS} points from "
+        f"{GROWTH_BAND[0]:g} Hz on, with all events and peaks between them."
     )
-    header = ["blades", "points", "points per Hz", "events", "peaks", "linear solves", "curve"]
-    table = Table(caption, [*header, "per point", "per solve"])
+    header = ["blades", "up to", "events", "peaks", "linear solves", "curve", "per point"]
+    table = Table(caption, [*header, "per solve"])
     measured = []
     for size in SIZES:
-        problem, width = mistuned(size), GROWTH_WIDTH / size
-        timed = _curve(problem, (GROWTH_START, GROWTH_START + width), keep=["amplitude"])
+        given = dict(keep=["amplitude"], max_points=GROWTH_POINTS)
+        timed = _curve(mistuned(size), GROWTH_BAND, **given)
         names = ("n_points", "n_events", "n_peaks", "linear_solves")
         points, events, peaks, solves = (int(timed.result[name]) for name in names)
-        each = timed.seconds / points, timed.seconds / solves, points / width
+        each = timed.seconds / points, timed.seconds / solves
         measured.append((size, *each))
-        counts = [str(points), f"{points / width:.0f}", str(events), str(peaks), str(solves)]
-        times = [seconds(value) for value in (timed.seconds, *each[:2])]
+        last = float(timed.result.frequency.max())
+        counts = [f"{last:.4g} Hz", str(events), str(peaks), str(solves)]
+        times = [seconds(value) for value in (timed.seconds, *each)]
         table.rows.append([str(size), *counts, *times])
-        if timed.seconds > LIMIT:
-            if size != SIZES[-1]:
-                table.remarks.append(f"Larger rings left out: {size} took over {LIMIT:g} s.")
-            break
-    large = np.log([row for row in measured if row[0] >= 50])
-    if len(large) > 1:
-        per_point, per_solve, density = np.polyfit(large[:, 0], large[:, 1:], 1)[0]
-        table.remarks.append(
-            f"Exponents over the number of blades from 50 on: {per_point:.2f} per point, "
-            f"{per_solve:.2f} per linear solve; {density:.2f} for the points per Hz."
-        )
+    logarithms = np.log(measured)
+    per_point, per_solve = np.polyfit(logarithms[:, 0], logarithms[:, 1:], 1)[0]
+    table.remarks.append(
+        f"Exponents over the number of blades: {per_point:.2f} per point, {per_solve:.2f} per "
+        "linear solve."
+    )
     return [table]
 
 
