@@ -135,7 +135,9 @@ def _interpolated(
     """
     measured = measure(problem.single_valued, left, right, scale)
     length = np.where(measured.length == 0, 1.0, measured.length)  # one point twice
-    error = _INTERPOLATED * scale[..., :1] / np.abs(length)
+    # Friction over samples has corners that no closer look makes smooth.
+    unseen = _INTERPOLATED if problem.samples is None else 0.0
+    error = unseen * scale[..., :1] / np.abs(length)
     tangents = measured.left[..., None, :], measured.right[..., None, :]
     ends = left.state[..., None, :], right.state[..., None, :], tangents, _SHARES[:, None]
     value, slope = cubic(*ends), cubic_slope(*ends)
