@@ -32,9 +32,11 @@ import time
 start = time.process_time()
 import symhbm as sh
 imported = time.process_time()
-from tests.benchmarks.problems import blade
-problem = blade(3)
-sh.solve(problem, frequency=19.5)
+blade = sh.single_blade(
+    mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5,
+    normal_load=3,
+)
+sh.frf(sh.HarmonicBalance(blade, sh.PointForce(amplitude=100.0)), (10, 30))
 print(imported - start, time.process_time() - imported)
 """
 
@@ -149,7 +151,7 @@ def start() -> list[Table]:
     ]
     imported, solved = np.min([np.array(run.stdout.split(), float) for run in runs], axis=0)
     built = min(cpu(lambda: ring(tuple(range(1, 32)), 10)).seconds for _ in range(RUNS))
-    header = ["import symhbm", "first problem and solution", "ring with harmonics 1 to 31 built"]
+    header = ["import symhbm", "first problem and curve", "ring with harmonics 1 to 31 built"]
     row = [seconds(value) for value in (imported, solved, built)]
     return [Table("**Start** in a fresh process, CPU time.", header, [row])]
 
