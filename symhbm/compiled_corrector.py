@@ -37,7 +37,6 @@ class CompiledCorrector:
         )
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
-        self._size = curve.problem.n_unknowns + 1
         self._n_contacts = curve.problem.n_contacts
 
     def correct(
