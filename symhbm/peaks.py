@@ -280,8 +280,8 @@ def _zero(slope: Callable[[float], float], low: float, high: float, start: float
             break
         share, before = share + step, share
         if abs(step) <= _PRECISION:
-            left = max(h for h in known if h < share - _ASIDE)
-            right = min(h for h in known if h > share + _ASIDE)
+            left = max((h for h in known if h < share - _ASIDE), default=0.0)
+            right = min((h for h in known if h > share + _ASIDE), default=1.0)
             if known[left] >= 0 >= known[right]:
                 return share
             break

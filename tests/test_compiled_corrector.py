@@ -272,9 +272,11 @@ def test_slopes_of_many_stretches_are_those_of_each():
         lambda h: 1.0 if h < 0.6 else -2.0,  # a corner: no zero at all
         lambda h: np.sqrt(0.7 - h) if h < 0.7 else -h,
         lambda h: (h - 0.2) ** 2 * (0.5 - h) + 1e-3 * (0.5 - h),
+        lambda h: 3e-7 - h,  # next to an end
+        lambda h: 1 - 3e-7 - h,
     ],
 )
 def test_a_maximum_between_slopes_of_opposite_sign(slope, start):
     share = _zero(slope, slope(0.0), slope(1.0), start)
-    aside = 1e-5
+    aside = 1e-8
     assert slope(share - aside) > 0 > slope(share + aside)
