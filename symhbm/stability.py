@@ -21,6 +21,8 @@ LARGEST_SIZE = 400
 """Number of unknowns above which exponents cost more than the path."""
 NEUTRAL = 1e-9
 """Growth over the frequency that is none: at a fold, or without damping."""
+_TIE = 0.01
+"""Difference of imaginary parts, over the frequency, that is one of truncation."""
 
 
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
@@ -99,7 +101,9 @@ def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -
     left[size:] = -np.linalg.solve(inertia, right)
     exponents = np.linalg.eigvals(left)
     # Copies of an exponent differ by harmonics; those cut off by the truncation are the far ones.
-    near = np.argsort(np.abs(exponents.imag), kind="stable")[: 2 * model.n_dof]
+    # With odd harmonics alone two exponents may be equally near.
+    distance = np.abs(exponents.imag)
+    near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
     return float(frequency * exponents.real[near].max())
 
 

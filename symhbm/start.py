@@ -30,8 +30,9 @@ def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | 
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     """Solve Eq. (9) at one angular ``frequency`` [rad/s] from nothing.
 
-    Newton's method starts from the response with all contacts stuck or from that without friction,
-    first from the one with less residual force. Where both fail, the force grows from an amplitude
+    Newton's method starts from the response with all contacts stuck, then from that without
+    friction; where responses are unique, first from the one with less residual force. Where both
+    fail, the force grows from an amplitude
     at which every contact sticks and cubic springs do little, and the response there is followed
     to the full amplitude.
     """
@@ -47,7 +48,8 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     def left(unknowns: FloatArray) -> float:
         return float(np.linalg.norm(balance(unknowns).residual))
 
-    for start in sorted((start for start in (stuck, free) if start is not None), key=left):
+    starts = [start for start in (stuck, free) if start is not None]
+    for start in sorted(starts, key=left) if problem.single_valued else starts:
         results.append(newton(balance, start))
         if results[-1].converged:
             return results[-1]
