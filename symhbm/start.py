@@ -32,9 +32,8 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
 
     Newton's method starts from the response with all contacts stuck, then from that without
     friction; where responses are unique, first from the one with less residual force. Where both
-    fail, the force grows from an amplitude
-    at which every contact sticks and cubic springs do little, and the response there is followed
-    to the full amplitude.
+    fail, the force grows from an amplitude at which every contact sticks and cubic springs do
+    little, and the response there is followed to the full amplitude.
     """
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
