@@ -87,7 +87,7 @@ def find_peaks(
     most = max(_AT_ONCE // before.slope.shape[1], 1)
     for part in np.array_split(stretches, -(-len(stretches) // most) or 1):
         left, right = after[part], before[part + 1]
-        found = turning(problem, left, right, scale[part], roots[part])
+        found = turning(problem, left, right, scale[part], roots[part], each)
         candidates = (found.turns | found.unclear) & (found.contends | each)
         for k in np.flatnonzero(candidates.any(axis=-1)):
             i = part[k]
@@ -152,7 +152,7 @@ class _Finder:
         if path.length <= 0:
             return  # one point to the last digit
         height = np.maximum(left.amplitude, right.amplitude)
-        known = known or turning(self.problem, left, right, path.scale, roots)
+        known = known or turning(self.problem, left, right, path.scale, roots, self.each, depth)
         watched = np.flatnonzero(known.contends | self.each)
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])

@@ -93,11 +93,14 @@ def turning(
     right: Slopes,
     scale: FloatArray,
     roots: NDArray[np.bool_],
+    faint: bool = False,
+    halvings: int = 0,
 ) -> Turning:
     """What becomes of the amplitudes between two solutions, or between several pairs of them.
 
     ``roots`` (..., 2) tells at which end slip begins or ends: slopes there go with the square root
-    of the distance.
+    of the distance. ``faint`` asks for every maximum of responses far below the largest too;
+    ``halvings`` tells how often a step was divided for them.
     """
     amplitudes, inside, error = _interpolated(problem, left, right, scale, roots)
     contends = [
@@ -116,8 +119,12 @@ def turning(
     dips = lowest < _DIP * np.minimum(climb[..., 0, :], climb[..., -1, :])
     # Next to a root of slip the slope may turn and turn back closer than any interpolant tells.
     at_root = np.where(roots[..., None], climb[..., [0, -1], :], np.inf).min(axis=-2)
+    # The error of a cubic falls with the fourth power of its length.
+    error = error * 16.0**-halvings
     near = np.maximum(_NEARLY * level, error)
     nearly = (dips & (lowest < near)) | (at_root < _NEARLY * level)
+    if faint:
+        nearly |= np.minimum(lowest, climb[..., [0, -1], :].min(axis=-2)) < error
     unclear = np.where(turns, falls > 1, (falls > 0) | ((first * last > 0) & nearly))
     return Turning(turns, unclear & moving, np.any(contends, axis=0), slopes)
 
