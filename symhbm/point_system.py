@@ -77,8 +77,10 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
     right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(kind(n, 1), 1))
+    # The largest of several numbers passes over those that are none.
+    known = ca.sumsqr(balance) < ca.inf
     values = ca.vertcat(
-        ca.mmax(ca.fabs(balance)) / force,
+        ca.if_else(known, ca.mmax(ca.fabs(balance)) / force, ca.inf),
         value,
         ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
         _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),

@@ -201,6 +201,20 @@ def test_what_cannot_be_solved_is_none():
     assert corrector.correct(guess, scale, plane, slip, radius=1e-9) is None
 
 
+@pytest.mark.parametrize("place", [0, 7, 26])
+def test_one_number_that_is_none_is_no_solution(place):
+    """Not even where all other equations are balanced."""
+    problem = ring()
+    n, n_contacts = problem.n_unknowns, problem.n_contacts
+    equations, arguments = problem.compiled
+    point = np.append(np.zeros(n), 1000.0)
+    point[place] = np.nan
+    inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, point, np.zeros(n + 1)]
+    inputs += [point, np.zeros(n_contacts), np.zeros(n_contacts), np.array([1.0, 1000.0])]
+    values = Compiled(point_system(equations))(*inputs)[2]
+    assert not values[0] < np.inf
+
+
 @pytest.mark.skipif(not any(map(shutil.which, native._COMPILERS)), reason="no compiler of C")
 @pytest.mark.parametrize("build", [fig03.problem, mistuned])
 def test_machine_code_gives_the_same_bits(build):
