@@ -4,11 +4,15 @@ import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
+import xarray as xr
 from tqdm import tqdm
 
 import symhbm as sh
 from studies import index
+from studies.claim import unmet as unmet_statements
 from studies.landmark import unmet
 from studies.run import RESULTS, run
 
@@ -52,9 +56,16 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
             picture=picture.read_bytes(),
             archive=archive.name,
             landmarks=module.landmarks(dataset),
+            claims=statements(module, "claims", dataset),
+            findings=statements(module, "findings", dataset),
         )
     except Exception as error:
         return index.Section(name, document, error=f"{type(error).__name__}: {error}")
+
+
+def statements(module: ModuleType, kind: str, dataset: xr.Dataset) -> list[Any]:
+    """The ``"claims"`` of the source or ``"findings"`` of a study; not every study has some."""
+    return getattr(module, kind)(dataset) if hasattr(module, kind) else []
 
 
 def main(studies: Mapping[str, float] = STUDIES, results: Path = RESULTS) -> int:
@@ -70,7 +81,9 @@ def main(studies: Mapping[str, float] = STUDIES, results: Path = RESULTS) -> int
             bar.update(min(each * seconds, bar.total - bar.n))
     print(index.write(sections, results / "index.html"))
     wrong = [f"{one.name}: {one.error}" for one in sections if one.error]
-    wrong += [f"{one.name}: {line}" for one in sections for line in unmet(one.landmarks)]
+    for one in sections:
+        lines = unmet(one.landmarks) + unmet_statements([*one.claims, *one.findings])
+        wrong += [f"{one.name}: {line}" for line in lines]
     for line in wrong:
         print(line, file=sys.stderr)
     return int(bool(wrong))

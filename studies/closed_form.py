@@ -61,6 +61,21 @@ class OneBlade:
         )
         return float(amplitude), self._lowest(float(amplitude))[1] / (2 * np.pi)
 
+    def half_power_width(self) -> float:
+        """Width of the peak at ``1/sqrt(2)`` of it, over its frequency.
+
+        At a given amplitude the contact is linear, and the two frequencies are roots of
+        ``|z(omega)| = f0 / A``, with ``z`` as in `optimum`.
+        """
+        amplitude, frequency = self.peak()
+        amplitude /= np.sqrt(2)
+        added, damping = self._contact(amplitude)
+        stiffness, m, c = self.stiffness + added, self.mass, self.damping
+        rest = stiffness**2 + damping**2 - (self.force / amplitude) ** 2
+        roots = np.roots([m**2, 0, c**2 - 2 * m * stiffness, 2 * c * damping, rest])
+        real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0)]
+        return float(np.ptp(real) / (2 * np.pi * frequency))
+
     def optimum(self) -> tuple[float, float, float]:
         """Slip limit [N] of the lowest peak, and amplitude [m] and frequency [Hz] of that peak.
 

@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 
 import symhbm as sh
+from studies.claim import Finding
 from studies.closed_form import EXACT_DIGITS, one_blade
 from studies.landmark import Landmark, Source, number
 
 ACCURACY = 1e-3
 """Truncation error asked for where one harmonic is compared with enough of them."""
-SUFFICES = 0.01
-"""Error of a peak up to which one harmonic is said to suffice."""
-ONE_HARMONIC = "One harmonic suffices"
+VISIBLE = 0.2
+"""Error of an amplitude [dB] up to which one harmonic is said to suffice, for blade and ring."""
 ALL_STICK = 1e9
 """Normal load [N] at which nothing slips in any figure."""
 
@@ -59,6 +59,23 @@ def largest_peak(dataset: xr.Dataset) -> xr.Dataset:
     return peaks.isel(peak=peaks.peak_amplitude.argmax("peak"))
 
 
+def stick_at_peak(dataset: xr.Dataset) -> xr.DataArray:
+    """Share of the period that the contacts of a tuned structure stick where it responds most."""
+    amplitude = dataset.amplitude.max("dof")
+    at_most = dataset.stick_fraction.isel(point=amplitude.fillna(0).argmax("point"))
+    return at_most.mean("contact")
+
+
+def stuck_peak(curve: xr.Dataset) -> tuple[float, float]:
+    """Amplitude [m] and frequency [Hz] of the peak of one curve where no contact slips."""
+    return one_blade(curve, normal_load=ALL_STICK).peak()
+
+
+def free_peak(curve: xr.Dataset) -> tuple[float, float]:
+    """Amplitude [m] and frequency [Hz] of the peak of one curve without contacts."""
+    return one_blade(curve, normal_load=0.0).peak()
+
+
 def full_stick_load(peaks: xr.Dataset) -> xr.DataArray:
     """Normal load [N] that holds all contacts at peaks of a response where nothing slips.
 
@@ -100,30 +117,38 @@ def full_stick(dataset: xr.Dataset, dim: str | None = None) -> list[Landmark]:
     return rows
 
 
-def one_harmonic_suffices(
-    dataset: xr.Dataset, dim: str, fails: tuple = (), tolerance: float = SUFFICES
-) -> list[Landmark]:
-    """Error of the peak with one harmonic over ``dim``; it does not suffice where it ``fails``."""
-    ratio = largest_peak(dataset).peak_amplitude / dataset.accurate_peak_amplitude
+def one_harmonic(dataset: xr.Dataset, dim: str, fails: tuple = ()) -> list[Finding]:
+    """Whether one harmonic suffices for the peak over ``dim``, and does not where it ``fails``."""
+    ratio = one_harmonic_ratio(dataset)
     return [
-        suffices(
-            float(ratio.sel({dim: value})) - 1, labelled(dim, value), value in fails, tolerance
-        )
+        of_one_harmonic(float(ratio.sel({dim: value})), labelled(dim, value), value in fails)
         for value in dataset[dim].values
     ]
 
 
-def suffices(error: float, where: str, fails: bool, tolerance: float = SUFFICES) -> Landmark:
-    """Relative error of a peak with one harmonic, and whether the source's claim holds."""
-    return Landmark(
-        f"error of the peak with one harmonic, {where}",
-        100 * error,
-        0.0,
-        "%",
-        Source.CLAIM if fails else Source.PUBLISHED,
-        100 * tolerance,
-        ONE_HARMONIC,
+def one_harmonic_ratio(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest peak with one harmonic over that with enough of them."""
+    return largest_peak(dataset).peak_amplitude / dataset.accurate_peak_amplitude
+
+
+def suffices(ratio: float) -> bool:
+    """Whether an amplitude with one harmonic, over the true one, is off by less than is visible."""
+    return abs(decibels(ratio)) <= VISIBLE
+
+
+def of_one_harmonic(ratio: float, where: str, fails: bool) -> Finding:
+    """Whether one harmonic suffices: ``ratio`` is its peak over that with enough harmonics."""
+    verdict = f"errs by more than {VISIBLE:g} dB" if fails else f"is good to {VISIBLE:g} dB"
+    return Finding(
+        f"One harmonic {verdict} at the peak",
+        f"{where}: {100 * (ratio - 1):+.2g} %",
+        suffices(ratio) is not fails,
     )
+
+
+def decibels(ratio: float) -> float:
+    """A ratio of amplitudes, or an amplitude [m], in dB, or dB re 1 m."""
+    return 20 * float(np.log10(ratio))
 
 
 def labelled(dim: str, value: Any) -> str:

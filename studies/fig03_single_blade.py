@@ -2,22 +2,29 @@
 
 Light loads let the blade swing freely, heavy ones hold the contact and add its stiffness; between
 them lies a load that damps most. The peaks are closed forms with one harmonic; the exact periodic
-motions of the reference come from an integration from event to event.
+motions of the reference come from an integration from event to event. The source gives no reference
+for its decibels; with 1 m all its axes fit.
 
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 3.
 """
 
 import json
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 import symhbm as sh
+from studies.claim import Claim
 from studies.companions import (
     ACCURACY,
+    VISIBLE,
     closed_form_peaks,
+    decibels,
     full_stick,
-    one_harmonic_suffices,
+    largest_peak,
+    one_harmonic_ratio,
+    suffices,
     with_companions,
 )
 from studies.landmark import Landmark, Source
@@ -29,8 +36,7 @@ BAND = (10, 30)  # Hz
 NEAR = (15, 23)
 """Band [Hz] around the peaks, where they are computed with enough harmonics."""
 CLAIMED_FULL_STICK = 100  # N, as the source says
-ONE_HARMONIC = 0.022
-"""Error of the peaks with one harmonic up to which the source's claim holds for one blade."""
+FLATTEST = 3  # N, up to which the source says that peaks flatten
 
 
 def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
@@ -61,9 +67,8 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
-    """Peaks, their error with one harmonic, and the load of full stick."""
+    """Peaks with one harmonic and with enough, and the load of full stick."""
     exact = json.loads(REFERENCE.read_text())["single_blade_peaks"]
-    stick = float(dataset.full_stick_normal_load)
     return [
         *closed_form_peaks(dataset, "normal_load", resonances=False),
         *[
@@ -77,19 +82,66 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             )
             for peak in exact
         ],
-        max(
-            one_harmonic_suffices(dataset, "normal_load", tolerance=ONE_HARMONIC),
-            key=lambda landmark: abs(landmark.difference),
-        ),
         *full_stick(dataset),
-        Landmark(
-            "normal load of full stick",
-            stick,
-            CLAIMED_FULL_STICK,
-            "N",
-            Source.CLAIM,
-            0.01,
-            f"Full stick from {CLAIMED_FULL_STICK} N on",
+    ]
+
+
+def claims(dataset: xr.Dataset) -> list[Claim]:
+    """What the source says of its Fig. 3."""
+    top = largest_peak(dataset)
+    mass, k, k_d = (
+        float(dataset[name].mean()) for name in ("mass", "stiffness", "contact_stiffness")
+    )
+    free, held = (float(np.sqrt(stiffness / mass)) / (2 * np.pi) for stiffness in (k, k + k_d))
+    lightest, heaviest = (float(top.peak_frequency[end]) for end in (0, -1))
+    stick = float(dataset.full_stick_normal_load)
+    at_claimed, stuck = (
+        decibels(float(top.peak_amplitude.sel(normal_load=load))) for load in (100, 500)
+    )
+    flattening = top.peak_amplitude.sel(normal_load=slice(None, FLATTEST)).values
+    ratio = one_harmonic_ratio(dataset)
+    worst = ratio[int(np.abs(np.log(ratio.values)).argmax())]
+    load = float(worst.normal_load)
+    return [
+        Claim(
+            "For F_n = 0.01 N the contact slips and the system has a quasi-linear behaviour, with "
+            "the stiffness k",
+            "Fig. 3",
+            f"resonance at {lightest:.4f} Hz, {free:.4f} Hz with k alone",
+            abs(lightest / free - 1) < 1e-4,
+            True,
+        ),
+        Claim(
+            f"For F_n > {CLAIMED_FULL_STICK} N the contact is completely stuck",
+            "Fig. 3",
+            f"full stick from {stick:.1f} N on; at {CLAIMED_FULL_STICK} N the peak is "
+            f"{at_claimed:.1f} dB, where nothing slips {stuck:.1f} dB",
+            stick <= CLAIMED_FULL_STICK,
+            False,
+        ),
+        Claim(
+            "Where it is stuck, the stiffness is k + k_d",
+            "Fig. 3",
+            f"resonance at {heaviest:.3f} Hz with 500 N, {held:.3f} Hz with k + k_d",
+            abs(heaviest / held - 1) < 1e-4,
+            True,
+        ),
+        Claim(
+            f"Peaks flatten as the load grows from 0.01 to {FLATTEST} N",
+            "Fig. 3",
+            f"from {decibels(flattening[0]):.1f} to {decibels(flattening[-1]):.1f} dB, each lower "
+            "than the one before",
+            bool(np.all(np.diff(flattening) < 0)),
+            True,
+        ),
+        Claim(
+            "In this case, one degree of freedom, only one harmonic is sufficient to obtain good "
+            "results in terms of amplitude",
+            "section on Figs. 3 and 4",
+            f"peaks of the twelve loads are off by {100 * (float(worst) - 1):+.2g} % at most (with "
+            f"{load:g} N), which is less than {VISIBLE:g} dB",
+            suffices(float(worst)),
+            True,
         ),
     ]
 

@@ -17,21 +17,43 @@ from scipy.optimize import brentq
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
+from studies.claim import Claim
 from studies.companions import closed_form_peaks, labelled, largest_peak
 from studies.landmark import Landmark, Source
 from studies.run import run
 
 NAME = "fig07_nodal_diameters"
 ENGINE_ORDERS = [0, 1, 2, 4]
+HIGHEST_ORDERS = [6, 7]
+"""The highest number of nodal diameters of 13 blades, and the order that the source ends at."""
 BAND = (10, 350)  # Hz
 ROUND_OFF = 1e-9
 """Relative difference of blades that move alike: light damping costs digits."""
 
 
 def compute(progress: bool = True) -> xr.Dataset:
-    """Follow the response of the disk of Fig. 8 at every engine order."""
+    """Follow the response of the disk of Fig. 8 at every engine order, and peaks of the highest."""
     over = {"engine_order": ENGINE_ORDERS}
-    return sh.frf(fig08.problem(), BAND, over=over, throw=True, progress=progress)
+    dataset = sh.frf(fig08.problem(), BAND, over=over, throw=True, progress=progress)
+    over = {"engine_order": HIGHEST_ORDERS}
+    highest = sh.frf(fig08.problem(), BAND, over=over, throw=True, progress=False)
+    top, shapes = largest_peak(highest), snapshot(highest)
+    counts = [counted(shapes.sel(engine_order=order).values) for order in HIGHEST_ORDERS]
+    added = {
+        "highest_order_peak_amplitude": (
+            top.peak_amplitude.values,
+            "m",
+            "displacement at the peak",
+        ),
+        "highest_order_peak_frequency": (top.peak_frequency.values, "Hz", "frequency of the peak"),
+        "highest_order_diameters": (counts, "1", "nodal diameters of the shape at the peak"),
+    }
+    return dataset.assign_coords(highest_order=HIGHEST_ORDERS).assign(
+        {
+            name: ("highest_order", values, {"units": units, "long_name": long_name})
+            for name, (values, units, long_name) in added.items()
+        }
+    )
 
 
 def snapshot(dataset: xr.Dataset) -> xr.DataArray:
@@ -106,6 +128,36 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             ),
         ]
     return rows + closed_form_peaks(dataset, "engine_order")
+
+
+def claims(dataset: xr.Dataset) -> list[Claim]:
+    """What the source says of its Fig. 7."""
+    shapes = snapshot(dataset)
+    orders = dataset.engine_order.values
+    counts = [counted(shapes.sel(engine_order=order).values) for order in orders]
+    amplitude = dataset.highest_order_peak_amplitude.values
+    frequency = dataset.highest_order_peak_frequency.values
+    diameters = dataset.highest_order_diameters.values
+    return [
+        Claim(
+            "EO = 0 moves all blades together, EO = 1 has one nodal diameter, higher values of EO "
+            "have EO diameters",
+            "Fig. 7",
+            ", ".join(f"EO {order}: {n}" for order, n in zip(orders, counts, strict=True)),
+            counts == orders.tolist(),
+            True,
+        ),
+        Claim(
+            "Vibrations have EO diameters until EO = (N + 1) / 2 is reached (up to 7 with 13 "
+            "blades)",
+            "section on engine orders",
+            f"EO 7 has {diameters[1]} nodal diameters and the peak of EO 6, travelling the other "
+            f"way: {amplitude[1]:.6g} and {amplitude[0]:.6g} m at {frequency[1]:.3f} and "
+            f"{frequency[0]:.3f} Hz",
+            bool(diameters[1] == HIGHEST_ORDERS[1]),
+            False,
+        ),
+    ]
 
 
 if __name__ == "__main__":

@@ -17,12 +17,17 @@ from scipy.optimize import minimize_scalar
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
+from studies.claim import Claim, Finding
 from studies.closed_form import EXACT_DIGITS, one_blade
 from studies.companions import (
     closed_form_peaks,
+    decibels,
+    free_peak,
     full_stick,
     largest_peak,
-    one_harmonic_suffices,
+    one_harmonic,
+    stick_at_peak,
+    stuck_peak,
     with_companions,
 )
 from studies.landmark import Landmark, Source
@@ -35,7 +40,6 @@ NORMAL_LOADS = [10, 40, 100]  # N
 BAND = (10, 120)  # Hz
 SCAN = np.geomspace(0.3, 3000, 41)
 """Normal loads [N] of the curve of peaks, from nearly free to stuck."""
-OPTIMAL = "A normal load of 10 N is optimal"
 CLOSE = 1e-5
 """Relative change of the best load at which it is found."""
 
@@ -132,11 +136,9 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
-    """Peaks, their error with one harmonic, the best load, and the load of full stick."""
+    """Peaks, the best load, and the load of full stick."""
     best = float(dataset.best_normal_load)
     top = largest_peak(dataset).peak_amplitude
-    drawn = top.sel(normal_load=NORMAL_LOADS)
-    lowest = float(drawn.idxmin())
     curve = dataset.isel(normal_load=0)
 
     def level(logarithm: float) -> float:
@@ -159,26 +161,78 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             Source.CLOSED_FORM,
             EXACT_DIGITS,
         ),
-        Landmark(
-            "load of the lowest peak, beside the best of those drawn in the source",
-            best,
-            lowest,
-            "N",
-            Source.CLAIM,
-            0.01,
-            OPTIMAL,
-        ),
-        Landmark(
-            f"lowest peak, beside that at {lowest:g} N",
-            found,
-            float(drawn.min()),
-            "m",
-            Source.CLAIM,
-            0.01,
-            OPTIMAL,
-        ),
-        *one_harmonic_suffices(dataset.sel(normal_load=NORMAL_LOADS), "normal_load"),
         *full_stick(dataset),
+    ]
+
+
+def claims(dataset: xr.Dataset) -> list[Claim]:
+    """What the source says of its Fig. 11, and of all contact parameters after it."""
+    best = float(dataset.best_normal_load)
+    top = largest_peak(dataset)
+    drawn = top.sel(normal_load=NORMAL_LOADS)
+    frequency, level = drawn.peak_frequency.values, drawn.peak_amplitude.values
+    slip = 100 * (1 - stick_at_peak(dataset.sel(normal_load=NORMAL_LOADS)).values)
+    softest = top.sel(normal_load=best)
+    curve = dataset.isel(normal_load=0)
+    limits = sorted(decibels(peak(curve)[0]) for peak in (stuck_peak, free_peak))
+    width = float(dataset.damping.mean() / (2 * np.pi * dataset.mass.mean()))
+    stick = float(dataset.full_stick_normal_load)
+    return [
+        Claim(
+            "If F_n increases (10, 40, 100 N), the percentage of slip decreases",
+            "Fig. 11",
+            f"{', '.join(f'{s:.1f} %' for s in slip)} of the period at the peak",
+            bool(np.all(np.diff(slip) < 0)),
+            True,
+        ),
+        Claim(
+            "Slip even disappears for F_n = 100 N",
+            "Fig. 11",
+            f"contacts slip for {slip[-1]:.1f} % of the period; full stick from {stick:.0f} N on",
+            stick <= NORMAL_LOADS[-1],
+            False,
+        ),
+        Claim(
+            "If F_n increases, maximum amplitudes increase",
+            "Fig. 11",
+            ", ".join(f"{decibels(a):.1f} dB" for a in level),
+            bool(np.all(np.diff(level) > 0)),
+            True,
+        ),
+        Claim(
+            "The resonant frequencies are insensitive to changes in F_n",
+            "Fig. 11",
+            f"{', '.join(f'{f:.1f} Hz' for f in frequency)}, {np.ptp(frequency) / width:.0f} "
+            f"half-power widths of the stuck one; {float(softest.peak_frequency):.1f} Hz with "
+            f"{best:.2f} N",
+            float(np.ptp(frequency)) < width,
+            False,
+        ),
+        Claim(
+            "mu and F_n change amplitudes between the limits of the two linear cases (totally "
+            "slipping and totally stuck)",
+            "after Fig. 11",
+            f"the lowest peak is {decibels(float(softest.peak_amplitude)):.1f} dB, below both "
+            f"limits, {limits[0]:.1f} and {limits[1]:.1f} dB",
+            limits[0] <= decibels(float(softest.peak_amplitude)),
+            False,
+        ),
+    ]
+
+
+def findings(dataset: xr.Dataset) -> list[Finding]:
+    """How good one harmonic is, and how much lighter the best load is than those drawn."""
+    best = float(dataset.best_normal_load)
+    top = largest_peak(dataset).peak_amplitude
+    lightest = float(min(NORMAL_LOADS))
+    gain = decibels(float(top.sel(normal_load=lightest) / top.sel(normal_load=best)))
+    return [
+        *one_harmonic(dataset.sel(normal_load=NORMAL_LOADS), "normal_load"),
+        Finding(
+            "The load of the lowest peak is lighter than all loads of the source's Fig. 11",
+            f"{best:.3f} N, {gain:.1f} dB below the peak at {lightest:g} N",
+            best < lightest and gain > 0,
+        ),
     ]
 
 

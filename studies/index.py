@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from studies.landmark import Landmark, Source, number
+from studies.claim import Claim, Finding
+from studies.landmark import Landmark, number
 from symhbm.names import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
@@ -89,6 +90,8 @@ class Section:
     picture: bytes = field(default=b"", repr=False)
     archive: str = ""
     landmarks: Sequence[Landmark] = ()
+    claims: Sequence[Claim] = ()
+    findings: Sequence[Finding] = ()
 
     @property
     def title(self) -> str:
@@ -155,9 +158,11 @@ def page(sections: Sequence[Section]) -> str:
         '<link rel="icon" href="data:,">\n'
         f"<title>{escape(TITLE)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         f"<header><h1>{escape(TITLE)}</h1>\n<p>The figures of the source, computed anew, and what "
-        "they were checked against: values published, exact, or in closed form, and claims of the "
-        "source that exact computation does not bear out. Every computed number is read "
-        f'from the archives beside this page.</p>\n<p class="small">Source: {escape(SOURCE)}. '
+        "they were checked against: values published, exact, or in closed form, and what the "
+        "source says in words, weighed by exact computation. Of the figures of the source only "
+        "captions, tick labels and what its text says are known here, not the lines. Every "
+        'computed number is read from the archives beside this page.</p>\n<p class="small">Source: '
+        f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
         f"<main>\n<nav><h3>Contents</h3>\n<ol>{contents}</ol>\n"
         + _claims(sections)
@@ -168,19 +173,32 @@ def page(sections: Sequence[Section]) -> str:
 
 
 def _claims(sections: Sequence[Section]) -> str:
-    """Claims of the source that do not hold, each with all that speaks against it."""
-    against: dict[str, list[str]] = {}
+    """What the source says, weighed, those first that do not hold; and what it is silent about."""
+    lists = ""
+    for heading, holds in (("do not hold", False), ("hold", True)):
+        lines = "".join(
+            f"<li>{_link(one)}: {_text(claim.words)}. <em>{_text(claim.computed)}.</em></li>\n"
+            for one in sections
+            for claim in one.claims
+            if claim.holds is holds
+        )
+        lists += (
+            f"<h3>Claims of the source that {heading}</h3>\n<ul>\n{lines}</ul>\n" if lines else ""
+        )
+    findings: dict[str, list[str]] = {}
     for one in sections:
-        for mark in one.landmarks:
-            if mark.source == Source.CLAIM:
-                link = f'<a href="#{escape(one.name)}">{escape(one.title.partition(":")[0])}</a>'
-                words = f"{mark.name}: {mark.verdict.removeprefix('does not hold: ')}"
-                line = f"<li>{link}: {_text(words)}</li>\n"
-                against.setdefault(mark.claim, []).append(line)
-    lists = "".join(
-        f"<p>{_text(claim)}:</p>\n<ul>\n{''.join(lines)}</ul>\n" for claim, lines in against.items()
+        for finding in one.findings:
+            line = f"<li>{_link(one)}: {_text(finding.computed)}</li>\n"
+            findings.setdefault(finding.words, []).append(line)
+    ours = "".join(
+        f"<p>{_text(words)}:</p>\n<ul>\n{''.join(lines)}</ul>\n"
+        for words, lines in findings.items()
     )
-    return f"<h3>Claims that do not hold</h3>\n{lists}" if lists else ""
+    return lists + (f"<h3>Findings of these studies</h3>\n{ours}" if ours else "")
+
+
+def _link(section: Section) -> str:
+    return f'<a href="#{escape(section.name)}">{escape(section.title.partition(":")[0])}</a>'
 
 
 def _text(words: str) -> str:
@@ -192,7 +210,7 @@ def _text(words: str) -> str:
 def _state(section: Section) -> str:
     if section.error:
         return ' <strong class="bad">failed</strong>'
-    unmet = sum(not landmark.met for landmark in section.landmarks)
+    unmet = sum(not one.met for one in (*section.landmarks, *section.claims, *section.findings))
     return f' <strong class="bad">{unmet} landmarks not met</strong>' if unmet else ""
 
 
@@ -212,7 +230,7 @@ def _section(section: Section) -> str:
     return (
         f'{start}<img alt="{escape(section.title)}" src="data:image/png;base64,{picture}">\n'
         f"<h3>Parameters</h3>\n<dl>{named}</dl>\n"
-        f"<h3>Landmarks</h3>\n{_table(section.landmarks)}\n"
+        f"<h3>Landmarks</h3>\n{_table(section.landmarks)}\n{_weighed(section.claims)}"
         f'<p class="small">Archive: <a href="{archive}">{archive}</a></p>\n</section>'
     )
 
@@ -223,9 +241,28 @@ def _table(landmarks: Iterable[Landmark]) -> str:
     return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>"
 
 
+def _weighed(claims: Sequence[Claim]) -> str:
+    """Claims of the source with what is computed."""
+    if not claims:
+        return ""
+    columns = ("claim of the source", "where", "computed", "verdict")
+    head = "".join(f'<th scope="col">{column}</th>' for column in columns)
+    rows = ""
+    for claim in claims:
+        kind = "bad" if not claim.met else "good" if claim.holds else "claim"
+        texts = claim.words, claim.where, claim.computed, claim.verdict
+        rows += "<tr>{}</tr>\n".format(
+            "".join(
+                f'<td data-label="{column}" class="{style}">{_text(text)}</td>'
+                for column, text, style in zip(columns, texts, ("", "", "", kind), strict=True)
+            )
+        )
+    return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
+
+
 def _cells(landmark: Landmark) -> str:
     unit = f" {landmark.unit}" if landmark.unit else ""
-    kind = "bad" if not landmark.met else "claim" if landmark.source == Source.CLAIM else "good"
+    kind = "good" if landmark.met else "bad"
     digits = 6 if landmark.expected else 3
     difference = "0" if landmark.difference == 0 else number(landmark.difference, 2)
     texts = (

@@ -24,8 +24,9 @@ from tqdm import tqdm
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
+from studies.claim import Finding
 from studies.closed_form import EXACT_DIGITS
-from studies.companions import ONE_HARMONIC, SUFFICES
+from studies.companions import VISIBLE, suffices
 from studies.error_map import COLOUR_MAP, COLOURS, LEVELS, draw_map
 from studies.landmark import Landmark, Source
 from studies.run import REFERENCE, run
@@ -249,7 +250,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
-    """Peaks of the reference, and where one harmonic does not suffice."""
+    """Peaks of the reference."""
     rows = []
     for curve in json.loads(REFERENCE.read_text())["ring_EO_1_3_6_Fn100"]:
         label = f"EO = {curve['EO']}, F_n = {curve['Fn']:g} N"
@@ -274,13 +275,23 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
                 1e-6,
             ),
         ]
+    return rows
+
+
+def findings(dataset: xr.Dataset) -> list[Finding]:
+    """Where one harmonic errs most."""
+    rows = []
     for name, error in (("peak", dataset.peak_error), ("response", dataset.worst_error)):
         at = error.stack(cell=error.dims)
         at = at[int(np.abs(at.values).argmax())]
-        order, load = int(at.engine_order), float(at.normal_load)
-        label = f"largest error of a {name} with one harmonic, EO = {order}, F_n = {load:.3g} N"
-        found = 100 * float(at)
-        rows.append(Landmark(label, found, 0.0, "%", Source.CLAIM, 100 * SUFFICES, ONE_HARMONIC))
+        rows.append(
+            Finding(
+                f"On the ring, one harmonic errs by more than {VISIBLE:g} dB in a {name}",
+                f"by {100 * float(at):+.3g} % under EO {int(at.engine_order)} with "
+                f"{float(at.normal_load):.3g} N, where it is worst",
+                not suffices(1 + float(at)),
+            )
+        )
     return rows
 
 
