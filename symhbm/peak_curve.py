@@ -97,7 +97,7 @@ def peak_curve(
     bound = check_parameter(problem, parameter)
     ends = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
     low, high = sorted(ends)
-    grid = check_grid(at, ends, bound)
+    grid = check_grid(at, ends)
     index = check_place(problem, parameter, contact, dof)
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)

@@ -10,6 +10,7 @@ from symhbm.curve import ParameterCurve
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
+from symhbm.mean_position import is_held
 from symhbm.newton import NewtonResult, newton
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
@@ -35,6 +36,9 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     fail, the force grows from an amplitude at which every contact sticks and cubic springs do
     little, and the response there is followed to the full amplitude.
     """
+    if 0 in problem.harmonics and not is_held(problem):
+        nothing = np.zeros(problem.n_unknowns)
+        return NewtonResult(nothing, problem.evaluate(nothing, frequency), 0, Status.NOT_HELD)
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
     stuck = linear_response(problem, frequency)

@@ -56,6 +56,13 @@ class Status(StrEnum):
         "the equations are singular at this frequency: an undamped resonance lies here and the "
         "response is unbounded; add damping or move the frequency"
     )
+    NOT_HELD = (
+        "harmonic 0 has no answer: something moves freely that neither stiffness nor a cubic "
+        "spring holds, and friction alone does not determine where it stands; under a force with "
+        "a mean or with even harmonics it drifts, and has no periodic motion; add the stiffness "
+        "that holds it, or, where the force has odd harmonics alone, leave 0 and all even ones out "
+        "of the set"
+    )
     GROWS = (
         "the motion grows without bound from the start, as cubic springs of negative stiffness "
         "allow; try a start nearer to a motion, or a smaller force"

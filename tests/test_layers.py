@@ -16,6 +16,7 @@ ORDER = [
     "fourier",
     "crossings",
     "extremes",
+    "inertia",
     "model",
     "band_function",
     "interior",
@@ -23,6 +24,7 @@ ORDER = [
     "condensed_model",
     "excitation",
     "symmetry",
+    "plausibility",
     "condense",
     # first floor: symbols
     "friction",
@@ -40,6 +42,7 @@ ORDER = [
     "condensed_forces",
     "condensed_modes",
     "residual",
+    "mean_position",
     "several_points",
     "switching_angles",
     "second_order",

@@ -23,6 +23,7 @@ VALUES = dict(
     normal_load=10.0,
 )
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+FREE = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=0.0)
 UNEVEN = {name: value * np.array([1.0, 1.1, 0.9, 1.2]) for name, value in VALUES.items()}
 
 
@@ -77,7 +78,7 @@ def test_ring_is_as_written_by_hand():
 
 
 def test_contacts_join_two_degrees_of_freedom_or_one_and_the_ground():
-    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), 2])
+    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), 2], **FREE)
     assert model.contacts == ((2, 0), (1,), (2,))
     assert model.directions.toarray().tolist() == [[-1, 0, 1], [0, 1, 0], [0, 0, 1]]
     free = sh.Model(np.eye(3), np.eye(3), np.eye(3))
@@ -142,7 +143,7 @@ def test_with_parameters_leaves_the_original():
 
 def test_names_of_the_parameters():
     assert set(sh.bladed_disk(3, **VALUES).parameters) == {*VALUES, "cubic_stiffness"}
-    general = sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)])
+    general = sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)], **FREE)
     contact = {"contact_stiffness", "friction_coefficient", "normal_load", "cubic_stiffness"}
     assert set(general.parameters) == contact
     assert general.with_parameters(normal_load=3).normal_load.tolist() == [3.0]
@@ -150,7 +151,7 @@ def test_names_of_the_parameters():
 
 def test_arrays_of_the_caller_stay_theirs():
     matrix, loads, sparse = np.eye(2), np.ones(2), sp.csc_array(np.eye(2))
-    model = sh.Model(matrix, sparse, matrix, contacts=[(0,), (1,)], normal_load=loads)
+    model = sh.Model(matrix, sparse, matrix, contacts=[(0,), (1,)], **FREE | {"normal_load": loads})
     for given in (matrix[0], loads, sparse.data):
         given[0] = 7.0
     assert model.mass_matrix[0, 0] == model.damping_matrix[0, 0] == model.normal_load[0] == 1.0
@@ -161,7 +162,7 @@ def test_arrays_of_the_caller_stay_theirs():
     [
         sh.single_blade(**VALUES),
         sh.bladed_disk(4, **UNEVEN),
-        sh.Model(np.eye(2), np.eye(2), [[2, -1], [-1, 2]], contacts=[(0, 1)], normal_load=2.0),
+        sh.Model(np.eye(2), np.eye(2), [[2, -1], [-1, 2]], contacts=[(0, 1)], **FREE),
     ],
     ids=["blade", "ring", "general"],
 )
@@ -194,7 +195,7 @@ def test_sparse_and_dense_matrices_give_the_same_model(form):
     damping = [[0.1, 0.2, 0.0], [-0.2, 0.1, 0.0], [0.0, 0.0, 0.0]]
     stiffness = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
     given = [form(np.array(matrix)) for matrix in (mass, damping, stiffness)]
-    options: dict[str, Any] = dict(contacts=[(0, 2)], contact_stiffness=2.0, normal_load=1.0)
+    options: dict[str, Any] = dict(contacts=[(0, 2)], **FREE | {"normal_load": 2.0})
     model = sh.Model(*given, **options)
     assert_same(model, sh.Model(mass, damping, stiffness, **options))
     problem = sh.HarmonicBalance(model, sh.PointForce())
