@@ -106,8 +106,10 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
 
 def told_apart(*values: float) -> list[str]:
     """Short texts of numbers, with as many digits as it takes to tell different ones apart."""
-    for digits in range(6, 17):
-        texts = [f"{value:.{digits}g}" for value in values]
-        if len(set(texts)) == len(set(values)):
-            return texts
-    return [repr(float(value)) for value in values]
+    several = [float(value) + 0.0 for value in values]  # no zero has a sign
+    texts: list[str] = []
+    for digits in range(6, 18):
+        texts = [f"{value:.{digits}g}" for value in several]
+        if len(set(texts)) == len(set(several)):
+            break
+    return texts

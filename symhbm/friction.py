@@ -22,6 +22,7 @@ from symhbm.fourier import FloatArray, FourierBasis
 SMALLEST_MOTION = 1e-150
 """Motion [m] below which there is none: its inverse has no square in double precision."""
 
+
 @dataclass(frozen=True)
 class LocatedFriction:
     """Events of a batch of friction contacts over one period.

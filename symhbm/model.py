@@ -90,7 +90,7 @@ class Model:
             return
         given = [name for name in FRICTION_PARAMETERS if getattr(self, name) is not None]
         missing = [name for name in FRICTION_PARAMETERS if name not in given]
-        if not missing or not given and self.cubic_stiffness is not None:
+        if not missing or (not given and self.cubic_stiffness is not None):
             return
         spring = given == ["contact_stiffness"]
         raise ValueError(
@@ -248,8 +248,9 @@ def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
 def _matrix(name: str, value: Any, size: int | None) -> Any:
     matrix: Any
     if sp.issparse(value):
-        check.array(f"{name} entries", value.data)
-        matrix = sp.csc_array(value, dtype=float, copy=True)
+        matrix = sp.csc_array(value, copy=True)
+        check.array(f"{name} entries", matrix.data)
+        matrix = matrix.astype(float)
     else:
         dense = check.array(name, value)
         if dense.ndim != 2:

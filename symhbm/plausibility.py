@@ -16,6 +16,8 @@ from symhbm import check
 from symhbm.fourier import FloatArray
 from symhbm.model import Model
 
+DOUBT = "is this what was meant"
+"""How the warning begins."""
 _UNSYMMETRIC = 1e-6
 """Difference of two entries of a stiffness matrix, relative to the largest, that is round-off."""
 _FAR, _ABOVE = 5.0, 2.0
@@ -45,7 +47,7 @@ def warn_of_doubts(
         said.append(_of_band(model, band, harmonics))
     said = [doubt for doubt in said if doubt]
     if said:
-        warnings.warn(f"is this what was meant? {'; '.join(said)}", stacklevel=depth)
+        warnings.warn(f"{DOUBT}? {'; '.join(said)}", stacklevel=depth)
 
 
 def _of_symmetry(model: Model) -> str:

@@ -57,7 +57,7 @@ def solve(
     Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
     values are NaN and ``status`` says why, also where the form with angles as unknowns does not
     apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
-    the others.
+    those on one connected branch, which need not be all.
 
     Raises
     ------
