@@ -36,7 +36,7 @@ from symhbm.status import Status
 
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
-PREDICTION_ERROR = 0.005
+PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point aimed at, relative to the response."""
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
