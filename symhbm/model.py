@@ -25,7 +25,7 @@ BLADE_PARAMETERS = ("mass", "damping", "stiffness")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Model:
-    """Structure of Eqs. (1)-(3) with general matrices and contacts.
+    """Structure of Eqs. (1)-(2) with general matrices and contacts.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def single_blade(
     normal_load: float,
     cubic_stiffness: float = 0.0,
 ) -> Model:
-    """One blade on a ground spring with one friction damper to the ground (the source's Fig. 2).
+    """One blade on a ground spring with one friction damper to the ground: Fig. 1 and Eq. (1).
 
     Values in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`.
     """

@@ -28,7 +28,7 @@ def transient(
     start: xr.Dataset | None = None,
     throw: bool = False,
 ) -> xr.Dataset:
-    """Find the periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(3) without truncation.
+    """Find the periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(2), not truncated.
 
     Newton's method with exact derivatives finds the motion that repeats itself. With friction
     alone it is linear between events and known to round-off, as its events are. With cubic springs
