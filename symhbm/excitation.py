@@ -94,8 +94,9 @@ class PointForce(_Named):
 class EngineOrder(_Named):
     """Travelling wave ``amplitude cos(harmonic omega t - 2 pi order i / N)`` on blade i, Eq. (12).
 
-    This is how the source's Eq. (12) is read. As printed it has no time, and its sum of a cosine and a
-    sine has the amplitude ``sqrt(2) f0``; read as forces in phase, tuned blades would not move alike.
+    This is how the source's Eq. (12) is read. As printed it has no time, and its cosine and sine
+    add up to an amplitude of ``sqrt(2) f0``; as forces in phase they would move tuned blades
+    differently.
 
     ``blades`` lists the degrees of freedom of the N blades in their order around the disk; by
     default all degrees of freedom. Orders ``order`` and ``order + N`` are the same force.
