@@ -189,5 +189,7 @@ class CondensedModel(Model):
         return (
             f"Condensed{super().__repr__()}\n  kept of {self.n_whole} degrees of freedom, "
             f"{low:g} to {high:g} Hz, harmonics {self.harmonics}, "
-            f"responses exact to {self.certificate.error:.1e}"
+            f"linear responses exact to {self.certificate.error:.1e}, with friction to "
+            f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
+            f"{self.n_dof}"
         )
