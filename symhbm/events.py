@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
 from symhbm.corrector import Corrector
+from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
+from symhbm.linear import length_of
 
 _SHARES = np.linspace(0, 1, 17)
 _MAX_REFINEMENTS = 8
@@ -63,6 +65,44 @@ class PathPoint(NamedTuple):
     below: int | None
     solves: int
     events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        solves: int,
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> "PathPoint":
+        """A point from a solution in a ``scale``.
+
+        ``beyond`` is that with the tangent after it where that is another.
+        """
+        beyond = beyond or found
+        here = curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before = after
+        if beyond is not found:
+            before = found.direction * scale / length_of(found.direction * ratio)
+        return cls(
+            state=found.point,
+            scale=here,
+            before=before,
+            after=after,
+            slip=slip,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
+            solves=solves,
+            events=events,
+        )
 
     @property
     def unknowns(self) -> FloatArray:
