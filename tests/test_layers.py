@@ -149,6 +149,7 @@ ORDER = [
     "statistics",
     # roof
     "plot.drawing",
+    "plot.lines",
     "plot.curves",
     "plot.ensemble",
     "plot.shapes",
