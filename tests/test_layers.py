@@ -104,6 +104,7 @@ ORDER = [
     "lazy",
     "archive",
     "merge",
+    "worker",
     "ensemble",
     "runs",
     "frf",
