@@ -216,13 +216,15 @@ def test_workers_end_with_their_parent(method, doing, tmp_path):
     assert len(workers) == 2
     assert all(map(lives, workers))
     process.kill()
-    process.communicate()
+    # Workers that live on hold its pipes.
+    process.wait()
     end = time.monotonic() + 20
     while any(map(lives, workers)) and time.monotonic() < end:
         time.sleep(0.05)
     left = [number for number in workers if lives(number)]
     for number in left:
         os.kill(number, signal.SIGKILL)
+    process.communicate()
     assert not left
 
 
