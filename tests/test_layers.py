@@ -112,6 +112,7 @@ ORDER = [
     "lazy",
     "archive",
     "merge",
+    "worker",
     "ensemble",
     "runs",
     "frf",
