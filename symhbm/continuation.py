@@ -236,6 +236,8 @@ class Path:
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
+            if self._curve.is_at_rest(end, slip):
+                guess[:-1] = 0.0  # no iteration of relative residuals gets there
         found = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
         if found is not None and end is not None:
             found.point[-1] = end
