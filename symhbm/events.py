@@ -63,7 +63,7 @@ class PathPoint(NamedTuple):
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: int | None
+    below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
 
@@ -171,7 +171,8 @@ class _Way:
         left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
         first, last = self._base.rate[contact], self._over.rate[contact]
         slopes = float(self._length * first), float(self._speed * last)
-        return first_zero(left, right, (right - left,) * 2 if self._turned else slopes)
+        chord = right - left, right - left
+        return first_zero(left, right, chord if self._turned else slopes)
 
 
 def brief_crossing(
