@@ -36,7 +36,7 @@ from symhbm.status import Status
 
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
-PREDICTION_ERROR = 0.005
+PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point aimed at, relative to the response."""
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
@@ -236,6 +236,8 @@ class Path:
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
+            if self._curve.is_at_rest(end, slip):
+                guess[:-1] = 0.0  # no iteration of relative residuals gets there
         found = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
         if found is not None and end is not None:
             found.point[-1] = end

@@ -11,16 +11,21 @@ from numpy.typing import ArrayLike
 
 from symhbm import check
 from symhbm.branch import Task
+from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import check_accuracy
+from symhbm.mean_position import check_mean
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
+from symhbm.plausibility import warn_of_doubts
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.runs import check_executor, check_keep, run, told
 from symhbm.stability import check_stability
 from symhbm.sweep import parse
 
 Peaks = Literal["largest", "each"]
+_ROUND_OFF = 1e-9
+"""Distance of a value from an end of the band, relative to the band, that is none."""
 
 
 def frf(
@@ -51,8 +56,9 @@ def frf(
         downwards where the first is the larger.
     at : (n,), ascending
         Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
-        ``solution`` another where cubic springs may make several. By default the result holds the
-        points of the path along ``point``.
+        ``solution`` another where cubic springs may make several: those on one connected branch,
+        the path from the first frequency to the last, which need not be all. By default the result
+        holds the points of the path along ``point``.
     over
         Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
@@ -113,7 +119,7 @@ def frf(
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
-    task = dict(name="frequency", band=band, at=check_grid(at, band, "positive"))
+    task = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep)
     return _run(problem, task, options, over, archive, executor, throw, progress)
@@ -152,7 +158,7 @@ def follow(
         Its first and last value (SI units).
     at : (n,), ascending
         Values at which the response is wanted; the parameter then is a dimension, and ``solution``
-        another where cubic springs may make several.
+        another where cubic springs may make several, as in `frf`.
     over
         Other parameters to sweep, as in `frf`.
     frequency
@@ -187,7 +193,7 @@ def follow(
     task = dict(
         name=parameter,
         band=band,
-        at=check_grid(at, band, bound),
+        at=check_grid(at, band),
         frequency=check.scalar("frequency", frequency, "positive"),
         index=check_place(problem, parameter, contact, dof),
     )
@@ -215,7 +221,14 @@ def _run(
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
-    springs = "cubic_stiffness" in (described["name"], *sweep.values)
+    moving = {described["name"], *sweep.values}
+    springs = "cubic_stiffness" in moving
+    if options["accuracy"] is None:  # else the set is made complete
+        check_mean(problem)
+    if not isinstance(problem.model, CondensedModel):
+        hertz = described.get("frequency")
+        band = described["band"] if hertz is None else (hertz, hertz)
+        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
     task = Task(
         **described,
@@ -250,18 +263,21 @@ def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, floa
     return float(edges[0]), float(edges[1])
 
 
-def check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> FloatArray | None:
-    """Ascending values within a band, None for None."""
+def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | None:
+    """Ascending values within a band, None for None; at an end up to round-off is at the end."""
     if at is None:
         return None
-    grid = check.array("at", at, bound)
+    grid = check.array("at", at)
+    for end in band:
+        grid = np.where(np.abs(grid - end) <= _ROUND_OFF * max(map(abs, band)), end, grid)
     if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
         raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
     low, high = sorted(band)
     if grid[0] < low or grid[-1] > high:
+        edges = check.told_apart(low, high, float(grid[0]), float(grid[-1]))
         raise ValueError(
             f"at={check.shown(at)}: expected values within the band "
-            f"{low:g} to {high:g}, got {grid[0]:g} to {grid[-1]:g}"
+            f"{edges[0]} to {edges[1]}, got {edges[2]} to {edges[3]}"
         )
     return grid
 

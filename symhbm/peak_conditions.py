@@ -128,20 +128,35 @@ class Conditions:
             return False
         if summit.kind == SummitKind.EDGE:
             return True
+        if summit.kind == SummitKind.CORNER:
+            return bool(max(self.flanks) < 0)
         along = self._tangent(summit.slip)
         if along is None:
             return False
-        if summit.kind == SummitKind.SMOOTH:
-            last = self._n + 1
-            return bool(along @ (self._hessian[:last, :last] @ along) < 0)
+        last = self._n + 1
+        return bool(along @ (self._hessian[:last, :last] @ along) < 0)
+
+    @property
+    def flanks(self) -> tuple[float, float]:
+        """Relative slopes of the response away from a corner, over the frequency: stuck, slipping.
+
+        Both are negative at a maximum, zero where there is none. A path may fold at a corner: where
+        its contact sticks and where it slips need not lie on different sides in frequency.
+        """
+        summit = self.summit
         freed = summit.slip.copy()
         freed[summit.held] = True
-        beside = self._tangent(freed)
-        if beside is None:
-            return False
-        rate = self._limit_row[: self._n + 1] @ along
-        stick, slip = (d[self._place] @ summit.amplitude_slope for d in (along, beside))
-        return bool(stick * rate > 0 and slip * rate < 0)
+        stuck, slipping = (self._flank(states) for states in (summit.slip, freed))
+        return -stuck, slipping
+
+    def _flank(self, slip: NDArray[np.bool_]) -> float:
+        """Relative slope of the response towards more motion of the contact of a corner."""
+        summit, along = self.summit, self._tangent(slip)
+        if along is None:
+            return 0.0
+        slope = along[self._place] @ summit.amplitude_slope
+        heading = np.sign(self._limit_row[: self._n + 1] @ along)
+        return float(heading * slope) * summit.frequency / summit.amplitude
 
     def _in_states(self, slip: NDArray[np.bool_]) -> Evaluation:
         """The equations with contact states ``slip`` held."""
