@@ -291,6 +291,7 @@ def test_cubic_springs_need_a_mean_beside_even_harmonics():
     assert sh.solve(sh.HarmonicBalance(linear, EVEN, (1, 2)), 0.1).converged
 
 
+@pytest.mark.filterwarnings("ignore:the curve is incomplete")
 @pytest.mark.parametrize("excitation", [EVEN, ODD], ids=["even", "odd"])
 @pytest.mark.parametrize("samples", [None, 64])
 def test_a_body_that_friction_alone_holds(excitation, samples):
