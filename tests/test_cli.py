@@ -185,7 +185,7 @@ def unfinished(ds):
     return ds
 
 
-def interrupted(target, monkeypatch, at=GRID):
+def interrupted(target, monkeypatch, at=GRID, **options):
     """A run of three curves that was stopped after two of them."""
     add = Store.add
 
@@ -198,7 +198,7 @@ def interrupted(target, monkeypatch, at=GRID):
     with monkeypatch.context() as patch:
         patch.setattr(Store, "add", stopping)
         with pytest.raises(KeyboardInterrupt):
-            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target)
+            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target, **options)
     return target.with_name("run.nc.partial")
 
 
@@ -467,6 +467,18 @@ def test_resume(tmp_path, monkeypatch):
     code, out, err = run("resume", target)
     assert (code, out) == (130, "")
     assert f"kept in {partial}" in err
+
+
+def test_warnings_are_lines_without_code(tmp_path, monkeypatch):
+    target = tmp_path / "run.nc"
+    interrupted(target, monkeypatch, max_points=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        code, out, err = run("resume", target, "--workers", "1", "--no-progress")
+    assert code == 0
+    assert "3 of all are incomplete" in out
+    (line,) = err.splitlines()
+    assert line.startswith("symhbm: 3 of 3 curves are incomplete: the largest number of points")
 
 
 def test_a_broken_bound_is_an_exit_code(archive):
