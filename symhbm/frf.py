@@ -1,5 +1,7 @@
 """The front doors to curves: responses over the frequency or over any other parameter."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
