@@ -5,6 +5,8 @@ displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the grou
 friction element, a cubic spring, or both side by side.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -131,7 +133,7 @@ class Model:
             named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
         return named | {name: np.asarray(getattr(self, name)) for name in CONTACT_PARAMETERS}
 
-    def with_parameters(self, **values: ArrayLike) -> "Model":
+    def with_parameters(self, **values: ArrayLike) -> Model:
         """Return a copy with other values, one or one per blade or contact, of named parameters.
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.

@@ -1,5 +1,7 @@
 """The front door to the largest peak over one parameter: the load that makes it lowest, and why."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import pairwise

@@ -182,7 +182,10 @@ def test_a_load_that_does_nothing():
     spring = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
     problem = sh.HarmonicBalance(spring, sh.PointForce(amplitude=0.01))
     text = said(lambda: frf(problem, (0.1, 0.12), over={"normal_load": [1.0, 2.0]}))
-    assert "normal_load has no effect, as contact_stiffness and friction_coefficient are 0 at every" in text
+    assert (
+        "normal_load has no effect, as contact_stiffness and friction_coefficient are 0 at every"
+        in text
+    )
     every = dict(contact_stiffness=[1.0], friction_coefficient=[0.5], normal_load=[1.0, 2.0])
     assert not said(lambda: frf(problem, (0.1, 0.12), over=every))
     assert not said(lambda: frf(problem, (0.1, 0.12), over={"cubic_stiffness": [0.1, 0.2]}))
@@ -311,6 +314,7 @@ def test_cubic_springs_need_a_mean_beside_even_harmonics():
     assert sh.solve(sh.HarmonicBalance(linear, EVEN, (1, 2)), 0.1).converged
 
 
+@pytest.mark.filterwarnings("ignore:the curve is incomplete")
 @pytest.mark.parametrize("excitation", [EVEN, ODD], ids=["even", "odd"])
 @pytest.mark.parametrize("samples", [None, 64])
 def test_a_body_that_friction_alone_holds(excitation, samples):

@@ -1,5 +1,7 @@
 """The front door to design: parameters that make the largest response as small as it gets."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -58,7 +60,7 @@ def minimise_peak(
     vary: Any = "common",
     statistic: Literal["worst", "mean", "tail"] = "worst",
     tail: float = 0.1,
-    constraint: "LinearConstraint | None" = None,
+    constraint: LinearConstraint | None = None,
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
@@ -213,7 +215,7 @@ def _search(
     return search(program, cases, given, n_starts, _DESCENTS)
 
 
-def _merged(program: Program) -> "LinearConstraint | None":
+def _merged(program: Program) -> LinearConstraint | None:
     """The constraint on designs whose variables of one parameter are alike."""
     if program.constraint is None:
         return None
