@@ -31,6 +31,7 @@ ORDER = [
     "native",
     "one_harmonic",
     "two_reversals",
+    "loops",
     "contact",
     "sampled",
     "cubic_spring",
