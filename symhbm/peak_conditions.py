@@ -26,8 +26,11 @@ _PRECISION = 1e-9
 """Last scaled step of a solution: convergence is quadratic."""
 _STATIONARY = 1e-9
 """Largest scaled slope of the Lagrangian at a solution."""
-_ROUND_OFF = 1e-14
-"""What is left of terms that cancel, over the largest of them: some fifty round-offs."""
+_CANCELLED = 1e-11
+"""What may be left of terms of a slope that cancel, over the largest: stiff contacts on a lightly
+damped structure leave 1e-12, however close a solution is."""
+_STAGNATION = 1e-8
+"""Scaled step from which steps need not get shorter: round-off of such structures."""
 _MAX_ITERATIONS = 12
 _RADIUS = 0.5
 """Longest step relative to response or frequency: beyond that lies another peak."""
@@ -97,11 +100,11 @@ class Conditions:
 
     @property
     def is_stationary(self) -> bool:
-        """Whether what is left of these slopes is small, or no more than round-off of its terms."""
+        """Whether what is left of these slopes is small, or as small as their terms allow."""
         scale = self._scale[: self._n + 1]
         terms = abs(self._constraints[:, : self._n + 1]).T @ np.abs(self.multipliers)
         largest = float((terms * scale).max() / self._scale[0])
-        return self.stationarity <= max(_STATIONARY, _ROUND_OFF * largest)
+        return self.stationarity <= max(_STATIONARY, _CANCELLED * largest)
 
     def step(self) -> FloatArray | None:
         """Newton step of unknowns, frequency and multipliers, None without a finite one."""
@@ -231,7 +234,8 @@ def solve(start: Conditions, precision: float = _PRECISION) -> Conditions | None
             return None
         length = here.length(step)
         solved = here.evaluation.norm <= ACCEPTED and here.is_stationary
-        if solved and min(length, last) <= precision:
+        stagnates = last <= _STAGNATION and length > last / 2
+        if solved and (min(length, last) <= precision or stagnates):
             return here if here.is_maximum() else None
         if length > _RADIUS or (length > 2 * last and last < 1e-3):
             return None

@@ -338,18 +338,23 @@ def test_a_corner_at_which_the_path_folds():
             assert by == pytest.approx(own[place], abs=1e-5 * np.abs(own).max())
 
 
-def test_stiff_contacts_and_next_to_no_damping():
-    """The terms of the slope, a million times what is left of them, have round-off of their own."""
+@pytest.mark.parametrize("engine_order", [0, 1])
+def test_stiff_contacts_and_little_damping(engine_order):
+    """The terms of a slope, ten million times what is left of them, have round-off of their own."""
     disk = sh.bladed_disk(
         5,
-        **COMMON | {"damping": 0.002, "stiffness": [1.001e4, 0.999e4, 1e4, 1.0005e4, 1e4]},
-        contact_stiffness=[1.1e6, 0.9e6, 1e6, 1.2e6, 0.8e6],
+        **COMMON | {"damping": 0.05, "stiffness": [1.001e4, 0.999e4, 1e4, 1.0005e4, 1e4]},
+        contact_stiffness=[1.1e8, 0.9e8, 1e8, 1.2e8, 0.8e8],
         normal_load=[1.5, 1.2, 1.3, 1.1, 1.4],
     )
-    problem, band = sh.HarmonicBalance(disk, sh.EngineOrder(0), (0, 1, 2)), (15, 17)
-    response = frf(problem, band)
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(engine_order), (0, 1, 2))
+    response = frf(problem, (15, 17))
     found = sh.sensitivity(response)
     assert found.sensitivity_status.values.tolist() == [EXACT] * response.sizes["peak"]
+    # Force and loads together scale the response, whatever it is.
+    by_load = (found.peak_amplitude_by_normal_load * problem.model.normal_load).sum("contact")
+    scaled = (by_load + found.peak_amplitude_by_force_amplitude).max("peaking_dof")
+    np.testing.assert_allclose(scaled, response.peak_amplitude, rtol=1e-7)
 
 
 def test_unbounded_peaks():
