@@ -197,7 +197,7 @@ def test_contacts_held_on_their_loops(harmonics):
     for _ in range(60):
         wave = rng.normal(size=basis.n_components)
         limit = rng.uniform(0.05, 0.9)
-        values, found = force(basis, wave, 1.0, limit)
+        _, found = force(basis, wave, 1.0, limit)
         if not found.slip[0]:
             continue
         law = found.matrix[0], found.vector[0], found.stick_end[0]
