@@ -119,7 +119,7 @@ class BandFunction:
         value, slope = (weights @ self.terms).view(complex).reshape(2, *self.shape)
         inverse = 1 / gap
         factors = np.stack([inverse, -1j * inverse**2])
-        near = (self.left * factors[:, None]).reshape(-1, len(inverse)) @ self.right
+        near = (self.left * factors[:, None]).reshape(2 * self.shape[0], len(inverse)) @ self.right
         value += near[: self.shape[0]]
         slope += near[self.shape[0] :]
         # A point is looked at several times.

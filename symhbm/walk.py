@@ -14,8 +14,8 @@ from symhbm.evaluation import Evaluation
 from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED, NewtonResult, newton
-from symhbm.peaks import Peak, find_peaks, unbounded_peak
+from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status
@@ -51,23 +51,23 @@ class Walk:
         self._go(*band, max_points, guess)
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        lost = 0
+        lost, room = 0, max_points
         found = self._solve_anew(start) if guess is None else self._newton(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
-        if found.status == Status.SYSTEM_SINGULAR:
+        if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
-            room = max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
             segment = list(path)
-            self.points += segment
+            room -= len(segment)
             self.rejected += path.rejected
             self.status = path.status
-            peaks, missing = find_peaks(segment, self.corrector, self.each)
-            self.peaks += peaks
-            lost += missing
+            located = locate_peaks(segment, self.corrector, self.each)
+            self.points += located.points
+            self.peaks += located.peaks
+            lost += located.lost
             if path.status != Status.UNBOUNDED:
                 break
             last = segment[-1]
@@ -107,27 +107,32 @@ class Walk:
 
         return other_solution(balance, point.unknowns, starts) is not None
 
-    def at(self, value: float) -> list[tuple[FloatArray | None, int]]:
-        """Solutions (n_unknowns,) at a value of the band, in the order of the path.
+    def at(self, value: float) -> list[tuple[Station | None, int]]:
+        """Solutions at a value of the band, in the order of the path.
 
         Each comes with the linear solves it took; None stands for one that was not found.
         """
         found = []
         for here, there in self._segments(value):
             before = self.corrector.solves
-            unknowns = self._between(here, there, value)
-            if unknowns is not None and self._norm(unknowns, value) > ACCEPTED:
+            station = self._between(here, there, value)
+            if station is not None and self._norm(station.state[:-1], value) > ACCEPTED:
                 # A contact changes its state for a moment between two points of the path.
-                anew = self._newton(unknowns, value)
-                unknowns = anew.unknowns if anew.converged else None
-            if unknowns is None and self.curve.single_valued:
-                anew = self._solve_anew(value)
-                unknowns = anew.unknowns if anew.converged else None
-            found.append((unknowns, self.corrector.solves - before))
+                station = self._station(self._newton(station.state[:-1], value), value)
+            if station is None and self.curve.single_valued:
+                station = self._station(self._solve_anew(value), value)
+            found.append((station, self.corrector.solves - before))
         if not found and self.points:
             anew = self._solve_anew(value)
-            found = [(anew.unknowns if anew.converged else None, anew.iterations)]
+            found = [(self._station(anew, value), anew.iterations)]
         return found or [(None, 0)]
+
+    def _station(self, found: NewtonResult, value: float) -> Station | None:
+        """What an iteration at a value ended at, None if that is no solution."""
+        if not found.converged:
+            return None
+        direction = np.append(slope_of(found.evaluation), 1.0)
+        return Station(np.append(found.unknowns, value), direction)
 
     @cached_property
     def _values(self) -> FloatArray:
@@ -142,9 +147,9 @@ class Walk:
         found = [(self.points[i], self.points[j]) for i, j in pairs]
         return found[:1] if self.curve.single_valued else found
 
-    def _between(self, here: PathPoint, there: PathPoint, value: float) -> FloatArray | None:
+    def _between(self, here: PathPoint, there: PathPoint, value: float) -> Station | None:
         if here is there:
-            return here.unknowns
+            return Station(here.state, here.after)
         if self.curve.single_valued:
             share = (value - here.value) / (there.value - here.value)
             guess = np.append(_between(here, there, share), value)
@@ -165,13 +170,13 @@ class Walk:
         near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
         return self._along(path, value) if near_fold else self._correct(guess, here)
 
-    def _correct(self, guess: FloatArray, here: PathPoint) -> FloatArray | None:
+    def _correct(self, guess: FloatArray, here: PathPoint) -> Station | None:
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         found = self.corrector.correct(guess, scale, plane, here.slip)
-        return None if found is None else found.point[:-1]
+        return None if found is None else Station(found.point, found.direction * scale)
 
-    def _along(self, path: Between, value: float) -> FloatArray | None:
+    def _along(self, path: Between, value: float) -> Station | None:
         """Solve along the path: next to a fold two solutions at one value are too close."""
 
         def distance(share: float) -> float:
@@ -185,8 +190,7 @@ class Walk:
             share = float(scipy.optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
         except ArithmeticError:
             return None
-        station = path.solve(share)
-        return None if station is None else station.state[:-1]
+        return path.solve(share)
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
         return self.curve.evaluate(unknowns, value).norm
