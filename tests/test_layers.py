@@ -34,6 +34,7 @@ ORDER = [
     "native",
     "one_harmonic",
     "two_reversals",
+    "loops",
     "contact",
     "contact_springs",
     "sampled",
