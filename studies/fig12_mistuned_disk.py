@@ -66,7 +66,9 @@ def compute(progress: bool = True) -> xr.Dataset:
         nominal[name] = nominal[name] + tuned.parameters[str(name)]
     over = xr.concat([nominal, drawn], "sample", combine_attrs="override")
     with ProcessPoolExecutor() as pool:
-        return sh.frf(tuned, BAND, over=over, throw=True, executor=pool, progress=progress)
+        return sh.frf(
+            tuned, BAND, over=over, peaks="each", throw=True, executor=pool, progress=progress
+        )
 
 
 def bound(dataset: xr.Dataset) -> xr.DataArray:
