@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symhbm.crossings import Motions
 from symhbm.extremes import TurningPoints, points_in_cells, turning_cells
 from symhbm.fourier import FloatArray, FourierBasis
-from symhbm.friction import LocatedFriction, full_stick, limit_excess
+from symhbm.friction import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
 from symhbm.one_harmonic import locate_one_harmonic
 from symhbm.two_reversals import locate_two_reversals
 
@@ -49,6 +49,10 @@ def locate(
         found = locate(basis.reduced, coefficients, contact_stiffness, slip_limit, slip)
         return _repeated(found, basis.divisor)
     motions = Motions(basis, coefficients)
+    faint = (motions.bounds[:, 1] > 0) & (motions.bounds[:, 1] < SMALLEST_MOTION)
+    if faint.any():
+        coefficients = np.where(faint[:, None] & (basis.order > 0), 0.0, coefficients)
+        motions = Motions(basis, coefficients)
     cells = turning_cells(motions)
     if cells is not None:
         found = locate_two_reversals(motions, cells, contact_stiffness, slip_limit, slip)
@@ -189,8 +193,10 @@ def _march(
         force[:, k + 1] = np.minimum(np.maximum(trial[:, k], -slip_limit), slip_limit)
     slips = np.abs(trial) > slip_limit[:, None]
     sign = np.where(trial > 0, 1.0, -1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = (force[:, 1:] - force[:, :-1]) / step
+    change = force[:, 1:] - force[:, :-1]
+    # Where the spring takes the contact no farther than its force changes, that is all of the way.
+    part = np.abs(change) < np.abs(step)
+    share = np.divide(change, step, where=part, out=np.sign(change) * np.sign(step))
 
     branches = angle[:, :-1], angle[:, 1:], value[:, :-1], value[:, 1:], share, sign
 

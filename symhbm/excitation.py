@@ -4,6 +4,8 @@ An excitation has an ``amplitude`` [N] and a ``shape``: the Fourier coefficients
 degree of freedom at unit amplitude.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
@@ -32,7 +34,7 @@ class Excitation(Protocol):
         """Coefficients at unit amplitude, ``(n_dof, n_components)``."""
         ...
 
-    def with_parameters(self, **values: Any) -> "Excitation":
+    def with_parameters(self, **values: Any) -> Excitation:
         """Copy with other values of named parameters."""
         ...
 

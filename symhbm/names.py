@@ -101,7 +101,7 @@ VARIABLES = {
     "event_contact": Variable((), "1", "contact that changes state, -1 at a fold"),
     "n_points": Variable((), "1", "accepted points of the path"),
     "n_peaks": Variable((), "1", "peaks found"),
-    "n_solutions": Variable((), "1", "solutions at this value"),
+    "n_solutions": Variable((), "1", "solutions at this value on the path, one connected branch"),
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),

@@ -15,7 +15,9 @@ CLOSE = 0.3
 def on_paper(ax, x, y):
     """Places (n, 2) on paper [mm] of data, in the size that the figure has."""
     ax.figure.canvas.draw()
-    return ax.transData.transform(np.column_stack([x, y])) / ax.get_figure(root=True).dpi * MILLIMETRES
+    return (
+        ax.transData.transform(np.column_stack([x, y])) / ax.get_figure(root=True).dpi * MILLIMETRES
+    )
 
 
 def distances(points, corners):

@@ -1,5 +1,7 @@
 """Draws around nominal values, given samples, and patterns around the disk."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from typing import Any, Literal, NamedTuple
