@@ -13,6 +13,7 @@ from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.interior import Interior
 from symhbm.model import Model
+from symhbm.plausibility import warn_of_doubts
 from symhbm.reduction import reduce
 
 
@@ -96,6 +97,7 @@ def condense(
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
     tolerance = check.scalar("tolerance", tolerance, "positive")
+    warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
     patterns = _patterns(model, excitation, basis, masters)
     others = np.setdiff1d(np.arange(model.n_dof), masters)

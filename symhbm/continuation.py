@@ -28,7 +28,6 @@ from symhbm.events import (
 from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
-from symhbm.linear import length_of
 from symhbm.newton import TOLERANCE
 from symhbm.predictor import Predictor
 from symhbm.resonances import Lookout
@@ -273,26 +272,5 @@ class Path:
         beyond: Corrected | None = None,
     ) -> PathPoint:
         """A point of the path; ``beyond`` has the tangent after it where that is another."""
-        beyond = beyond or found
-        here = self._curve.scale(found.point)
-        ratio = scale / here
-        length = length_of(beyond.direction * ratio)
-        after = beyond.direction * scale / length
-        before = after
-        if beyond is not found:
-            before = found.direction * scale / length_of(found.direction * ratio)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
-        return PathPoint(
-            state=found.point,
-            scale=here,
-            before=before,
-            after=after,
-            slip=slip,
-            excess=found.excess,
-            rate=beyond.rate / length,
-            residual_norm=found.residual_norm,
-            amplification=found.amplification,
-            below=beyond.below,
-            solves=solves,
-            events=events,
-        )
+        return PathPoint.of(self._curve, found, scale, slip, solves, events, beyond)

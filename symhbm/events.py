@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
 from symhbm.corrector import Corrector
+from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_top, first_zero
+from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
 _SHARP = 0.1
@@ -61,9 +63,47 @@ class PathPoint(NamedTuple):
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: int | None
+    below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        solves: int,
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> "PathPoint":
+        """A point from a solution in a ``scale``.
+
+        ``beyond`` is that with the tangent after it where that is another.
+        """
+        beyond = beyond or found
+        here = curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before = after
+        if beyond is not found:
+            before = found.direction * scale / length_of(found.direction * ratio)
+        return cls(
+            state=found.point,
+            scale=here,
+            before=before,
+            after=after,
+            slip=slip,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
+            solves=solves,
+            events=events,
+        )
 
     @property
     def unknowns(self) -> FloatArray:
@@ -131,7 +171,8 @@ class _Way:
         left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
         first, last = self._base.rate[contact], self._over.rate[contact]
         slopes = float(self._length * first), float(self._speed * last)
-        return first_zero(left, right, (right - left,) * 2 if self._turned else slopes)
+        chord = right - left, right - left
+        return first_zero(left, right, chord if self._turned else slopes)
 
 
 def brief_crossing(

@@ -88,7 +88,8 @@ def frf(
     archive
         NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
         in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
-        an interruption, and returns a finished archive at once.
+        an interruption; of a finished archive nothing is computed, which a line on stderr says
+        where ``progress`` is shown. The checksum of the whole archive is compared each time.
     executor
         Where parameter sets are computed; by default in this process.
     throw
@@ -112,6 +113,8 @@ def frf(
         If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    KeyboardInterrupt
+        If it is interrupted; a note says what is safe and how to go on.
 
     Warns
     -----

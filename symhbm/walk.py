@@ -15,7 +15,7 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
-from symhbm.peaks import Peak, find_peaks, unbounded_peak
+from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status
@@ -51,7 +51,7 @@ class Walk:
         self._go(*band, max_points, guess)
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        lost = 0
+        lost, room = 0, max_points
         found = self._solve_anew(start) if guess is None else self._newton(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
@@ -59,15 +59,15 @@ class Walk:
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
-            room = max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
             segment = list(path)
-            self.points += segment
+            room -= len(segment)
             self.rejected += path.rejected
             self.status = path.status
-            peaks, missing = find_peaks(segment, self.corrector, self.each)
-            self.peaks += peaks
-            lost += missing
+            located = locate_peaks(segment, self.corrector, self.each)
+            self.points += located.points
+            self.peaks += located.peaks
+            lost += located.lost
             if path.status != Status.UNBOUNDED:
                 break
             last = segment[-1]

@@ -453,7 +453,8 @@ def test_resume(tmp_path, monkeypatch):
         assert (code, err) == (0, "")
         assert out == f"2 of 3 curves were there, 1 computed, 0 of all are incomplete\n{target}\n"
         xr.testing.assert_identical(
-            sh.load(target), sh.load(sh.save(dataset("grid"), tmp_path / "whole.nc"))
+            sh.load(target),
+            sh.load(sh.save(dataset("grid"), tmp_path / "whole.nc", overwrite=True)),
         )
         assert "nothing to resume" in run("resume", target)[1]
         target.unlink()

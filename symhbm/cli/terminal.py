@@ -33,8 +33,9 @@ class Program(click.Group):
         kwargs["standalone_mode"] = False
         try:
             code = super().main(*args, **kwargs)
-        except click.Abort:
-            say("symhbm: interrupted")
+        except click.Abort as abort:
+            # What is safe is said by whoever was interrupted.
+            say("\n".join(getattr(abort.__cause__, "__notes__", ["symhbm: interrupted"])))
             code = _INTERRUPTED
         except click.ClickException as error:
             context = getattr(error, "ctx", None)
