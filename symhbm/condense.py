@@ -70,6 +70,24 @@ def condense(
     tells the largest difference left there, which round-off bounds from below: by about the
     ratio of the highest to the lowest natural frequency, squared, times 1e-16. It is a
     measurement at these frequencies; `recover` checks any single point against all equations.
+
+    Examples
+    --------
+    A chain of 200 masses with a contact to the ground at its end:
+
+    >>> import scipy.sparse as sp
+    >>> import symhbm as sh
+    >>> M = sp.eye_array(200)
+    >>> K = 1e4 * (2 * M - sp.eye_array(200, k=1) - sp.eye_array(200, k=-1))
+    >>> chain = sh.Model(
+    ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
+    ... )
+    >>> force = sh.PointForce(dof=99)
+    >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
+    >>> response = sh.frf(sh.HarmonicBalance(small, force), (0.2, 1))
+    >>> response.structure_dof.values
+    array([ 99, 199])
     """
     if not isinstance(model, Model) or isinstance(model, CondensedModel):
         raise TypeError(f"model={check.shown(model)}: expected a Model that is not condensed")
