@@ -180,7 +180,7 @@ class CondensedModel(Model):
         """Raises TypeError: of the whole structure only."""
         self._missing("stiffness_matrix")
 
-    def __reduce__(self):
+    def __reduce__(self) -> Any:
         own = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
         return CondensedModel, (self.structure, *own)
 

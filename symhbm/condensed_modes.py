@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray
+from symhbm.linear import negative_eigenvalues
 
 _BESIDE = 1e-9
 """Distance from a natural frequency of the held structure, relative, at which Z has no digits."""
@@ -67,8 +68,7 @@ def modes_below(model: CondensedModel, harmonic: int, frequency: float, spring: 
     s = _regular(model, harmonic * frequency)
     stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
     whole = stiffness + _square(model.directions.toarray(), spring)
-    negative = np.count_nonzero(np.linalg.eigvalsh(whole) < 0)
-    return int(negative + np.count_nonzero(model.seen.held < s))
+    return negative_eigenvalues(whole) + int(np.count_nonzero(model.seen.held < s))
 
 
 def _regular(model: CondensedModel, s: float) -> float:

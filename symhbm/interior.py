@@ -25,7 +25,7 @@ LONG = np.longdouble
 """What residuals are computed in: stiff elements leave few digits of a soft structure's forces."""
 
 
-def dynamic_stiffness(parts: Sequence[Any], s: float) -> Any:
+def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
     """``K + i s C - s^2 M`` of three matrices at ``s`` [rad/s], real where nothing damps."""
     stiffness, damping, mass = parts
     real = stiffness - s**2 * mass

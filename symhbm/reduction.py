@@ -77,36 +77,52 @@ def reduce(
     basis = np.zeros((len(interior.others), 0))
     for s in used:
         basis = _extended(basis, interior, interior.solve(s)[0])
-    reduced = None
+    view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
     while len(checked) < _CONFIRMED:
-        if reduced is None:
-            blocks = interior.projected(basis)
-            reduced = _reduced(interior, blocks)
-            beside = [_resonances(blocks, state, bands) for state in states]
-            candidates = np.unique(np.concatenate([grid, *beside]))
-            amplification = _amplification(reduced, candidates, states)
-            doubt = amplification * _imbalance(interior, basis, reduced, candidates)
-            errors, bounds, checked = [], [], []
         # The last of them where round-off of what is seen is amplified most.
-        worst = doubt if len(checked) < _CONFIRMED - 1 else amplification
-        s = candidates[np.argmax(np.where(np.isin(candidates, used), -1.0, worst))]
+        worst = view.doubt if len(checked) < _CONFIRMED - 1 else view.amplification
+        s = view.grid[np.argmax(np.where(np.isin(view.grid, used), -1.0, worst))]
         used.append(s)
         motion, exact = interior.solve(s)
-        seen = reduced.whole(s)
+        seen = view.reduced.whole(s)
         error = max(_error(seen, exact, state) for state in states)
         count += 1
         if error > AIM and count < MOST:
             size = basis.shape[1]
             basis = _extended(basis, interior, motion)
             if basis.shape[1] > size:
-                reduced = None
+                view = _View(interior, basis, bands, grid, states)
+                errors, bounds, checked = [], [], []
                 continue
         errors.append(error)
         bounds.append(_friction_bound(seen, exact))
         checked.append(s / (2 * np.pi))
     found = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
-    return reduced, found
+    return view.reduced, found
+
+
+class _View:
+    """What a basis makes of an interior, and where that is to be looked at.
+
+    ``grid`` (n,) [rad/s] are frequencies, resonances among them; ``doubt`` (n,), how wrong the
+    responses of the masters may be there, up to a factor; ``amplification`` (n,), see `_growth`.
+    """
+
+    def __init__(
+        self,
+        interior: Interior,
+        basis: FloatArray,
+        bands: list[tuple[float, float]],
+        grid: FloatArray,
+        states: tuple[FloatArray, FloatArray],
+    ):
+        blocks = interior.projected(basis)
+        self.reduced = _reduced(interior, blocks)
+        beside = [_resonances(blocks, state, bands) for state in states]
+        self.grid = np.unique(np.concatenate([grid, *beside]))
+        self.amplification = _growth(self.reduced, self.grid, states)
+        self.doubt = self.amplification * _imbalance(interior, basis, self.reduced, self.grid)
 
 
 def _resonances(
@@ -130,8 +146,8 @@ def _resonances(
         squares = eigvalsh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
     except np.linalg.LinAlgError:  # masters without inertia
         with np.errstate(divide="ignore", invalid="ignore"):
-            squares = eigvals(stiffness, mass)
-    natural = np.sqrt(squares.astype(complex)).real
+            squares = np.asarray(eigvals(stiffness, mass))
+    natural = np.real(np.sqrt(np.asarray(squares, dtype=complex)))
     within = [natural[(low < natural) & (natural < high)] for low, high in bands]
     inside_bands = np.unique(np.concatenate(within)) * (1 + _BESIDE)
     chosen = np.linspace(0, len(inside_bands) - 1, min(len(inside_bands), _GRID))
@@ -194,7 +210,7 @@ def _undamped(
     return whole, natural
 
 
-def _amplification(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) -> FloatArray:
+def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) -> FloatArray:
     """By how much errors of what is seen grow in the responses of the masters, along a grid.
 
     The largest of all states of springs and all loads; terms that cancel count in full.

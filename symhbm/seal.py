@@ -3,6 +3,7 @@
 Readers of NetCDF pass over what follows their data; a program that changes the file cuts it off.
 """
 
+import os
 import re
 import zlib
 from pathlib import Path
@@ -11,28 +12,48 @@ from typing import BinaryIO
 _MARK = b"\nsymhbm crc32 "
 _LENGTH = len(_MARK) + 9
 _BLOCK = 2**22
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_END_ADDRESS = {0: 40, 1: 44, 2: 28, 3: 28}
+"""Where a file of HDF5 says how long it is, by the version of its first block."""
 
 
 def seal(path: Path) -> None:
-    """Append the checksum of a file to it."""
+    """Append the checksum of a file to it, and wait for the disk."""
     with path.open("rb+") as file:
         checksum = _checksum(file, path.stat().st_size)
         file.write(_MARK + b"%08x\n" % checksum)
+        file.flush()
+        # Before it is given its name, which outlives a loss of power.
+        os.fsync(file.fileno())
 
 
 def is_damaged(path: Path) -> bool:
-    """Whether a sealed file is not as it was written; False for one without a seal."""
+    """Whether a file is not as it was written: reads all of it.
+
+    One without a seal, whether it is longer or shorter than its data; False if it does not tell.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         file.seek(max(0, size - 2 * _LENGTH))
         end = file.read()
         if _MARK not in end:
-            return False
+            # A seal that was lost with the last block of the disk leaves its place.
+            return _end_of_data(file) not in (None, size)
         found = re.search(re.escape(_MARK) + rb"([0-9a-f]{8})\n\Z", end)
         if found is None:
             return True
         file.seek(0)
         return _checksum(file, size - _LENGTH) != int(found[1], 16)
+
+
+def _end_of_data(file: BinaryIO) -> int | None:
+    """Length of a file of HDF5 as it says itself, None for any other."""
+    file.seek(0)
+    head = file.read(64)
+    if len(head) < 64 or not head.startswith(_HDF5) or head[8] not in _END_ADDRESS:
+        return None
+    place = _END_ADDRESS[head[8]]
+    return int.from_bytes(head[place : place + 8], "little")
 
 
 def _checksum(file: BinaryIO, size: int) -> int:

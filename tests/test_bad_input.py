@@ -139,8 +139,6 @@ def test_matrices_that_do_not_match(name):
 
 
 def test_mass_matrix_is_positive_and_symmetric():
-    with refused("mass_matrix", "> 0", "entry 1 is 0"):
-        model_with("mass_matrix", [[1.0, 0.0], [0.0, 0.0]])
     with refused("mass_matrix", "symmetric", "0.5"):
         model_with("mass_matrix", [[1.0, 0.5], [0.0, 1.0]])
 
@@ -172,11 +170,16 @@ def test_contacts(contacts, word):
         sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=contacts)
 
 
-@pytest.mark.parametrize("name", ["contact_stiffness", "friction_coefficient", "normal_load"])
+CONTACT = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=1.0)
+
+
+@pytest.mark.parametrize("name", CONTACT)
 @pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3], ids=repr)
 def test_contact_parameter_of_a_model(name, value):
     with refused(f"{name}={value!r}"):
-        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **{name: value})
+        sh.Model(
+            np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **CONTACT | {name: value}
+        )
 
 
 @pytest.mark.parametrize("name", [*MATRICES, "contacts", "normal_load", "lumped", "anything"])
@@ -566,7 +569,7 @@ def test_dataset_of_the_wrong_type(folder, value):
 def test_path_that_cannot_be_written(folder, dataset, path):
     before = content(folder)
     with refused("path=", path[:70], kind=sh.ArchiveError, allowed="expected|cannot be written"):
-        sh.save(dataset, path)
+        sh.save(dataset, path, overwrite=True)
     assert content(folder) == before
 
 
@@ -592,7 +595,7 @@ def test_write_that_fails(folder, dataset, monkeypatch, name, error):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
     with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-        sh.save(dataset, name)
+        sh.save(dataset, name, overwrite=True)
     assert content(folder) == before
 
 
@@ -606,7 +609,7 @@ def test_full_disk(folder, dataset, name):
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limits[1]))
     try:
         with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-            sh.save(large, name)
+            sh.save(large, name, overwrite=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert content(folder) == before
@@ -620,7 +623,7 @@ def test_write_that_is_interrupted(folder, dataset, monkeypatch):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        sh.save(dataset, "archive.nc")
+        sh.save(dataset, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 
@@ -633,7 +636,7 @@ def test_attribute_that_netcdf_cannot_hold(folder, dataset, value, of_variable):
     (broken.amplitude if of_variable else broken).attrs["remark"] = value
     before = content(folder)
     with refused("remark", repr(value)):
-        sh.save(broken, "archive.nc")
+        sh.save(broken, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 
