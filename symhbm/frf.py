@@ -35,6 +35,7 @@ def frf(
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
+    verifiable: bool = True,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
@@ -77,7 +78,10 @@ def frf(
     keep
         Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
         tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
-        all.
+        all. The attribute ``left_out`` names the others.
+    verifiable
+        Keep as well what `symhbm.verify` needs of the peaks: where and how large they are, and
+        their Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
     archive
         NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
         in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
@@ -114,7 +118,7 @@ def frf(
     problem.check_frequencies("frequency", band)
     task = dict(name="frequency", band=band, at=check_grid(at, band, "positive"))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
@@ -133,6 +137,7 @@ def follow(
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
+    verifiable: bool = True,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
@@ -158,8 +163,10 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, sector, keep, archive, executor, throw, progress, max_points
+    accuracy, stability, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
+    archive, executor, throw, progress, max_points
+        As in `frf`.
 
     Returns
     -------
@@ -189,7 +196,7 @@ def follow(
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
@@ -210,15 +217,16 @@ def _run(
     sweep = parse(problem, over)
     springs = "cubic_stiffness" in (described["name"], *sweep.values)
     may_fold = springs or not problem.single_valued
+    accuracy = check_accuracy(problem, options["accuracy"])
     task = Task(
         **described,
         each=peaks == "each",
         may_fold=may_fold,
         stability=check_stability(problem, options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
-        accuracy=check_accuracy(problem, options["accuracy"]),
+        accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
-        keep=check_keep(options["keep"]),
+        keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
     )
     task.curve(problem)
     result = run(problem, sweep, task, archive, executor, progress)
