@@ -72,6 +72,7 @@ ORDER = [
     "shooting",
     "angle_solvers",
     "doubt",
+    "divisions",
     "overlooked",
     "slopes",
     "crests",
