@@ -13,6 +13,7 @@ from symhbm.excitation import Excitation
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
 from symhbm.interior import Interior
 from symhbm.model import Model
+from symhbm.plausibility import warn_of_doubts
 from symhbm.reduction import reduce
 
 
@@ -69,6 +70,24 @@ def condense(
     tells the largest difference left there, which round-off bounds from below: by about the
     ratio of the highest to the lowest natural frequency, squared, times 1e-16. It is a
     measurement at these frequencies; `recover` checks any single point against all equations.
+
+    Examples
+    --------
+    A chain of 200 masses with a contact to the ground at its end:
+
+    >>> import scipy.sparse as sp
+    >>> import symhbm as sh
+    >>> M = sp.eye_array(200)
+    >>> K = 1e4 * (2 * M - sp.eye_array(200, k=1) - sp.eye_array(200, k=-1))
+    >>> chain = sh.Model(
+    ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
+    ... )
+    >>> force = sh.PointForce(dof=99)
+    >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
+    >>> response = sh.frf(sh.HarmonicBalance(small, force), (0.2, 1))
+    >>> response.structure_dof.values
+    array([ 99, 199])
     """
     if not isinstance(model, Model) or isinstance(model, CondensedModel):
         raise TypeError(f"model={check.shown(model)}: expected a Model that is not condensed")
@@ -78,6 +97,7 @@ def condense(
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
     tolerance = check.scalar("tolerance", tolerance, "positive")
+    warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
     patterns = _patterns(model, excitation, basis, masters)
     others = np.setdiff1d(np.arange(model.n_dof), masters)

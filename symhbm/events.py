@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
 from symhbm.corrector import Corrector
+from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_top, first_zero
+from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
@@ -50,8 +52,9 @@ class PathPoint(NamedTuple):
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
     point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
-    of `Corrected`; ``solves``, the linear solves spent since the point before.
+    and ``rate_before`` (n_contacts,), its derivatives by arc length after and before the point;
+    ``amplification`` and ``below`` as of `Corrected`; ``solves``, the linear solves spent since the
+    point before.
     """
 
     state: FloatArray
@@ -61,11 +64,53 @@ class PathPoint(NamedTuple):
     slip: NDArray[np.bool_]
     excess: FloatArray
     rate: FloatArray
+    rate_before: FloatArray
     residual_norm: float
     amplification: float
     below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        solves: int,
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> "PathPoint":
+        """A point from a solution in a ``scale``.
+
+        ``beyond`` is that with the tangent after it where that is another.
+        """
+        beyond = beyond or found
+        here = curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before, rate_before = after, beyond.rate / length
+        if beyond is not found:
+            length_before = length_of(found.direction * ratio)
+            before = found.direction * scale / length_before
+            rate_before = found.rate / length_before
+        return cls(
+            state=found.point,
+            scale=here,
+            before=before,
+            after=after,
+            slip=slip,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            rate_before=rate_before,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
+            solves=solves,
+            events=events,
+        )
 
     @property
     def unknowns(self) -> FloatArray:

@@ -26,6 +26,8 @@ SEEN = 2.0
 """Distance from a resonance ahead, in half widths, at which the path feels it."""
 AT = 0.3
 """Distance from a resonance behind, in half widths, at which a point stands for it."""
+_SPANNED = 3.0
+"""Half widths from one flank of a resonance to the other beyond which its top is looked at."""
 _FAINT = 1e-9
 """Resonant response, relative to the response, of a mode that nothing excites."""
 
@@ -111,7 +113,8 @@ class Lookout:
             return None
         left, right = before.detuning, after.detuning
         width = np.minimum(before.width, after.width)
-        passed = (left * right < 0) & (np.abs(left) > SEEN * width) & (np.abs(right) > AT * width)
+        passed = (left * right < 0) & (np.abs(right) > AT * width)
+        passed &= (np.abs(left) > SEEN * width) | (np.abs(left - right) > _SPANNED * width)
         passed &= before.excited | after.excited
         if not passed.any():
             return None

@@ -569,7 +569,7 @@ def test_dataset_of_the_wrong_type(folder, value):
 def test_path_that_cannot_be_written(folder, dataset, path):
     before = content(folder)
     with refused("path=", path[:70], kind=sh.ArchiveError, allowed="expected|cannot be written"):
-        sh.save(dataset, path)
+        sh.save(dataset, path, overwrite=True)
     assert content(folder) == before
 
 
@@ -595,7 +595,7 @@ def test_write_that_fails(folder, dataset, monkeypatch, name, error):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
     with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-        sh.save(dataset, name)
+        sh.save(dataset, name, overwrite=True)
     assert content(folder) == before
 
 
@@ -609,7 +609,7 @@ def test_full_disk(folder, dataset, name):
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limits[1]))
     try:
         with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-            sh.save(large, name)
+            sh.save(large, name, overwrite=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert content(folder) == before
@@ -623,7 +623,7 @@ def test_write_that_is_interrupted(folder, dataset, monkeypatch):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        sh.save(dataset, "archive.nc")
+        sh.save(dataset, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 
@@ -636,7 +636,7 @@ def test_attribute_that_netcdf_cannot_hold(folder, dataset, value, of_variable):
     (broken.amplitude if of_variable else broken).attrs["remark"] = value
     before = content(folder)
     with refused("remark", repr(value)):
-        sh.save(broken, "archive.nc")
+        sh.save(broken, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 
