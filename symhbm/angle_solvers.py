@@ -31,24 +31,21 @@ class AngleStatus(StrEnum):
     SUCCESS = "success"
     NOT_LOCATED = (
         "there is no solution with located angles to start from and to check against; "
-        "try another frequency, fewer harmonics or more damping"
+        "try another frequency"
     )
     DOES_NOT_APPLY = (
         "the form with switching angles as unknowns does not apply: a contact reverses while it "
         "slips (applies is false for it); use located angles"
     )
-    NO_CONVERGENCE = (
-        "the solver did not converge; try another solver, a start nearer to the solution, or "
-        "located angles"
-    )
+    NO_CONVERGENCE = "the solver did not converge; try another solver, or located angles"
     FALSE_SOLUTION = (
         "the solver went to a false solution: for a contact (applies is false for it) theta_0 is "
         "not where the relative displacement is largest, the motion reverses during slip, or the "
-        "force exceeds the limit; try a start nearer to the solution, or located angles"
+        "force exceeds the limit; try another solver, or located angles"
     )
     OTHER_SOLUTION = (
-        "the solver went to another solution than that with located angles; try a start nearer "
-        "to the solution, or located angles"
+        "the solver went to another solution than that with located angles; try another solver, "
+        "or located angles"
     )
 
 

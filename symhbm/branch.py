@@ -11,7 +11,14 @@ from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.events import Event
 from symhbm.fourier import FloatArray
 from symhbm.peaks import Peak
-from symhbm.point import RADIANS, Table, by_harmonic, describe_each, nothing
+from symhbm.point import (
+    RADIANS,
+    Table,
+    amplitude_slopes,
+    by_harmonic,
+    describe_each,
+    nothing,
+)
 from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
@@ -123,6 +130,9 @@ class _Computation:
         task = self._task
         band = task.unit * task.band[0], task.unit * task.band[1]
         self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
+        if task.at is None:
+            for stretch in self._stretches:
+                self._refinement.fill(stretch)
         self._status = status_of(self._stretches, task.accuracy)
         rungs = [part.rung for part in self._stretches]
         rungs += [response.rung for part in self._stretches for response in part.own()]
@@ -185,8 +195,8 @@ class _Computation:
             return [Response(value, self._largest, None, np.nan, 0)]
         stretch = max(holding, key=lambda part: part.rung)
         found = [
-            self._refinement.settle(Response(value, stretch.rung, unknowns, np.nan, solves))
-            for unknowns, solves in stretch.walk.at(value)
+            self._refinement.settle(Response.at(value, stretch.rung, station, solves))
+            for station, solves in stretch.walk.at(value)
         ]
         self._largest = max(self._largest, *(response.rung for response in found))
         accuracy = self._task.accuracy or np.inf
@@ -205,6 +215,7 @@ class _Computation:
         at = np.arange(len(responses)) if place is None else np.array(place, dtype=int)
         table = nothing(self._problem(self._largest), math.prod(shape), self._task.stability)
         table |= self._truncation(math.prod(shape), self._largest)
+        table |= self._slopes(np.full((math.prod(shape), 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [response.solves for response in responses]
         solved = [i for i, response in enumerate(responses) if response.unknowns is not None]
         for rung in {responses[i].rung for i in solved}:
@@ -223,7 +234,16 @@ class _Computation:
         frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
         table = describe_each(problems, unknowns, frequencies, solves, self._task.stability)
         errors = [response.error for response in responses]
-        return table | self._truncation(len(responses), rung, errors)
+        tangents = np.array([response.tangents for response in responses])
+        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._task.unit
+        slopes[~table["converged"]] = np.nan
+        return table | self._truncation(len(responses), rung, errors) | self._slopes(slopes)
+
+    def _slopes(self, slopes: FloatArray) -> Table:
+        """Slopes of the amplitudes (n_points, 2, n_dof) before and after each point."""
+        if self._task.at is not None:
+            return dict(amplitude_slope=slopes[:, 1])
+        return dict(amplitude_slope=slopes[:, 1], amplitude_slope_before=slopes[:, 0])
 
     def _truncation(self, count: int, rung: int, errors: Any = np.nan) -> Table:
         """The harmonics and the errors of so many rows, where an accuracy is asked for."""

@@ -102,3 +102,14 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
         near = get_close_matches(str(name), allowed, n=1, cutoff=0.4)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise KeyError(f"{name!r} is no {what}; allowed: {', '.join(allowed)}{hint}")
+
+
+def told_apart(*values: float) -> list[str]:
+    """Short texts of numbers, with as many digits as it takes to tell different ones apart."""
+    several = [float(value) + 0.0 for value in values]  # no zero has a sign
+    texts: list[str] = []
+    for digits in range(6, 18):
+        texts = [f"{value:.{digits}g}" for value in several]
+        if len(set(texts)) == len(set(several)):
+            break
+    return texts

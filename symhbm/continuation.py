@@ -28,7 +28,6 @@ from symhbm.events import (
 from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
-from symhbm.linear import length_of
 from symhbm.newton import TOLERANCE
 from symhbm.predictor import Predictor
 from symhbm.resonances import Lookout
@@ -36,7 +35,7 @@ from symhbm.status import Status
 
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
-PREDICTION_ERROR = 0.005
+PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point aimed at, relative to the response."""
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
@@ -53,6 +52,7 @@ SHRUNK = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
 
+    ``base`` may be a point of another path to go on from, in its contact states.
     Folds, onsets and ends of slip are points of their own. ``status`` tells why it ended,
     ``rejected`` counts the steps tried in vain.
     """
@@ -65,12 +65,14 @@ class Path:
         end: float,
         corrector: Corrector | None = None,
         max_points: int = 5000,
+        base: PathPoint | None = None,
     ):
         self.corrector = corrector or Corrector(curve)
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
-        self._begin = np.append(unknowns, float(start))
+        self._begin = np.append(unknowns, float(start)) if base is None else base.state
+        self._base = base
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -141,6 +143,12 @@ class Path:
         return accepted
 
     def _first(self) -> PathPoint | None:
+        if self._base is not None:
+            base = self._base
+            row = base.after / base.scale
+            found = self.corrector.tangent(base.state, base.scale, row, base.slip)
+            self._orientation = 0 if found is None else found.sign
+            return None if found is None else base
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
         if evaluation.norm > TOLERANCE:
             return None
@@ -236,6 +244,8 @@ class Path:
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
+            if self._curve.is_at_rest(end, slip):
+                guess[:-1] = 0.0  # no iteration of relative residuals gets there
         found = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
         if found is not None and end is not None:
             found.point[-1] = end
@@ -271,26 +281,5 @@ class Path:
         beyond: Corrected | None = None,
     ) -> PathPoint:
         """A point of the path; ``beyond`` has the tangent after it where that is another."""
-        beyond = beyond or found
-        here = self._curve.scale(found.point)
-        ratio = scale / here
-        length = length_of(beyond.direction * ratio)
-        after = beyond.direction * scale / length
-        before = after
-        if beyond is not found:
-            before = found.direction * scale / length_of(found.direction * ratio)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
-        return PathPoint(
-            state=found.point,
-            scale=here,
-            before=before,
-            after=after,
-            slip=slip,
-            excess=found.excess,
-            rate=beyond.rate / length,
-            residual_norm=found.residual_norm,
-            amplification=found.amplification,
-            below=beyond.below,
-            solves=solves,
-            events=events,
-        )
+        return PathPoint.of(self._curve, found, scale, slip, solves, events, beyond)

@@ -46,6 +46,10 @@ class Curve(ABC):
         problem, frequency = self.at(value)
         return problem.amplification(unknowns, frequency)
 
+    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
+        """Whether nothing moves at a value, next to which contacts are in the states ``slip``."""
+        return False
+
     def scale(self, point: FloatArray) -> FloatArray:
         """Scale of unknowns and parameter at a point, all (n_unknowns + 1,): what a length means.
 
@@ -122,6 +126,11 @@ class ParameterCurve(Curve):
         if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
+
+    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
+        """Without a force, where the way there is linear."""
+        slides = slip & (self.problem.slip_limit > 0)
+        return self.name == "force_amplitude" and value == 0 and not slides.any()
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""

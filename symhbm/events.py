@@ -9,11 +9,16 @@ from numpy.typing import NDArray
 
 from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
 from symhbm.corrector import Corrector
+from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
-from symhbm.hermite import cubic
+from symhbm.hermite import cubic, cubic_top, first_zero
+from symhbm.linear import length_of
 
-_SHARES = np.linspace(0, 1, 17)
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
+_SHARP = 0.1
+"""Cosine of the angle by which a path has turned at which no cubic follows it."""
 
 
 class EventKind(StrEnum):
@@ -60,9 +65,47 @@ class PathPoint(NamedTuple):
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: int | None
+    below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        solves: int,
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> "PathPoint":
+        """A point from a solution in a ``scale``.
+
+        ``beyond`` is that with the tangent after it where that is another.
+        """
+        beyond = beyond or found
+        here = curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before = after
+        if beyond is not found:
+            before = found.direction * scale / length_of(found.direction * ratio)
+        return cls(
+            state=found.point,
+            scale=here,
+            before=before,
+            after=after,
+            slip=slip,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
+            solves=solves,
+            events=events,
+        )
 
     @property
     def unknowns(self) -> FloatArray:
@@ -83,34 +126,55 @@ def first_limit(
     Returns the solution and which contacts change state there (n_contacts,), None if the step has
     to be shorter for the limit to be told apart.
     """
-    start = base.state
-    along = np.dot((over.point - start) / scale, base.after / scale)
     for _ in range(1 + len(base.excess)):
-        beyond = crossed(over.excess, base.slip)
-        high = over.excess
-        share = np.full(len(base.excess), np.inf)
-        share[beyond] = base.excess[beyond] / (base.excess[beyond] - high[beyond])
-        contact = int(np.argmin(share))
-        # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
-        # a part of the step: its limit at the start is not the crossing to find.
-        if not 0 < share[contact] <= 1 or abs(base.excess[contact]) <= BEYOND:
-            return None
-        landed = corrector.correct(
-            start + share[contact] * (over.point - start),
-            scale,
-            AtLimit(corrector.curve, contact, scale),
-            base.slip,
-        )
-        if landed is None:
-            return None
-        progress = np.dot((landed.point - start) / scale, base.after / scale) / along
-        if not 0 < progress < 1.0001:
+        beyond = np.flatnonzero(crossed(over.excess, base.slip)).tolist()
+        for contact in beyond:
+            first, last = base.excess[contact], over.excess[contact]
+            # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
+            # a part of the step: its limit at the start is not the crossing to find.
+            if not BEYOND < abs(first) < np.inf or first * last > 0:
+                return None
+        way = _Way(base, over, scale)
+        share, contact = min((way.limit(contact), contact) for contact in beyond)
+        limit = AtLimit(corrector.curve, contact, scale)
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
+        if landed is None or not 0 < way.share(landed.point) < 1.0001:
             return None
         if not landed.crosses:
             near = np.abs(landed.excess) <= ON_LIMIT
             return landed, near & (base.slip == base.slip[contact])
         over = landed
     return None
+
+
+class _Way:
+    """The cubics of state and excess from a point to one beyond it, with the rates at both."""
+
+    def __init__(self, base: PathPoint, over: Corrected, scale: FloatArray):
+        self._base, self._over, self._normal = base, over, base.after / scale
+        chord = over.point - base.state
+        self._length = float(self._normal.dot(chord / scale))
+        ahead = float(self._normal.dot(over.direction))
+        self._scale, self._turned = scale, abs(ahead) < _SHARP
+        self._speed = 0.0 if self._turned else self._length / ahead
+        slopes = self._length * base.after, self._speed * over.direction * scale
+        self._slopes = (chord, chord) if self._turned else slopes
+
+    def share(self, point: FloatArray) -> float:
+        """How far along the tangent at its begin a point lies."""
+        return float(self._normal.dot((point - self._base.state) / self._scale)) / self._length
+
+    def state(self, share: float) -> FloatArray:
+        """The state at a share of the way."""
+        return cubic(self._base.state, self._over.point, self._slopes, share)
+
+    def limit(self, contact: int) -> float:
+        """Share at which a contact first reaches its limit, on the other side of it at the end."""
+        left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
+        first, last = self._base.rate[contact], self._over.rate[contact]
+        slopes = float(self._length * first), float(self._speed * last)
+        chord = right - left, right - left
+        return first_zero(left, right, chord if self._turned else slopes)
 
 
 def brief_crossing(
@@ -138,7 +202,10 @@ def brief_crossing(
         left = 0.0, left_excess[contact], left_rate[contact]
         right = 1.0, right_excess[contact], right_rate[contact]
         for _ in range(_MAX_REFINEMENTS):
-            share, top = _top_of_cubic(left, right, length)
+            width = right[0] - left[0]
+            slopes = width * length * left[2], width * length * right[2]
+            share, top = cubic_top(left[1], right[1], slopes)
+            share = left[0] + width * share
             rise = top - max(left[1], right[1])
             if top < -0.5 * rise - BEYOND or rise <= 0:
                 break
@@ -156,18 +223,3 @@ def brief_crossing(
             here = share, excess, float(outward[contact] * slope[contact])
             left, right = (here, right) if here[2] > 0 else (left, here)
     return None
-
-
-def _top_of_cubic(left: tuple, right: tuple, length: float) -> tuple[float, float]:
-    """Where the cubic through (share, value, rate) at both ends is largest, and how large."""
-    width = right[0] - left[0]
-    h = _SHARES
-    values = cubic(left[1], right[1], (width * length * left[2], width * length * right[2]), h)
-    at = int(np.argmax(values))
-    if 0 < at < len(h) - 1:
-        # The vertex of the parabola through the three largest.
-        below, top, above = values[at - 1 : at + 2]
-        bend = below - 2 * top + above
-        shift = 0.5 * (below - above) / bend if bend < 0 else 0.0
-        return left[0] + width * float(h[at] + shift * (h[1] - h[0])), float(top)
-    return left[0] + width * float(h[at]), float(values[at])

@@ -173,7 +173,7 @@ def describe_motion(
     if np.abs(pieces.mass @ amplitude).max() * omega**2 > _UNBOUNDED * force > 0:
         status = Status.SYSTEM_SINGULAR
     elif status == Status.SUCCESS and periodicity > 2 * TOLERANCE:
-        status = Status.NO_CONVERGENCE
+        status = Status.NO_MOTION
     relative = cells.displacement @ pieces.all_directions.T
     travel = relative[:, 1:, active].sum(axis=1)
     loss, slip = np.zeros(pieces.n_contacts), np.where(pieces.sprung, 1.0, 0.0)

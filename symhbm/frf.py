@@ -1,5 +1,7 @@
 """The front doors to curves: responses over the frequency or over any other parameter."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
@@ -11,17 +13,21 @@ from numpy.typing import ArrayLike
 
 from symhbm import check
 from symhbm.branch import Task
+from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import check_accuracy
+from symhbm.mean_position import check_mean
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
+from symhbm.plausibility import warn_of_doubts
 from symhbm.residual import HarmonicBalance, check_problem
-from symhbm.runs import check_executor, check_keep, run
+from symhbm.runs import check_executor, check_keep, run, told
 from symhbm.stability import check_stability
-from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
 Peaks = Literal["largest", "each"]
+_ROUND_OFF = 1e-9
+"""Distance of a value from an end of the band, relative to the band, that is none."""
 
 
 def frf(
@@ -53,8 +59,9 @@ def frf(
         downwards where the first is the larger.
     at : (n,), ascending
         Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
-        ``solution`` another where cubic springs may make several. By default the result holds the
-        points of the path along ``point``.
+        ``solution`` another where cubic springs may make several: those on one connected branch,
+        the path from the first frequency to the last, which need not be all. By default the result
+        holds the points of the path along ``point``.
     over
         Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
@@ -90,7 +97,7 @@ def frf(
     executor
         Where parameter sets are computed; by default in this process.
     throw
-        Raise SolveError when a curve is incomplete instead of returning its status.
+        Raise SolveError when a curve is incomplete, instead of a warning.
     progress
         Show a bar when the sweep takes longer than a few seconds.
     max_points
@@ -112,11 +119,30 @@ def frf(
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     KeyboardInterrupt
         If it is interrupted; a note says what is safe and how to go on.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
+    >>> response.peak_amplitude.sel(normal_load=3).values.round(8)
+    array([0.00030849])
+    >>> sh.frf(problem, (10, 30), at=[15, 20, 25]).amplitude.sel(frequency=20).values.round(8)
+    array([0.00029952])
     """
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
-    task = dict(name="frequency", band=band, at=check_grid(at, band, "positive"))
+    task = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
@@ -156,7 +182,7 @@ def follow(
         Its first and last value (SI units).
     at : (n,), ascending
         Values at which the response is wanted; the parameter then is a dimension, and ``solution``
-        another where cubic springs may make several.
+        another where cubic springs may make several, as in `frf`.
     over
         Other parameters to sweep, as in `frf`.
     frequency
@@ -181,6 +207,23 @@ def follow(
         If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.follow(problem, "normal_load", (0.1, 100), frequency=19.5)
+    >>> loads.event_kind.values, loads.event_normal_load.values.round(6)
+    (array(['end of slip'], dtype=object), array([4.009054]))
     """
     check_problem(problem)
     bound = check_parameter(problem, parameter)
@@ -188,7 +231,7 @@ def follow(
     task = dict(
         name=parameter,
         band=band,
-        at=check_grid(at, band, bound),
+        at=check_grid(at, band),
         frequency=check.scalar("frequency", frequency, "positive"),
         index=check_place(problem, parameter, contact, dof),
     )
@@ -211,11 +254,19 @@ def _run(
     progress: bool,
 ) -> xr.Dataset:
     check_executor(executor)
+    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
     peaks = options["peaks"]
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
-    springs = "cubic_stiffness" in (described["name"], *sweep.values)
+    moving = {described["name"], *sweep.values}
+    springs = "cubic_stiffness" in moving
+    if options["accuracy"] is None:  # else the set is made complete
+        check_mean(problem)
+    if not isinstance(problem.model, CondensedModel):
+        hertz = described.get("frequency")
+        band = described["band"] if hertz is None else (hertz, hertz)
+        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
     task = Task(
@@ -229,12 +280,7 @@ def _run(
         keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
     )
     task.curve(problem)
-    result = run(problem, sweep, task, archive, executor, progress)
-    ends = result["status"].values.ravel()
-    bad = [end for end in ends if end != Status.REACHED_END]
-    if throw and bad:
-        raise SolveError(f"{len(bad)} of {len(ends)} curves: {bad[0]}", result)
-    return result
+    return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)
 
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
@@ -256,18 +302,21 @@ def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, floa
     return float(edges[0]), float(edges[1])
 
 
-def check_grid(at: ArrayLike | None, band: tuple[float, float], bound: str) -> FloatArray | None:
-    """Ascending values within a band, None for None."""
+def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | None:
+    """Ascending values within a band, None for None; at an end up to round-off is at the end."""
     if at is None:
         return None
-    grid = check.array("at", at, bound)
+    grid = check.array("at", at)
+    for end in band:
+        grid = np.where(np.abs(grid - end) <= _ROUND_OFF * max(map(abs, band)), end, grid)
     if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
         raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
     low, high = sorted(band)
     if grid[0] < low or grid[-1] > high:
+        edges = check.told_apart(low, high, float(grid[0]), float(grid[-1]))
         raise ValueError(
             f"at={check.shown(at)}: expected values within the band "
-            f"{low:g} to {high:g}, got {grid[0]:g} to {grid[-1]:g}"
+            f"{edges[0]} to {edges[1]}, got {edges[2]} to {edges[3]}"
         )
     return grid
 

@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 
 from symhbm.fourier import FloatArray, FourierBasis
 
+SMALLEST_MOTION = 1e-150
+"""Motion [m] below which there is none: its inverse has no square in double precision."""
+
 
 @dataclass(frozen=True)
 class LocatedFriction:

@@ -18,7 +18,7 @@ from symhbm.fourier import FloatArray
 from symhbm.newton import NewtonResult, newton
 
 SMALLEST_STEP = 1e-9
-LARGEST_PREDICTION_ERROR = 0.1
+LARGEST_PREDICTION_ERROR = 0.3
 """Distance between predicted and corrected point, relative to the response, of a step to reject."""
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.linalg
 
 from symhbm.fourier import FloatArray
+from symhbm.inertia import positive_definite
 from symhbm.residual import HarmonicBalance
 
 DEGREE = 24
@@ -92,10 +93,7 @@ class LinearPieces:
         self.contact_stiffness = np.array(model.contact_stiffness[self.active])
         self.limit = np.array(limit[self.active])
         self._set_force(problem)
-        try:
-            factor = np.linalg.cholesky(self.mass)
-        except np.linalg.LinAlgError:
-            raise ValueError("mass_matrix: expected a positive definite matrix") from None
+        factor = positive_definite(self.mass)
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
         parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
         self._elastic, self.push, self._static, self._cosine, self._sine = parts

@@ -5,6 +5,8 @@ displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the grou
 friction element, a cubic spring, or both side by side.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -16,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from symhbm import check
 from symhbm.fourier import FloatArray
+from symhbm.inertia import check_semidefinite
 
 FRICTION_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")
 CONTACT_PARAMETERS = (*FRICTION_PARAMETERS, "cubic_stiffness")
@@ -34,46 +37,83 @@ class Model:
         The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
         connected to the ground.
     contact_stiffness, friction_coefficient, normal_load : one value or one per contact
-        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element.
+        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element: all three, or none where
+        the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
     cubic_stiffness : one value or one per contact
         ``gamma`` [N/m^3] of the force ``gamma y^3``, of any sign.
 
     Raises
     ------
     TypeError, ValueError
-        If a matrix is not square, real and finite, if mass has a diagonal entry that is not
-        positive, if damping or stiffness have a negative one, if a contact joins a degree of
-        freedom to itself or to one that does not exist, or if a friction parameter is negative.
+        If a matrix is not square, real and finite, if damping or stiffness have a negative diagonal
+        entry, if a contact joins a degree of freedom to itself or to one that does not exist, or if
+        a parameter of the contacts is missing, or one of friction is negative; for a mass matrix
+        that is not symmetric or not positive semidefinite.
+
+    Notes
+    -----
+    Degrees of freedom without inertia, rotations of lumped masses for example, are let pass here,
+    by `frf`, `follow` and `solve`. `transient`, `condense` and bands found from natural frequencies
+    need a positive definite mass matrix, and refuse others; ``stability`` is unknown without.
+
+    Each contact has one direction and slips by itself. Two of them along two axes of one place are
+    no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at
+    sqrt(2) times its force. The model knows degrees of freedom and no places, and cannot tell.
+    Where the direction of motion is known, make that a degree of freedom.
+
+    Examples
+    --------
+    Two masses, one contact between them and one between the second and the ground:
+
+    >>> import symhbm as sh
+    >>> model = sh.Model(
+    ...     [[1, 0], [0, 1]], [[0.5, 0], [0, 0.5]], [[2e4, -1e4], [-1e4, 1e4]],
+    ...     contacts=[(0, 1), (1,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[3, 5],
+    ... )
+    >>> model.with_parameters(normal_load=4).normal_load
+    array([4., 4.])
     """
 
     mass_matrix: Any
     damping_matrix: Any
     stiffness_matrix: Any
     contacts: Any = ()
-    contact_stiffness: Any = 0.0
-    friction_coefficient: Any = 0.0
-    normal_load: Any = 0.0
-    cubic_stiffness: Any = 0.0
+    contact_stiffness: Any = None
+    friction_coefficient: Any = None
+    normal_load: Any = None
+    cubic_stiffness: Any = None
     lumped: bool = False
 
     def __post_init__(self):
         put = object.__setattr__
         size = None
         for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
-            matrix = _matrix(name, getattr(self, name), size, strict=name == "mass_matrix")
+            matrix = _matrix(name, getattr(self, name), size)
             size = matrix.shape[0]
             put(self, name, matrix)
-        asymmetry = abs(self.mass_matrix - self.mass_matrix.T).tocoo()
-        if asymmetry.nnz and asymmetry.max() > 1e-9 * abs(self.mass_matrix).max():
-            at = int(np.argmax(asymmetry.data))
-            i, j = int(asymmetry.row[at]), int(asymmetry.col[at])
-            raise ValueError(
-                f"mass_matrix: expected a symmetric matrix, entry {i, j} is "
-                f"{self.mass_matrix[i, j]:g}, entry {j, i} is {self.mass_matrix[j, i]:g}"
-            )
+        check_semidefinite(self.mass_matrix)
         put(self, "contacts", _contact_dofs(self.contacts, self.n_dof))
+        self._check_complete()
         for name in CONTACT_PARAMETERS:
-            put(self, name, self._each(name, getattr(self, name)))
+            value = getattr(self, name)
+            put(self, name, self._each(name, 0.0 if value is None else value))
+
+    def _check_complete(self) -> None:
+        """Raise ValueError for contacts that do nothing since a parameter was forgotten."""
+        if not self.n_contacts:
+            return
+        given = [name for name in FRICTION_PARAMETERS if getattr(self, name) is not None]
+        missing = [name for name in FRICTION_PARAMETERS if name not in given]
+        if not missing or (not given and self.cubic_stiffness is not None):
+            return
+        spring = given == ["contact_stiffness"]
+        raise ValueError(
+            f"{', '.join(f'{name}=None' for name in missing)}: expected contact_stiffness, "
+            "friction_coefficient and normal_load for friction (an explicit 0 for contacts that "
+            "slide freely), or cubic_stiffness alone for cubic springs; without them contacts do "
+            "nothing" + ("; a linear spring is a part of stiffness_matrix" if spring else "")
+        )
 
     @property
     def n_dof(self) -> int:
@@ -106,7 +146,7 @@ class Model:
             named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
         return named | {name: np.asarray(getattr(self, name)) for name in CONTACT_PARAMETERS}
 
-    def with_parameters(self, **values: ArrayLike) -> "Model":
+    def with_parameters(self, **values: ArrayLike) -> Model:
         """Return a copy with other values, one or one per blade or contact, of named parameters.
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.
@@ -128,8 +168,7 @@ class Model:
         return check.one_or_each(name, value, self.n_contacts, "contact", bound)
 
     def __reduce__(self):
-        # Through the constructor: unpickled arrays would be writable.
-        return Model, tuple(getattr(self, field.name) for field in fields(self))
+        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
 
     def __repr__(self) -> str:
         kind = "lumped blade" if self.lumped else "degree of freedom"
@@ -168,6 +207,21 @@ def single_blade(
     """One blade on a ground spring with one friction damper to the ground (the source's Fig. 2).
 
     Values in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    Model: 1 lumped blade, 1 contact
+      mass                  1 kg
+      damping               0.5 N s/m
+      stiffness             10000 N/m
+      contact_stiffness     10000 N/m
+      friction_coefficient  0.5
+      normal_load           3 N
     """
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
     matrices = [_diagonal(name, value, 1) for name, value in values.items()]
@@ -198,6 +252,16 @@ def bladed_disk(
     Contact ``j`` joins blades ``j`` and ``(j + 1) mod n_blades``. Each parameter is one value or
     one per blade or contact, in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`, and ValueError
     for fewer than 3 blades.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     3, mass=[1, 1.01, 0.99], stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> disk.contacts
+    ((0, 1), (1, 2), (2, 0))
     """
     n_blades = check.integer("n_blades", n_blades, minimum=3)
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
@@ -213,6 +277,17 @@ def bladed_disk(
     )
 
 
+def _restored(values: dict[str, Any]) -> Model:
+    """The model that was pickled: it was checked when it was made, but its arrays are writable."""
+    for value in values.values():
+        array = value.data if sp.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    model = object.__new__(Model)
+    model.__dict__.update(values)
+    return model
+
+
 def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     bound = "positive" if name == "mass" else "non-negative"
     entries = check.one_or_each(name, value, size, "blade", bound)
@@ -220,11 +295,12 @@ def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 
 
-def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
+def _matrix(name: str, value: Any, size: int | None) -> Any:
     matrix: Any
     if sp.issparse(value):
-        check.array(f"{name} entries", value.data)
-        matrix = sp.csc_array(value, dtype=float, copy=True)
+        matrix = sp.csc_array(value, copy=True)
+        check.array(f"{name} entries", matrix.data)
+        matrix = matrix.astype(float)
     else:
         dense = check.array(name, value)
         if dense.ndim != 2:
@@ -240,13 +316,9 @@ def _matrix(name: str, value: Any, size: int | None, strict: bool) -> Any:
     matrix.sum_duplicates()
     matrix.data.setflags(write=False)
     diagonal = matrix.diagonal()
-    bad = diagonal <= 0 if strict else diagonal < 0
-    if bad.any():
-        i = int(np.argmax(bad))
-        raise ValueError(
-            f"{name}: expected a diagonal {'> 0' if strict else '>= 0'}, "
-            f"entry {i} is {diagonal[i]:g}"
-        )
+    if np.any(diagonal < 0):
+        i = int(np.argmax(diagonal < 0))
+        raise ValueError(f"{name}: expected a diagonal >= 0, entry {i} is {diagonal[i]:g}")
     return matrix
 
 

@@ -46,6 +46,12 @@ VARIABLES = {
         ("dof", "harmonic", "component"), "m", "Fourier coefficient of the displacement"
     ),
     "amplitude": Variable(("dof",), "m", "largest absolute displacement over the period"),
+    "amplitude_slope": Variable(
+        ("dof",), "m", "derivative of the amplitude by the moving parameter, after the point"
+    ),
+    "amplitude_slope_before": Variable(
+        ("dof",), "m", "derivative of the amplitude by the moving parameter, before the point"
+    ),
     "contact_state": Variable(("contact",), "1", "whether the contact slips", _STATES),
     "theta_0": Variable(("contact",), "rad", "angle of the largest relative displacement"),
     "theta_star": Variable(("contact",), "rad", "angle of the onset of slip after theta_0"),
@@ -54,6 +60,9 @@ VARIABLES = {
     "reversals": Variable(("contact",), "1", "reversals of the relative velocity per period"),
     "residual_norm": Variable(
         (), "1", "largest residual over the largest sum of absolute force terms"
+    ),
+    "condensation_error": Variable(
+        (), "1", "distance of the response of what is kept from solving all equations, relative"
     ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
     "sampling_error": Variable(
@@ -95,7 +104,7 @@ VARIABLES = {
     "event_contact": Variable((), "1", "contact that changes state, -1 at a fold"),
     "n_points": Variable((), "1", "accepted points of the path"),
     "n_peaks": Variable((), "1", "peaks found"),
-    "n_solutions": Variable((), "1", "solutions at this value"),
+    "n_solutions": Variable((), "1", "solutions at this value on the path, one connected branch"),
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
@@ -159,6 +168,9 @@ VARIABLES = {
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
 }
 
+SLOPES = ("amplitude_slope", "amplitude_slope_before")
+"""Variables whose unit is that of the amplitude over that of the parameter that moves."""
+
 TEXTS = (
     "peak_kind",
     "event_kind",
@@ -200,7 +212,7 @@ def meaning(name: str) -> Variable:
 
 def derivative(name: str, parameter: str) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
-    of, by = VARIABLES[name], Variable((), *PARAMETERS[parameter])
+    of, by = VARIABLES[name], meaning(parameter)
     powers: Counter[str] = Counter()
     for about, sign in ((of, 1), (by, -1)):
         for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", about.units):

@@ -66,3 +66,9 @@ def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> N
         last_step = np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
     status = Status.SUCCESS if evaluation.norm <= TOLERANCE else Status.NO_CONVERGENCE
     return NewtonResult(unknowns, evaluation, MAX_ITERATIONS, status)
+
+
+def slope_of(evaluation: Evaluation) -> FloatArray:
+    """Derivative (n_unknowns,) of a solution by the parameter, NaN where there is none."""
+    slope = Factorisation(evaluation.jacobian).solve(-evaluation.by_parameter)
+    return np.full(len(evaluation.residual), np.nan) if slope is None else slope

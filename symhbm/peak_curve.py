@@ -1,5 +1,7 @@
 """The front door to the largest peak over one parameter: the load that makes it lowest, and why."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import pairwise
@@ -13,10 +15,12 @@ from symhbm import check, schema
 from symhbm.branch import Task
 from symhbm.frf import check_band, check_grid, check_parameter, check_place
 from symhbm.landscape import sector_of
+from symhbm.mean_position import check_mean
 from symhbm.names import PARAMETERS
 from symhbm.natural_band import natural_band
 from symhbm.peak_conditions import Conditions
 from symhbm.peaks import PeakKind
+from symhbm.plausibility import warn_of_doubts
 from symhbm.point import RADIANS, Table, by_harmonic
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.runs import check_executor
@@ -92,12 +96,24 @@ def peak_curve(
     SolveError
         If the curve is incomplete, unbounded or at an edge somewhere and ``throw`` is True; its
         ``result`` is the dataset.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> curve = sh.peak_curve(problem, "normal_load", (1, 10))
+    >>> curve.minimum_normal_load.values.round(6)
+    array([3.088579])
     """
     check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)
     ends = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
     low, high = sorted(ends)
-    grid = check_grid(at, ends, bound)
+    grid = check_grid(at, ends)
     index = check_place(problem, parameter, contact, dof)
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)
@@ -111,8 +127,11 @@ def peak_curve(
             "cubic_stiffness: expected a problem without cubic springs; their peaks lie on "
             "responses that need not be unique, frf with over= gives them"
         )
+    check_mean(problem)
     first, last = (_set(problem, parameter, index, value) for value in (low, high))
     bands = _bands(frequency, first, last)
+    hull = float(np.min(bands)), float(np.max(bands))
+    warn_of_doubts(problem.model, hull, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:
         ridge = Ridge(Parameter(start, parameter, index, (low, high)), surveyor, grid)

@@ -125,7 +125,7 @@ def periodic_state(
                 continue
             for _ in range(_PERIODS):
                 now = attempt(sign * now.run.end)
-    return now.state, _ITERATIONS, Status.NO_CONVERGENCE
+    return now.state, _ITERATIONS, Status.NO_MOTION
 
 
 def _newton_step(

@@ -153,6 +153,33 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     return np.tile(amplitude, problem.model.n_dof // problem.n_dof)
 
 
+def amplitude_slopes(
+    problem: HarmonicBalance, unknowns: FloatArray, tangents: FloatArray
+) -> FloatArray:
+    """Derivatives (n_points, 2, n_dof) of amplitudes by the parameter, before and after points.
+
+    ``unknowns`` (n_points, n_unknowns), and ``tangents`` (n_points, 2, n_unknowns + 1), derivatives
+    of unknowns and parameter along the path. Infinite where the parameter stands still.
+    """
+    basis, shape = problem.basis, (len(unknowns), 2, problem.n_dof)
+    motions = unknowns.reshape(-1, basis.n_components)
+    amplitude, angle = largest_displacement(basis, motions)
+    # The angle of a maximum moves, but the derivative by it vanishes there.
+    row = basis.values(angle)
+    row *= np.sign(np.einsum("dm,dm->d", row, motions))[:, None]
+    along = tangents[..., :-1].reshape(*shape, -1)
+    slope = np.einsum("pdm,psdm->psd", row.reshape(len(unknowns), shape[-1], -1), along)
+    at_rest = (amplitude == 0).reshape(len(unknowns), shape[-1])
+    if at_rest.any():
+        # Any motion comes from and goes to a larger amplitude.
+        rise = largest_displacement(basis, along.reshape(-1, basis.n_components))[0]
+        rise = rise.reshape(shape) * np.array([-1.0, 1.0])[:, None]
+        slope = np.where(at_rest[:, None], rise, slope)
+    still = tangents[..., -1:] == 0
+    slope = np.where(still, np.inf, slope / np.where(still, 1.0, tangents[..., -1:]))
+    return np.tile(slope, problem.model.n_dof // problem.n_dof)
+
+
 def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
     return growth_rate(problem, frequency, problem.evaluate(unknowns, frequency), unknowns)
 

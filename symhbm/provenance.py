@@ -212,14 +212,15 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     nominal = {name: _nominal(dataset, name, varied) for name in names}
-    if description["lumped"]:
-        nominal |= {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS}
+    lumped = description["lumped"]
+    if lumped:
         matrices = [_identity(description["n_dof"])] * 3
     else:
         matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-    model = Model(*matrices, contacts=description["contacts"], lumped=description["lumped"])
+    model = Model(*matrices, contacts=description["contacts"], lumped=lumped, **nominal)
+    of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
-        model.with_parameters(**nominal),
+        model.with_parameters(**of_blades),
         kind(**excitation),
         description["harmonics"],
         description.get("samples"),

@@ -15,11 +15,13 @@ from symhbm.curve import Curve
 from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
+from symhbm.gaps import solved_between
 from symhbm.harmonic_sets import HarmonicSets
-from symhbm.newton import newton
+from symhbm.newton import newton, slope_of
 from symhbm.peaks import Peak
 from symhbm.residual import HarmonicBalance
-from symhbm.resonances import LARGEST_SIZE, reduced
+from symhbm.resonance_count import LARGEST_SIZE
+from symhbm.resonances import reduced
 from symhbm.status import Status
 from symhbm.stretches import Response, Stretch, agree, merged
 from symhbm.superharmonics import superharmonics
@@ -69,10 +71,10 @@ class Refinement:
     def settle(self, response: Response) -> Response:
         """Add harmonics to a response until it is accurate."""
         value, rung, solves = response.value, response.rung, response.solves
-        unknowns = response.unknowns
+        unknowns, tangents, events = response.unknowns, response.tangents, response.events
         while unknowns is not None and np.isfinite(self._accuracy):
             (found,) = self._truncations(rung, [value], [unknowns])
-            response = Response(value, rung, unknowns, found.error, solves, response.events)
+            response = Response(value, rung, unknowns, found.error, solves, tangents, events)
             needed = self._needed(rung, found)
             if needed == rung:
                 break
@@ -84,7 +86,18 @@ class Refinement:
                 break
             solves += result.iterations
             rung, unknowns = needed, result.unknowns
+            tangents = np.stack([np.append(slope_of(result.evaluation), 1.0)] * 2)
         return response
+
+    def fill(self, stretch: Stretch) -> None:
+        """Add the responses between points of a stretch that its amplitudes do not tell."""
+        walk, points = stretch.walk, stretch.walk.points[stretch.first : stretch.last + 1]
+        before = walk.corrector.solves
+        found = solved_between(points, walk.corrector, walk.each)
+        for i, stations in found.items():
+            responses = [Response.at(float(s.state[-1]), stretch.rung, s, n) for s, n in stations]
+            stretch.between[stretch.first + i] = [self.settle(each) for each in responses]
+        self.solves += walk.corrector.solves - before
 
     def cover(
         self,

@@ -3,6 +3,8 @@
 import json
 import os
 import sys
+import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, contextmanager, suppress
@@ -18,6 +20,7 @@ from symhbm.ensemble import compute
 from symhbm.merge import merge
 from symhbm.residual import HarmonicBalance
 from symhbm.spool import Spool
+from symhbm.status import SolveError, Status
 from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 from symhbm.sweep import Sweep
 
@@ -97,6 +100,24 @@ def run(
         return _finished(store, target, call, problem, blank, executor, progress)
 
 
+def told(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
+    """A result whose incomplete curves raise SolveError, or warn who is so many calls above."""
+    ends = list(map(str, result["status"].values.ravel()))
+    reasons = Counter(end for end in ends if end != Status.REACHED_END)
+    if not reasons:
+        return result
+    reason, number = reasons.most_common(1)[0]
+    text = f"the curve is incomplete: {reason}"
+    if len(ends) > 1:
+        many = "" if len(reasons) == 1 else f", {number} of them"
+        text = f"{reasons.total()} of {len(ends)} curves are incomplete{many}: {reason}"
+        text += " (status has the reason of each)"
+    if throw:
+        raise SolveError(text, result)
+    warnings.warn(text, RuntimeWarning, stacklevel=depth)
+    return result
+
+
 def resume(
     path: str | os.PathLike[str], *, executor: Executor | None = None, progress: bool = True
 ) -> xr.Dataset:
@@ -125,9 +146,17 @@ def resume(
         damaged or of a problem that cannot be rebuilt.
     KeyboardInterrupt
         If it is interrupted; a note says what is safe and how to go on.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with the most common reason.
     """
     check_executor(executor)
-    progress = check.flag("progress", progress)
+    return told(_resumed(path, executor, check.flag("progress", progress)))
+
+
+def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from symhbm import check
 from symhbm.fourier import FloatArray, FourierBasis
-from symhbm.friction import LocatedFriction, full_stick, limit_excess
+from symhbm.friction import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
 
 
 def locate_sampled(
@@ -91,7 +91,7 @@ def locate_sampled(
         vector=vector,
         slip=state,
         excess=excess,
-        excess_gradient=(high - low) / np.where(moves, spread, np.inf)[:, None],
+        excess_gradient=(high - low) / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
         theta_0=np.where(simple, motion.first * step, np.nan),
         theta_star=np.where(
             simple & state, (motion.first + n_stick[:, 0] + 1) % samples * step, np.nan

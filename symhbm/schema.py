@@ -11,7 +11,7 @@ import xarray as xr
 
 from symhbm import check
 from symhbm.branch import Task
-from symhbm.names import PARAMETERS, VARIABLES, meaning
+from symhbm.names import PARAMETERS, SLOPES, VARIABLES, derivative, meaning
 from symhbm.point import Table
 from symhbm.provenance import Parts, with_provenance
 from symhbm.residual import HarmonicBalance
@@ -115,6 +115,10 @@ def label(call: Parts, sweep: Sweep, task: Task, results: Table) -> xr.Dataset:
         axis = next((axis for axis in ("peak", "event") if key.startswith(f"{axis}_")), along)
         n_axes = stacked.ndim - 1 - len(meaning(name).inner)
         variables[name] = _variable(name, sweep, stacked, (axis, "solution")[:n_axes])
+        if name in SLOPES:
+            dims, values, about = variables[name]
+            about = about | {"units": derivative("amplitude", task.name).units}
+            variables[name] = dims, values, about
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
     problem = json.loads(call.attributes["problem"]) | {"harmonics": harmonics}
     coordinates = dict(call.coordinates)

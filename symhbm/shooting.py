@@ -163,9 +163,9 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
         bounded = LinearPieces(balance.with_parameters(cubic_stiffness=0.0), frequency)
         motion = describe_motion(bounded, np.zeros_like(start), 0, Status.GROWS)
         return replace(motion, periodicity=np.inf)
-    if status == Status.SUCCESS and motion.status == Status.NO_CONVERGENCE:
+    if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
         # What is asked of motions known to round-off is more than the integrator keeps.
-        status = Status.SUCCESS if motion.periodicity <= PERIODIC else Status.NO_CONVERGENCE
+        status = Status.SUCCESS if motion.periodicity <= PERIODIC else Status.NO_MOTION
         motion = replace(motion, status=status)
     return motion
 
@@ -202,8 +202,8 @@ def _periodic_state(pieces: IntegratedPieces, start: FloatArray) -> tuple[FloatA
                     now = trial
                     break
         else:
-            return now.state, iteration, Status.SUCCESS if near else Status.NO_CONVERGENCE
-    return now.state, _ITERATIONS, Status.NO_CONVERGENCE
+            return now.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
+    return now.state, _ITERATIONS, Status.NO_MOTION
 
 
 def _shot(pieces: IntegratedPieces, state: FloatArray, scale: FloatArray) -> _Trial:

@@ -8,9 +8,12 @@ import xarray as xr
 
 from symhbm import check, schema
 from symhbm.angle_solvers import check_angles, solve_angles
+from symhbm.condensed_model import CondensedModel
 from symhbm.curve import FrequencyCurve
 from symhbm.harmonic_sets import check_accuracy
+from symhbm.mean_position import check_mean
 from symhbm.newton import NewtonResult
+from symhbm.plausibility import warn_of_doubts
 from symhbm.point import RADIANS, describe, nothing
 from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance, check_problem
@@ -54,7 +57,7 @@ def solve(
     Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
     values are NaN and ``status`` says why, also where the form with angles as unknowns does not
     apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
-    the others.
+    those on one connected branch, which need not be all.
 
     Raises
     ------
@@ -63,10 +66,25 @@ def solve(
         solver, a harmonic is even, or friction is sampled.
     SolveError
         If nothing converged and ``throw`` is True.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.solve(problem, 19.5).amplitude.values.round(8)
+    array([0.00030797])
     """
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
     problem.check_frequencies("frequency", frequency)
+    if accuracy is None:  # else the set is made complete
+        check_mean(problem)
+    if not isinstance(problem.model, CondensedModel):
+        warn_of_doubts(problem.model, (frequency, frequency))
     if angles is not None:
         check_angles(problem, angles)
     target, wanted = check_accuracy(problem, accuracy), check_stability(problem, stability)

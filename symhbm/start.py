@@ -10,12 +10,15 @@ from symhbm.curve import ParameterCurve
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
+from symhbm.mean_position import is_held
 from symhbm.newton import NewtonResult, newton
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 
 _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""
+_BESIDE = 1.01
+"""Frequency, over that of a resonance without bound, of a response to start from."""
 
 
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
@@ -33,8 +36,12 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     Newton's method starts from the response with all contacts stuck, then from that without
     friction; where responses are unique, first from the one with less residual force. Where both
     fail, the force grows from an amplitude at which every contact sticks and cubic springs do
-    little, and the response there is followed to the full amplitude.
+    little, and the response there is followed to the full amplitude. At a resonance without damping
+    that cubic springs bound, the linear response beside it is the start.
     """
+    if 0 in problem.harmonics and not is_held(problem):
+        nothing = np.zeros(problem.n_unknowns)
+        return NewtonResult(nothing, problem.evaluate(nothing, frequency), 0, Status.NOT_HELD)
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
     stuck = linear_response(problem, frequency)
@@ -48,6 +55,9 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
         return float(np.linalg.norm(balance(unknowns).residual))
 
     starts = [start for start in (stuck, free) if start is not None]
+    if not starts and not problem.single_valued:
+        beside = linear_response(problem, _BESIDE * frequency)
+        starts = [] if beside is None else [beside]
     for start in sorted(starts, key=left) if problem.single_valued else starts:
         results.append(newton(balance, start))
         if results[-1].converged:
@@ -60,7 +70,9 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
         nothing = np.zeros(problem.n_unknowns)
         evaluation = problem.evaluate(nothing, frequency)
         return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
-    return results[-1]
+    # An iterate may be singular where the structure is not.
+    last = results[-1]
+    return last if last.converged else replace(last, status=Status.NO_CONVERGENCE)
 
 
 def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:

@@ -10,13 +10,12 @@ class Status(StrEnum):
     SUCCESS = "success"
     REACHED_END = "the end of the band was reached"
     NO_CONVERGENCE = (
-        "Newton's method did not converge: no better point was found along the last step; "
-        "try a start from a converged neighbour, fewer harmonics, or check the parameters for "
-        "values many orders of magnitude apart"
+        "Newton's method did not converge; try frf over a band that ends here, as its path may "
+        "lead to the response, or check the parameters for values many orders of magnitude apart"
     )
     NO_START = (
-        "no response was found at the start of the band; try another start frequency "
-        "or fewer harmonics"
+        "no response was found at the start of the band; try a band that starts elsewhere, or "
+        "check the parameters for values many orders of magnitude apart"
     )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
@@ -25,7 +24,7 @@ class Status(StrEnum):
     )
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
-        "the points before are valid; try a band that starts beyond this frequency"
+        "the points before are valid; try a band that starts beyond the last of them"
     )
     TURNED_BACK = (
         "the path turned back at a fold and came back to the start of the band without reaching "
@@ -37,7 +36,8 @@ class Status(StrEnum):
     )
     POINTS_MISSING = (
         "the end of the band was reached, but some points are not converged "
-        "(converged is false there, the values are NaN); try fewer harmonics or more damping"
+        "(converged is false there, the values are NaN); the others are valid; try a band that "
+        "starts close to those that are missing"
     )
     ACCURACY_NOT_REACHED = (
         "not every response is as accurate as asked for, with the most harmonics that are tried; "
@@ -54,7 +54,18 @@ class Status(StrEnum):
     )
     SYSTEM_SINGULAR = (
         "the equations are singular at this frequency: an undamped resonance lies here and the "
-        "response is unbounded; add damping or move the frequency"
+        "response is unbounded, or a degree of freedom has neither stiffness nor inertia; add what "
+        "is missing, or move the frequency"
+    )
+    NOT_HELD = (
+        "something moves freely that neither stiffness nor a cubic spring holds: friction alone "
+        "does not determine where it stands in the mean (harmonic 0), and under a force with a "
+        "mean or with even harmonics it drifts and has no periodic motion; add the stiffness that "
+        "holds it, or, where the force has odd harmonics alone, leave 0 and all even harmonics out"
+    )
+    NO_MOTION = (
+        "no periodic motion was found: Newton's method did not converge; try start with a response "
+        "nearby, or check the parameters for values many orders of magnitude apart"
     )
     GROWS = (
         "the motion grows without bound from the start, as cubic springs of negative stiffness "
@@ -117,10 +128,7 @@ class Status(StrEnum):
         "some surveys did not reach the end of the band of frequencies, so that peaks may be "
         "missing; try a narrower frequency band, or frf at such a value"
     )
-    COMPUTATION_FAILED = (
-        "the computation failed; try this parameter set by itself, as symhbm.rebuild of its part "
-        "of the dataset gives it"
-    )
+    COMPUTATION_FAILED = "the computation failed; try this parameter set by itself"
     NOT_STARTED = "nothing was computed yet"
 
 

@@ -1,14 +1,16 @@
 """Parts of walks with their own sets of harmonics, which together make a curve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from symhbm.events import Event, PathPoint
 from symhbm.fourier import FloatArray
+from symhbm.gaps import turns_back
 from symhbm.peaks import Peak
 from symhbm.slopes import amplitude_and_slope, leading
+from symhbm.stations import Station
 from symhbm.status import Status
 from symhbm.truncation import SMALLEST
 from symhbm.walk import Walk
@@ -19,7 +21,8 @@ class Response:
     """A response (n_unknowns,) [m] at a value of the moving parameter, None if it was not found.
 
     ``rung`` tells its set of harmonics, ``error`` what the harmonics left out make, ``solves`` the
-    linear solves spent on it, ``events`` what happens there.
+    linear solves spent on it, ``tangents`` (2, n_unknowns + 1) the directions of the path before
+    and after it, ``events`` what happens there. Across a fold the last entry of tangents is 0.
     """
 
     value: float
@@ -27,12 +30,25 @@ class Response:
     unknowns: FloatArray | None
     error: float
     solves: int
+    tangents: FloatArray | None = None
     events: tuple[Event, ...] = ()
 
     @classmethod
     def of(cls, point: PathPoint, rung: int, error: float) -> "Response":
         """The response at a point of a path."""
-        return cls(point.value, rung, point.unknowns, error, point.solves, point.events)
+        tangents = np.stack([point.before, point.after])
+        if turns_back(point):
+            tangents[:, -1] = 0.0
+        state = point.value, rung, point.unknowns
+        return cls(*state, error, point.solves, tangents, point.events)
+
+    @classmethod
+    def at(cls, value: float, rung: int, station: Station | None, solves: int) -> "Response":
+        """The response at a value that was asked for, None if it was not found."""
+        if station is None:
+            return cls(value, rung, None, np.nan, solves)
+        tangents = np.stack([station.direction] * 2)
+        return cls(value, rung, station.state[:-1], np.nan, solves, tangents)
 
 
 @dataclass(frozen=True)
@@ -40,7 +56,8 @@ class Stretch:
     """The points ``first`` to ``last`` of a walk, and the peaks between them.
 
     ``responses`` are those at all points of the walk, some perhaps with more harmonics than its
-    ``rung``; ``peak_errors``, those of ``peaks`` by truncation.
+    ``rung``; ``between`` those between two of its points, by the number of the first;
+    ``peak_errors``, those of ``peaks`` by truncation.
     """
 
     walk: Walk
@@ -50,6 +67,7 @@ class Stretch:
     responses: list[Response]
     peaks: list[Peak]
     peak_errors: list[float]
+    between: dict[int, list[Response]] = field(default_factory=dict)
 
     def holds(self, value: float) -> bool:
         """Whether a value lies between the first and the last point."""
@@ -68,8 +86,12 @@ class Stretch:
         return cut
 
     def own(self) -> list[Response]:
-        """The responses from the first to the last point."""
-        return self.responses[self.first : self.last + 1]
+        """The responses from the first to the last point, and those between."""
+        return [
+            response
+            for i in range(self.first, self.last + 1)
+            for response in (self.responses[i], *(self.between.get(i, ()) if i < self.last else ()))
+        ]
 
 
 def joined(stretches: list[Stretch]) -> list[Response]:

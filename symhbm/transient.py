@@ -9,6 +9,7 @@ from symhbm import check, schema
 from symhbm.audit import unknowns_of
 from symhbm.exact_motion import ExactMotion
 from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.mean_position import is_held
 from symhbm.periodic_motion import periodic_motion
 from symhbm.point import RADIANS, Table, by_harmonic
 from symhbm.residual import HarmonicBalance, check_problem
@@ -63,6 +64,18 @@ def transient(
         For bad arguments, and for a mass matrix that is not positive definite.
     SolveError
         If nothing converged and ``throw`` is True.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> motion = sh.transient(problem, 19.5)
+    >>> motion.amplitude.values.round(8)
+    array([0.0003079])
     """
     check_problem(problem, whole=True)
     frequency = check.scalar("frequency", frequency, "positive")
@@ -70,11 +83,13 @@ def transient(
     orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
     near = None if start is None else _response(problem, start)
     motion = periodic_motion(problem, RADIANS * frequency, near)
-    result = schema.label_motion(
-        problem, frequency, _describe(problem, motion, orders, n_angles), orders, str(motion.status)
-    )
-    if throw and motion.status != Status.SUCCESS:
-        raise SolveError(f"frequency={frequency:g} Hz: {motion.status}", result)
+    status = motion.status
+    if status == Status.NO_MOTION and not is_held(problem):
+        status = Status.NOT_HELD
+    motion = _describe(problem, motion, orders, n_angles)
+    result = schema.label_motion(problem, frequency, motion, orders, str(status))
+    if throw and status != Status.SUCCESS:
+        raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
     return result
 
 

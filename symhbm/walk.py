@@ -14,14 +14,18 @@ from symhbm.evaluation import Evaluation
 from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED, NewtonResult, newton
-from symhbm.peaks import Peak, find_peaks, unbounded_peak
+from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.overlooked import overlooked
+from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances from a pole, relative to that of the last point before it, to take a path up at."""
+
+_MAX_DEPTH = 4
+"""How often a stretch is walked anew for events that were passed over."""
 
 
 class Walk:
@@ -51,22 +55,22 @@ class Walk:
         self._go(*band, max_points, guess)
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        lost = 0
+        lost, room = 0, max_points
         found = self._solve_anew(start) if guess is None else self._newton(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
-        if found.status == Status.SYSTEM_SINGULAR:
+        if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
-            room = max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
             segment = list(path)
-            self.points += segment
+            room -= len(segment)
             self.rejected += path.rejected
             self.status = path.status
-            peaks, missing = find_peaks(segment, self.corrector, self.each)
-            self.peaks += peaks
+            points, peaks, missing = self._located(self._completed(segment))
+            self.points += points
+            self.peaks += sorted(peaks, key=lambda peak: (self.each * peak.dof, peak.value))
             lost += missing
             if path.status != Status.UNBOUNDED:
                 break
@@ -96,6 +100,58 @@ class Walk:
         if complete and any(self._has_others(self.points[end]) for end in (0, -1)):
             self.status = Status.OTHER_SOLUTIONS
 
+    def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
+        """A path with the events that its steps passed over."""
+        passed = overlooked(points, self.corrector) if self.curve.single_valued else {}
+        path = []
+        for i, here in enumerate(points):
+            path.append(here)
+            if i in passed and depth < _MAX_DEPTH:
+                between = self._walked_anew(here, points[i + 1], passed[i]) or []
+                path += self._completed([here, *between, points[i + 1]], depth + 1)[1:-1]
+        return path
+
+    def _located(
+        self, points: list[PathPoint], depth: int = 0
+    ) -> tuple[list[PathPoint], list[Peak], int]:
+        """A path with its peaks among its points, the peaks, and the number of those not found.
+
+        Where they tell of events that were passed over, the path is walked anew.
+        """
+        located = locate_peaks(points, self.corrector, self.each)
+        path, peaks, lost = [], located.peaks, located.lost
+        for i, here in enumerate(points):
+            path += [here, *located.between.get(i, ())]
+            if i not in located.other_states:
+                continue
+            there = points[i + 1]
+            passed = self._walked_anew(here, there, located.other_states[i])
+            if passed is None or depth == _MAX_DEPTH:
+                lost += 1
+                continue
+            inner, others, missing = self._located([here, *passed, there], depth + 1)
+            path += inner[1:-1]
+            peaks += others
+            lost += missing
+        return path, peaks, lost
+
+    def _walked_anew(
+        self, here: PathPoint, there: PathPoint, value: float
+    ) -> list[PathPoint] | None:
+        """The points between two others, with one at a ``value`` that the path passed over."""
+        walked = [here]
+        for end in (value, there.value):
+            path = Path(
+                self.curve, here.unknowns, walked[-1].value, end, self.corrector, base=walked[-1]
+            )
+            walked += list(path)[1:]
+            self.rejected += path.rejected
+            if path.status != Status.REACHED_END:
+                return None
+        ends = here.slip, there.slip
+        same = any(np.array_equal(walked[-1].slip, slip) for slip in ends)
+        return walked[1:-1] if same else None
+
     def _has_others(self, point: PathPoint) -> bool:
         """Whether another solution is found at the value of a point."""
         linear = linear_response(*self.curve.at(point.value))
@@ -107,27 +163,32 @@ class Walk:
 
         return other_solution(balance, point.unknowns, starts) is not None
 
-    def at(self, value: float) -> list[tuple[FloatArray | None, int]]:
-        """Solutions (n_unknowns,) at a value of the band, in the order of the path.
+    def at(self, value: float) -> list[tuple[Station | None, int]]:
+        """Solutions at a value of the band, in the order of the path.
 
         Each comes with the linear solves it took; None stands for one that was not found.
         """
         found = []
         for here, there in self._segments(value):
             before = self.corrector.solves
-            unknowns = self._between(here, there, value)
-            if unknowns is not None and self._norm(unknowns, value) > ACCEPTED:
+            station = self._between(here, there, value)
+            if station is not None and self._norm(station.state[:-1], value) > ACCEPTED:
                 # A contact changes its state for a moment between two points of the path.
-                anew = self._newton(unknowns, value)
-                unknowns = anew.unknowns if anew.converged else None
-            if unknowns is None and self.curve.single_valued:
-                anew = self._solve_anew(value)
-                unknowns = anew.unknowns if anew.converged else None
-            found.append((unknowns, self.corrector.solves - before))
+                station = self._station(self._newton(station.state[:-1], value), value)
+            if station is None and self.curve.single_valued:
+                station = self._station(self._solve_anew(value), value)
+            found.append((station, self.corrector.solves - before))
         if not found and self.points:
             anew = self._solve_anew(value)
-            found = [(anew.unknowns if anew.converged else None, anew.iterations)]
+            found = [(self._station(anew, value), anew.iterations)]
         return found or [(None, 0)]
+
+    def _station(self, found: NewtonResult, value: float) -> Station | None:
+        """What an iteration at a value ended at, None if that is no solution."""
+        if not found.converged:
+            return None
+        direction = np.append(slope_of(found.evaluation), 1.0)
+        return Station(np.append(found.unknowns, value), direction)
 
     @cached_property
     def _values(self) -> FloatArray:
@@ -142,9 +203,9 @@ class Walk:
         found = [(self.points[i], self.points[j]) for i, j in pairs]
         return found[:1] if self.curve.single_valued else found
 
-    def _between(self, here: PathPoint, there: PathPoint, value: float) -> FloatArray | None:
+    def _between(self, here: PathPoint, there: PathPoint, value: float) -> Station | None:
         if here is there:
-            return here.unknowns
+            return Station(here.state, here.after)
         if self.curve.single_valued:
             share = (value - here.value) / (there.value - here.value)
             guess = np.append(_between(here, there, share), value)
@@ -165,13 +226,13 @@ class Walk:
         near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
         return self._along(path, value) if near_fold else self._correct(guess, here)
 
-    def _correct(self, guess: FloatArray, here: PathPoint) -> FloatArray | None:
+    def _correct(self, guess: FloatArray, here: PathPoint) -> Station | None:
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         found = self.corrector.correct(guess, scale, plane, here.slip)
-        return None if found is None else found.point[:-1]
+        return None if found is None else Station(found.point, found.direction * scale)
 
-    def _along(self, path: Between, value: float) -> FloatArray | None:
+    def _along(self, path: Between, value: float) -> Station | None:
         """Solve along the path: next to a fold two solutions at one value are too close."""
 
         def distance(share: float) -> float:
@@ -185,8 +246,7 @@ class Walk:
             share = float(scipy.optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
         except ArithmeticError:
             return None
-        station = path.solve(share)
-        return None if station is None else station.state[:-1]
+        return path.solve(share)
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
         return self.curve.evaluate(unknowns, value).norm

@@ -153,6 +153,30 @@ def test_more_than_can_be_had_is_said():
         sh.solve(blade(1), 15.0, accuracy=1e-8, throw=True)
 
 
+def test_errors_between_the_points_of_the_path_are_told(monkeypatch):
+    """Values asked for may be less accurate than every point of a path with the same harmonics."""
+    monkeypatch.setattr("symhbm.harmonic_sets.HIGHEST", 9)
+    problem, band, at = blade(1), (10, 13), np.linspace(10, 13, 41)
+
+    def errors(accuracy, at=None):
+        found = sh.frf(problem, band, at=at, accuracy=accuracy)
+        return found.status.item(), found.truncation_error.values
+
+    _, along = errors(1e-9)
+    _, at_values = errors(1e-9, at)
+    accuracy = np.sqrt(along.max() * at_values.max())
+    poor = at_values > accuracy
+    assert 0 < poor.sum() < len(at)
+    assert at_values.max() < 2 * accuracy
+    assert errors(accuracy)[0] == sh.Status.REACHED_END
+    assert errors(accuracy, at[~poor])[0] == sh.Status.REACHED_END
+    status, told = errors(accuracy, at[poor])
+    assert status == sh.Status.ACCURACY_NOT_REACHED
+    np.testing.assert_allclose(told, at_values[poor], rtol=1e-6)
+    with pytest.raises(sh.SolveError, match="truncation_error"):
+        sh.frf(problem, band, at=at[poor], accuracy=accuracy, throw=True)
+
+
 def test_folding_responses():
     """Smooth forces: a geometric fall, and errors measured across the path, as folds move too."""
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)

@@ -139,8 +139,6 @@ def test_matrices_that_do_not_match(name):
 
 
 def test_mass_matrix_is_positive_and_symmetric():
-    with refused("mass_matrix", "> 0", "entry 1 is 0"):
-        model_with("mass_matrix", [[1.0, 0.0], [0.0, 0.0]])
     with refused("mass_matrix", "symmetric", "0.5"):
         model_with("mass_matrix", [[1.0, 0.5], [0.0, 1.0]])
 
@@ -172,11 +170,16 @@ def test_contacts(contacts, word):
         sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=contacts)
 
 
-@pytest.mark.parametrize("name", ["contact_stiffness", "friction_coefficient", "normal_load"])
+CONTACT = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=1.0)
+
+
+@pytest.mark.parametrize("name", CONTACT)
 @pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3], ids=repr)
 def test_contact_parameter_of_a_model(name, value):
     with refused(f"{name}={value!r}"):
-        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **{name: value})
+        sh.Model(
+            np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **CONTACT | {name: value}
+        )
 
 
 @pytest.mark.parametrize("name", [*MATRICES, "contacts", "normal_load", "lumped", "anything"])

@@ -178,6 +178,39 @@ def test_a_band_function_is_the_sum_of_its_poles():
         fast(50.1)
 
 
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 3)])
+def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
+    # The first mode of a chain: what is left once contact and tip are held resonates far above.
+    n = 40
+    ones = np.ones(n)
+    stiffness = sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1]).tocsc()
+    stiffness[-1, -1] = 1.0
+    stiffness = stiffness * (2 * np.pi * 6 / (2 * np.sin(np.pi / (4 * n + 2)))) ** 2
+    mass = sp.eye_array(n)
+    model = sh.Model(
+        mass,
+        0.5 * mass + 1e-5 * stiffness,
+        stiffness,
+        contacts=[(20,)],
+        contact_stiffness=1e3,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    force, band = sh.PointForce(n - 1), (4.9, 8.0)
+    condensed = sh.condense(model, force, band, harmonics, dofs=[n - 1])
+    assert condensed.matrices[1].poles.size == 0
+    one, other = (
+        sh.frf(sh.HarmonicBalance(m, force, harmonics), band, at=[5, 6, 7], progress=False)
+        for m in (model, condensed)
+    )
+    assert other.status == "the end of the band was reached"
+    assert other.n_events == 2
+    expected = one.coefficient.isel(dof=condensed.dofs).values
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(other.coefficient / size, expected / size, atol=ROUND_OFF, rtol=0)
+    np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=ROUND_OFF)
+
+
 def test_the_certificate_holds_between_its_frequencies(pair):
     whole, condensed = pair
     certificate = condensed.model.certificate
@@ -315,10 +348,11 @@ def test_bad_input_names_its_argument(changes, error, message):
 
 def test_an_interior_that_floats_is_refused():
     stiffness = np.diag([1.0, 1.0, 0.0])
-    model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)])
+    none = dict(contact_stiffness=0, friction_coefficient=0, normal_load=0)
+    model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)], **none)
     with pytest.raises(ValueError, match="add to dofs one of each part"):
-        sh.condense(model, sh.PointForce(0), (1, 2))
-    assert sh.condense(model, sh.PointForce(0), (1, 2), dofs=[2]).n_dof == 2
+        sh.condense(model, sh.PointForce(0), (0.1, 0.2))
+    assert sh.condense(model, sh.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
 
 
 @pytest.mark.slow

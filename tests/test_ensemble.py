@@ -126,14 +126,14 @@ def assert_same_peaks(found, expected):
 
 
 def work(problem):
-    """Rejected steps and linear solves per point of the path, without peaks."""
+    """Points, rejected steps and linear solves of the path, without peaks."""
     curve = FrequencyCurve(problem)
     corrector = Corrector(curve)
     start, end = (TWO_PI * hz for hz in BAND)
     path = Path(curve, solve_point(problem, start).unknowns, start, end, corrector)
     points = list(path)
     assert path.status == Status.REACHED_END
-    return path.rejected / len(points), corrector.solves / len(points)
+    return len(points), path.rejected, corrector.solves
 
 
 def test_the_scan_finds_the_closed_form():
@@ -253,10 +253,11 @@ def test_all_peaks_of_two_harmonics(sample):
     [pytest.param(10, id="ten rings"), pytest.param(100, id="all", marks=pytest.mark.slow)],
 )
 def test_work_of_a_curve(n_rings):
-    """Few steps in vain, few linear solves per point, with all onsets and ends of slip."""
-    rejected, solves = zip(*(work(mistuned(sample)) for sample in range(n_rings)), strict=True)
-    assert np.median(rejected) <= 0.06
-    assert np.median(solves) <= 5
+    """Few points, few steps in vain, few linear solves, with all onsets and ends of slip."""
+    points, rejected, solves = np.median([work(mistuned(i)) for i in range(n_rings)], axis=0)
+    assert points <= 230
+    assert rejected <= 15
+    assert solves <= 1250
 
 
 def assorted(sample):

@@ -11,6 +11,9 @@ from scipy.optimize import brentq, minimize_scalar
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from symhbm.contact import locate
+from symhbm.fourier import FourierBasis
+from symhbm.sampled import locate_sampled
 
 TWO_PI = 2 * np.pi
 MU = 0.5
@@ -596,7 +599,8 @@ def test_over_other_parameters():
 def test_reasons_to_stop():
     problem = fig03.problem()
     options = dict(frequency=19.0, max_points=5)
-    curve = sh.follow(problem, "normal_load", (0.5, 50), **options)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.follow(problem, "normal_load", (0.5, 50), **options)
     assert "largest number of points" in str(curve.status.values)
     assert curve.sizes["point"] == 5
     with pytest.raises(sh.SolveError, match="largest number of points") as caught:
@@ -627,7 +631,8 @@ def test_without_damping_at_one_end(band):
     """The response of the free blade at resonance grows as 1/c, to no bound at c = 0."""
     problem = fig03.problem().with_parameters(normal_load=0.0)
     frequency = 100 / TWO_PI
-    curve = sh.follow(problem, "damping", band, frequency=frequency)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.follow(problem, "damping", band, frequency=frequency)
     damping = curve.damping.values
     assert "end of the band was reached" not in str(curve.status.values)
     for value, row in zip(damping, curve.amplitude.values[:, 0], strict=True):
@@ -821,3 +826,38 @@ def test_a_model_without_contacts():
     np.testing.assert_allclose(curve.amplitude[:, 0], exact * curve.force_amplitude, rtol=1e-11)
     with pytest.raises(ValueError, match="contact=0"):
         sh.follow(problem, "normal_load", (0.5, 2), frequency=0.1, contact=0)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])
+@pytest.mark.parametrize("problem", [fig03.problem, fig08.problem], ids=["blade", "ring"])
+def test_down_to_no_force_at_all(problem, harmonics):
+    """Towards rest motions become too small for squares of their inverses; at rest they are 0."""
+    start = problem(harmonics).with_parameters(normal_load=1.0)
+    followed = sh.follow(
+        start, "force_amplitude", (1, 0), frequency=15.0 if problem is fig03.problem else 77.0
+    )
+    assert str(followed.status.values) == sh.Status.REACHED_END
+    assert followed.converged.all()
+    assert float(followed.force_amplitude[-1]) == 0.0
+    np.testing.assert_array_equal(followed.amplitude[-1], 0.0)
+    assert int(followed.n_points) < 60
+    # Below the onset of slip the response is linear.
+    stuck = followed.isel(point=[-3, -2])
+    assert (stuck.contact_state == 0).all()
+    ratio = (stuck.amplitude / stuck.force_amplitude).values
+    np.testing.assert_allclose(ratio[0], ratio[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-170, 1e-305, 5e-324])
+def test_motions_too_small_to_have_an_inverse(size):
+    """They are none: the events of the law are those of rest, up to the mean."""
+    for harmonics in ((1, 3), (0, 1, 2, 3)):
+        basis = FourierBasis(harmonics)
+        motion = size * np.random.default_rng(1).uniform(0.5, 1, (2, basis.n_components))
+        limits = np.array([1e4, 1e6]), np.array([0.0, 1.0])
+        found = locate(basis, motion, *limits)
+        rest = locate(basis, 0 * motion, *limits)
+        for field in ("matrix", "vector", "slip", "excess_gradient", "stick_fraction"):
+            np.testing.assert_array_equal(getattr(found, field), getattr(rest, field))
+        sampled = locate_sampled(basis, motion, *limits, samples=64)
+        assert np.isfinite(sampled.excess_gradient).all()

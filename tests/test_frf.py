@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from closed_forms import OneBlade
+from hypothesis import given
+from hypothesis import strategies as st
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from symhbm import check
+from symhbm.frf import check_grid
 
 EXACT = json.loads(
     (Path(__file__).parent.parent / "data" / "reference" / "exact_values.json").read_text()
@@ -180,7 +184,8 @@ def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
     problem = sh.HarmonicBalance(blade, sh.PointForce())
     pole = 100 / TWO_PI
     for end, peaks in ((pole * (1 - 1e-10), 0), (pole * (1 + 1e-10), 1)):
-        curve = sh.frf(problem, (10, end))
+        with pytest.warns(RuntimeWarning, match="the curve is incomplete: .* without bound"):
+            curve = sh.frf(problem, (10, end))
         assert "without bound" in str(curve.status.values)
         assert int(curve.n_peaks) == peaks
         assert curve.converged.all()
@@ -273,7 +278,8 @@ def test_a_dead_worker_costs_nothing():
 
 
 def test_an_incomplete_curve_says_so():
-    curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
     assert "largest number of points" in str(curve.status.values)
     assert curve.sizes["point"] == 5
     assert curve.converged.all()
@@ -284,7 +290,8 @@ def test_an_incomplete_curve_says_so():
 
 def test_grid_beyond_a_broken_path_is_solved_from_nothing():
     grid = [12.0, 29.0]
-    curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
     assert curve.converged.all()
     assert "largest number of points" in str(curve.status.values)
 
@@ -334,10 +341,11 @@ def test_peaks_of_mistuned_rings_against_a_dense_scan(sample):
         assert amplitude >= level[near].max() * (1 - 1e-9)
 
 
-@pytest.mark.parametrize("load", [282.5, 282.84, 282.843, 283])
-def test_slip_for_a_moment_at_the_top_of_a_resonance(load):
-    """Full stick needs 282.8427 N and more: slip lasts for 1e-4 of the width, or not at all."""
-    curve = sh.frf(fig03.problem().with_parameters(normal_load=load), (10, 30), throw=True)
+@pytest.mark.parametrize("band", [(10, 30), (30, 10)])
+@pytest.mark.parametrize("load", [282.5, 282.84, 282.8427, 282.843, 283])
+def test_slip_for_a_moment_at_the_top_of_a_resonance(load, band):
+    """Full stick needs 282.8431 N and more: slip lasts for 1e-4 of the width, or not at all."""
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=load), band, throw=True)
     omega, amplitude = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load).peaks()[0]
     assert int(curve.n_events) == (0 if load == 283 else 2)
     assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-10)
@@ -399,3 +407,40 @@ def test_corners_on_the_flank_of_a_superharmonic_are_passed():
     there, back = (sh.frf(problem, band, throw=True, progress=False) for band in ((5, 70), (70, 5)))
     # Solved for, to about 1e-12.
     assert there.peak_amplitude.values == pytest.approx(back.peak_amplitude.values, rel=1e-9)
+
+
+def test_round_off_at_an_end_of_the_band_is_the_end():
+    """``arange`` ends a few units of the last place beyond."""
+    grid = np.arange(50, 350.01, 0.1)
+    assert grid[-1] > 350
+    np.testing.assert_array_equal(check_grid(grid, (350, 50))[[0, -1]], [50, 350])
+    np.testing.assert_array_equal(check_grid(grid, (50, 350))[1:-1], grid[1:-1])
+    np.testing.assert_array_equal(check_grid([-1e-17, 0.5, 1 + 1e-12], (0, 1)), [0, 0.5, 1])
+    np.testing.assert_array_equal(check_grid([1e-13, 0.5], (0, 1)), [0, 0.5])
+    with pytest.raises(ValueError, match="ascending"):
+        check_grid([0.5, 1, 1 + 1e-12], (0, 1))
+    for at, words in (
+        ([50.0, 350.00001], "within the band 50 to 350, got 50 to 350.00001"),
+        ([49.99999, 60.0], "50 to 350, got 49.99999 to 60"),
+        ([20.0, 60.0], "50 to 350, got 20 to 60"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            check_grid(at, (50, 350))
+
+
+def test_grids_with_round_off_at_their_ends():
+    problem = fig03.problem().with_parameters(normal_load=3)
+    grid = 15.0 + np.array([-1e-14, 0.5, 1 + 1e-14])
+    response = sh.frf(problem, (15, 16), at=grid, progress=False)
+    assert response.frequency.values.tolist() == [15.0, 15.5, 16.0] != grid.tolist()
+    assert response.converged.all()
+    loads = sh.follow(problem, "normal_load", (0, 3), at=[-1e-18, 3 + 1e-14], frequency=15.0)
+    assert loads.normal_load.values.tolist() == [0.0, 3.0]
+
+
+@given(st.lists(st.floats(-1e12, 1e12), min_size=2, max_size=5))
+def test_different_numbers_do_not_look_alike(values):
+    texts = check.told_apart(*values)
+    assert len(set(texts)) == len(set(values))
+    for text, value in zip(texts, values, strict=True):
+        assert float(text) == pytest.approx(value, rel=1e-5)

@@ -22,8 +22,16 @@ from xarray import DataArray
 
 import symhbm as sh
 from studies.closed_form import OneBlade
+from symhbm.design.arguments import read_space
+from symhbm.design.cases import Cases
+from symhbm.design.certificate import certificate, status_of
+from symhbm.design.descent import Descent, Design
+from symhbm.design.optimum import Held
+from symhbm.design.program import Program
+from symhbm.design.search import Found
 from symhbm.landscape import survey
 from symhbm.status import Status
+from symhbm.sweep import parse
 
 AMPLITUDE = 1e-10
 """Relative; the reference has 13 digits, and responses are solved for to 1e-12."""
@@ -330,6 +338,38 @@ class TestCertificate:
         assert "a smooth peak at 19.496559 Hz" in text
         assert "strict local minimum" in text
         assert "Not proved: that no other design within the bounds is better" in text
+
+
+def held_at(load):
+    """What a search would have found that stopped at a load, and what is said of it."""
+    problem, bands = blade(), (BAND,)
+    program = Program(read_space(problem, "normal_load", BOUNDS, "common"))
+    cases = Cases(problem, parse(problem, None), program.space, [bands])
+    x = np.log([load])
+    states = cases(x)
+    design = Design(x, states, states[0].height)
+    held = Held.of(program, x, states, program.step(states, x, 1e-12))
+    found = Found(design, held, [design], [Descent(design, True, held)])
+    return held, status_of(program, found), certificate(program, found, bands, 1)
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
+def test_a_slope_that_nothing_holds_is_no_optimum(distance):
+    """Beside the best load the response is the same to many digits; its slope is not."""
+    held, status, text = held_at(BEST_LOAD * (1 + distance))
+    # By the closed form, over the logarithm of the load.
+    logarithms = np.log(BEST_LOAD) + np.array([-1, 0, 1]) * 1e-3
+    low, top, high = (
+        np.log(OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * np.exp(at), 1.0, 1.0).peak()[0])
+        for at in logarithms
+    )
+    curvature = (low - 2 * top + high) / 1e-6
+    if abs(distance) < 1e-2:
+        # To first order in the distance, and the digits of the best load.
+        assert held.stationarity == pytest.approx(curvature * abs(distance), rel=0.02, abs=1e-9)
+    assert held.stationarity < 1e-8 or distance
+    assert status == (Status.DESIGN_STALLED if distance else Status.DESIGN_OPTIMAL)
+    assert f"below {max(held.stationarity, 1e-16):.1e} of the response" in text
 
 
 FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))

@@ -23,6 +23,7 @@ VALUES = dict(
     normal_load=10.0,
 )
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+FREE = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=0.0)
 UNEVEN = {name: value * np.array([1.0, 1.1, 0.9, 1.2]) for name, value in VALUES.items()}
 
 
@@ -77,7 +78,7 @@ def test_ring_is_as_written_by_hand():
 
 
 def test_contacts_join_two_degrees_of_freedom_or_one_and_the_ground():
-    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), 2])
+    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), 2], **FREE)
     assert model.contacts == ((2, 0), (1,), (2,))
     assert model.directions.toarray().tolist() == [[-1, 0, 1], [0, 1, 0], [0, 0, 1]]
     free = sh.Model(np.eye(3), np.eye(3), np.eye(3))
@@ -142,7 +143,7 @@ def test_with_parameters_leaves_the_original():
 
 def test_names_of_the_parameters():
     assert set(sh.bladed_disk(3, **VALUES).parameters) == {*VALUES, "cubic_stiffness"}
-    general = sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)])
+    general = sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)], **FREE)
     contact = {"contact_stiffness", "friction_coefficient", "normal_load", "cubic_stiffness"}
     assert set(general.parameters) == contact
     assert general.with_parameters(normal_load=3).normal_load.tolist() == [3.0]
@@ -150,7 +151,7 @@ def test_names_of_the_parameters():
 
 def test_arrays_of_the_caller_stay_theirs():
     matrix, loads, sparse = np.eye(2), np.ones(2), sp.csc_array(np.eye(2))
-    model = sh.Model(matrix, sparse, matrix, contacts=[(0,), (1,)], normal_load=loads)
+    model = sh.Model(matrix, sparse, matrix, contacts=[(0,), (1,)], **FREE | {"normal_load": loads})
     for given in (matrix[0], loads, sparse.data):
         given[0] = 7.0
     assert model.mass_matrix[0, 0] == model.damping_matrix[0, 0] == model.normal_load[0] == 1.0
@@ -161,7 +162,7 @@ def test_arrays_of_the_caller_stay_theirs():
     [
         sh.single_blade(**VALUES),
         sh.bladed_disk(4, **UNEVEN),
-        sh.Model(np.eye(2), np.eye(2), [[2, -1], [-1, 2]], contacts=[(0, 1)], normal_load=2.0),
+        sh.Model(np.eye(2), np.eye(2), [[2, -1], [-1, 2]], contacts=[(0, 1)], **FREE),
     ],
     ids=["blade", "ring", "general"],
 )
@@ -194,7 +195,7 @@ def test_sparse_and_dense_matrices_give_the_same_model(form):
     damping = [[0.1, 0.2, 0.0], [-0.2, 0.1, 0.0], [0.0, 0.0, 0.0]]
     stiffness = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
     given = [form(np.array(matrix)) for matrix in (mass, damping, stiffness)]
-    options: dict[str, Any] = dict(contacts=[(0, 2)], contact_stiffness=2.0, normal_load=1.0)
+    options: dict[str, Any] = dict(contacts=[(0, 2)], **FREE | {"normal_load": 2.0})
     model = sh.Model(*given, **options)
     assert_same(model, sh.Model(mass, damping, stiffness, **options))
     problem = sh.HarmonicBalance(model, sh.PointForce())
@@ -209,3 +210,69 @@ def test_entries_given_twice_add_up():
     twice = sp.coo_array(([1.0, 2.0, 5.0], ([0, 0, 1], [0, 0, 1])), shape=(2, 2))
     model = sh.Model(twice, twice, twice)
     assert model.mass_matrix.toarray().tolist() == [[3.0, 0.0], [0.0, 5.0]]
+
+
+def mass_model(mass):
+    size = mass.shape[0]
+    return sh.Model(mass, 0.5 * sp.eye_array(size), 1e4 * sp.eye_array(size))
+
+
+def consistent(n, sign=1.0):
+    """Masses of ``n`` bilinear squares a side, whose rows are not led by their diagonals."""
+    line = sp.diags_array(
+        [np.full(n, 1.0), np.full(n + 1, 4.0), np.full(n, 1.0)], offsets=[-1, 0, 1]
+    )
+    return sp.csc_array(sp.kron(line, line) * sign)
+
+
+@pytest.mark.parametrize("n", [4, 40])
+def test_mass_matrices_of_finite_elements(n):
+    """Small and large: definite ones, ones without inertia somewhere, and one wrong entry."""
+    mass = consistent(n).tolil()
+    mass_model(mass)
+    free = mass.copy()
+    free[3, :] = free[:, 3] = 0.0
+    mass_model(free)
+    wrong = mass.copy()
+    wrong[n // 2, n // 2 + 1] = wrong[n // 2 + 1, n // 2] = 30.0
+    with pytest.raises(ValueError, match=r"mass_matrix: .*negative kinetic energy"):
+        mass_model(wrong)
+    half = mass.copy()
+    half[3, 3] = 0.0
+    with pytest.raises(ValueError, match=r"mass_matrix: .*entry \(3, 3\) of its diagonal is 0"):
+        mass_model(half)
+
+
+def test_semidefinite_masses_are_let_pass_where_no_inertia_is_needed():
+    """A rod without rotary inertia: its balance is that of the mass on what is left to it."""
+    stiffness = np.array([[2e4, -1e4], [-1e4, 2e4]])
+    contact = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0)
+    rod = sh.Model(np.diag([1.0, 0.0]), 0 * np.eye(2), stiffness, [(0,)], **contact)
+    mass = sh.Model([[1.0]], [[0.0]], [[1.5e4]], [(0,)], **contact)
+    rod, mass = (sh.HarmonicBalance(m, sh.PointForce(amplitude=1.0), (1, 3)) for m in (rod, mass))
+    found, expected = (sh.frf(p, (10, 18), at=[10.0, 15.0], throw=True) for p in (rod, mass))
+    amplitude = found.amplitude.isel(dof=0)
+    np.testing.assert_allclose(amplitude, expected.amplitude.isel(dof=0), rtol=1e-9)
+    assert found.peak_amplitude.values == pytest.approx(expected.peak_amplitude.values, rel=1e-9)
+    assert int(sh.solve(rod, 15.0, stability=True).stability) == -1
+    refusals = (
+        lambda: sh.transient(rod, 15.0),
+        lambda: sh.minimise_peak(rod, "normal_load", (1, 2), progress=False),
+    )
+    for call in refusals:
+        with pytest.raises(
+            ValueError, match=r"mass matrix is positive definite|mass_matrix: expec"
+        ):
+            call()
+
+
+@pytest.mark.parametrize("share", [1.0, 1 + 1e-6, 2.0])
+def test_masses_that_only_round_off_keeps_definite(share):
+    model = [[1.0, 1.0], [1.0, 1.0]] if share == 1 else [[1.0, share], [share, 1.0]]
+    if share > 1:
+        with pytest.raises(ValueError, match="negative kinetic energy"):
+            sh.Model(model, np.eye(2), 1e3 * np.eye(2))
+        return
+    singular = sh.Model(np.array(model) / 3 + 1e-17 * np.eye(2), np.eye(2), 1e3 * np.eye(2))
+    with pytest.raises(ValueError, match="mass_matrix: expected a positive definite"):
+        sh.transient(sh.HarmonicBalance(singular, sh.PointForce()), 1.0)

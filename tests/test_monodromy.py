@@ -342,7 +342,8 @@ def test_contacts_without_spring_or_limit_carry_no_force():
 
 
 def test_impossible():
-    model = sh.Model([[1, 1], [1, 1]], np.eye(2), np.eye(2), contacts=[(0,)], contact_stiffness=1.0)
+    springs = dict(contact_stiffness=1.0, friction_coefficient=0.0, normal_load=0.0)
+    model = sh.Model([[1, 1], [1, 1]], np.eye(2), np.eye(2), contacts=[(0,)], **springs)
     with pytest.raises(np.linalg.LinAlgError):
         multipliers(sh.HarmonicBalance(model, sh.PointForce()), 1.0, np.ones(4))
     with pytest.raises(ArithmeticError, match="too stiff"):

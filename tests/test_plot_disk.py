@@ -194,3 +194,94 @@ def test_blades_that_are_no_sequence(mistuned):
 def test_several_parameter_sets(tuned):
     with pytest.raises(ValueError, match=r"engine_order as well.*isel\(engine_order=0\)"):
         sh.plot.disk(tuned)
+
+
+def sectors(n_blades=7):
+    """Sectors of a root, a middle and a tip; contacts between the roots."""
+    size = 3 * n_blades
+    stiffness = np.zeros((size, size))
+    for first, second, value in [
+        link
+        for root in range(0, size, 3)
+        for link in (
+            (root, root + 1, 4e4),
+            (root + 1, root + 2, 4e4),
+            (root, (root + 3) % size, 1e4),
+        )
+    ]:
+        stiffness[[first, second], [first, second]] += value
+        stiffness[[first, second], [second, first]] -= value
+    stiffness[range(0, size, 3), range(0, size, 3)] += 1e5
+    return sh.Model(
+        np.eye(size),
+        0.2 * np.eye(size),
+        stiffness,
+        contacts=[(root, (root + 3) % size) for root in range(0, size, 3)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+
+
+TIPS = tuple(range(2, 21, 3))
+
+
+def names(figure):
+    return [text.get_text() for text in figure.axes[0].texts]
+
+
+@pytest.mark.parametrize("condensed", [False, True])
+@pytest.mark.parametrize("order", [2, -2])
+def test_blades_are_those_of_the_engine_order(condensed, order):
+    """Not all degrees of freedom: a condensed sector keeps its root too."""
+    force = sh.EngineOrder(order, amplitude=1.0, blades=TIPS)
+    model = sectors()
+    if condensed:
+        model = sh.condense(model, force, (10, 40), dofs=TIPS)
+        assert model.n_dof == 14
+    response = sh.frf(sh.HarmonicBalance(model, force), (10, 40), progress=False)
+    figure = sh.plot.disk(response, angle=0.3)
+    assert names(figure) == [str(blade) for blade in range(7)]
+    assert "nodal diameter 2\n" in title(figure)
+    assert len(tips(figure)) == 7
+    whole = dict(zip(response.get("structure_dof", response.dof).values, range(99), strict=False))
+    given = sh.plot.disk(response, angle=0.3, blades=[whole[tip] for tip in TIPS])
+    np.testing.assert_array_equal(tips(figure), tips(given))
+
+
+def test_blades_that_were_not_kept():
+    force = sh.EngineOrder(2, amplitude=1.0, blades=TIPS)
+    point = sh.solve(sh.HarmonicBalance(sh.condense(sectors(), force, (10, 40)), force), 20.0)
+    with pytest.raises(ValueError, match=r"7 are not in it .*dofs= of condense keeps them"):
+        sh.plot.disk(point)
+    assert names(sh.plot.disk(point, blades=range(7))) == [str(i) for i in range(7)]
+    with pytest.raises(ValueError, match=r"expected all 7 blades, 1 are not in it .*\[2\]"):
+        sh.plot.disk(sh.solve(ring(), 60.0).isel(dof=[0, 1, 3, 4, 5, 6]))
+
+
+def test_blades_that_nothing_tells():
+    """Seven degrees of freedom of one blade are no disk."""
+    stiffness = 4e4 * (2 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1))
+    blade = sh.Model(np.eye(7), 0.2 * np.eye(7), stiffness)
+    point = sh.solve(sh.HarmonicBalance(blade, sh.PointForce(3, amplitude=1.0)), 20.0)
+    with pytest.raises(
+        ValueError, match=r"blades=None: expected .*neither the model nor the force"
+    ):
+        sh.plot.disk(point)
+    assert plt.get_fignums() == []
+    assert len(tips(sh.plot.disk(point, blades=[0, 3, 6]))) == 3
+
+
+def test_blades_of_a_lumped_model_are_known_without_an_engine_order():
+    disk = sh.HarmonicBalance(ring().model, sh.PointForce(2, amplitude=1.0))
+    assert names(sh.plot.disk(sh.solve(disk, 60.0))) == [str(i) for i in range(7)]
+    one = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    with pytest.raises(ValueError, match="a structure of 1 blade: expected at least three"):
+        sh.plot.disk(sh.solve(sh.HarmonicBalance(one, sh.PointForce()), 20.0))

@@ -185,7 +185,14 @@ def test_motionless_contacts():
 def test_contact_without_a_spring():
     """A cubic spring alone: nothing pulls the slider, the load has no effect."""
     model = sh.Model(
-        [[1.0]], [[0.1]], [[1.0]], [(0,)], friction_coefficient=0.5, cubic_stiffness=0.1
+        [[1.0]],
+        [[0.1]],
+        [[1.0]],
+        [(0,)],
+        contact_stiffness=0.0,
+        friction_coefficient=0.5,
+        normal_load=0.0,
+        cubic_stiffness=0.1,
     )
     problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3))
     names = ("contact_stiffness", "normal_load", "cubic_stiffness", "force_amplitude")

@@ -6,8 +6,11 @@ from scipy.integrate import solve_ivp
 
 import symhbm as sh
 from symhbm.monodromy import multipliers
+from symhbm.stability import NEUTRAL, verdict
 
 TURN = 2 * np.pi
+UPPER_FOLD = 1.26753695951261
+"""Of the Duffing oscillator below with one harmonic [rad/s], from its closed form."""
 
 
 def duffing(harmonics=(1,), **changes):
@@ -43,6 +46,58 @@ def test_three_solutions():
     grid = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN])
     order = np.argsort(grid.amplitude.values.ravel())
     assert grid.stability.values.ravel()[order].tolist() == [1, 0, 1]
+
+
+def fastest_growth(omega, amplitude):
+    """Largest real part of the exponents of one harmonic beside a response of the Duffing one.
+
+    ``x = p(t) cos(omega t) + q(t) sin(omega t)`` with the phase turned so that ``q = 0``: small
+    changes obey ``z'' + D z' + J z = 0``.
+    """
+    spring = 0.75 * 0.1 * amplitude**2
+    stiffness = np.array(
+        [
+            [1 - omega**2 + 3 * spring, 0.05 * omega],
+            [-0.05 * omega, 1 - omega**2 + spring],
+        ]
+    )
+    damping = 0.05 * np.eye(2) + 2 * omega * np.array([[0, 1], [-1, 0]])
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
+    exponents = np.linalg.eigvals(state)
+    return exponents[np.abs(exponents.imag) < 1].real.max()
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_growth_however_slow_is_told(distance):
+    """Next to a fold growth vanishes with the root of the distance; its sign stays what it is."""
+    omega = UPPER_FOLD * (1 - distance)
+    # All solutions: [(1 - omega^2 + 3/4 gamma a^2)^2 + (c omega)^2] a^2 = f^2, cubic in a^2.
+    spring, detuning = 0.075, 1 - omega**2
+    square = np.roots(
+        [spring**2, 2 * spring * detuning, detuning**2 + (0.05 * omega) ** 2, -(0.18**2)]
+    )
+    assert np.isreal(square).all()
+    amplitude = np.sort(np.sqrt(square.real))
+    grid = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[omega / TURN]).isel(frequency=0)
+    order = np.argsort(grid.amplitude.values.ravel())
+    # Two roots that nearly meet have the root of all digits.
+    np.testing.assert_allclose(grid.amplitude.values.ravel()[order], amplitude, rtol=1e-7)
+    expected = np.array([fastest_growth(omega, a) for a in amplitude])
+    assert (expected > 0).tolist() == [False, True, False]
+    assert expected[1] < np.sqrt(distance)
+    found = grid.growth_rate.values[order]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    assert grid.stability.values[order].tolist() == [1, 0, 1]
+
+
+@pytest.mark.parametrize("frequency", [1e-3, 1.0, 1e4])
+def test_what_is_neither_growth_nor_decay(frequency):
+    """Only what round-off leaves of no growth at all is not known."""
+    for share in (1.01 * NEUTRAL, 1e-6, 1e-3, 1.0):
+        assert verdict(share * frequency, frequency) == 0
+        assert verdict(-share * frequency, frequency) == 1
+    for share in (0.0, 0.99 * NEUTRAL, -0.99 * NEUTRAL, np.nan):
+        assert verdict(share * frequency, frequency) == -1
 
 
 def test_linear_oscillator_has_its_decay_rate():

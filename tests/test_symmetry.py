@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
+from symhbm.names import SLOPES
 from symhbm.symmetry import find_symmetry
 
 # The solver's tolerance, as asked for; most numbers agree to 1e-12.
@@ -85,7 +86,9 @@ def assert_alike(sector, whole):
             # That of contacts that never slip is round-off of the elastic energy.
             energy = sector.contact_stiffness.values.max() * float(sector.amplitude.max()) ** 2
             scale = max(scale, energy)
-        assert np.nanmax(distance, initial=0.0) <= AGREE * (scale or 1.0), name
+        # Slopes are those of a point within 1e-6 of the solution.
+        most = 1e-5 if name in SLOPES else AGREE
+        assert np.nanmax(distance, initial=0.0) <= most * (scale or 1.0), name
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (1, 3, 5, 7), (0, 1, 2, 3)])

@@ -1,5 +1,8 @@
 """The front door to design: parameters that make the largest response as small as it gets."""
 
+from __future__ import annotations
+
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -28,9 +31,11 @@ from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
 from symhbm.frf import frf
+from symhbm.mean_position import check_mean
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import meaning
 from symhbm.natural_band import natural_band
+from symhbm.plausibility import DOUBT, warn_of_doubts
 from symhbm.provenance import with_provenance
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.runs import check_executor
@@ -55,7 +60,7 @@ def minimise_peak(
     vary: Any = "common",
     statistic: Literal["worst", "mean", "tail"] = "worst",
     tail: float = 0.1,
-    constraint: "LinearConstraint | None" = None,
+    constraint: LinearConstraint | None = None,
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
@@ -124,6 +129,18 @@ def minimise_peak(
         For bad arguments, each named with its value and what is allowed.
     SolveError
         If there is no optimum and ``throw`` is True; its ``result`` is the dataset.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
+    >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
+    (array([3.088579]), True)
     """
     check_problem(problem, whole=True)
     check_executor(executor)
@@ -144,9 +161,12 @@ def minimise_peak(
         raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
     program = Program(space, Statistic(statistic), tail, read_constraint(space, constraint))
     given = read_start(space, start)
+    check_mean(problem)
     if frequency is None:
         frequency = _resonances(problem, sweep, space)
     bands = read_bands(frequency, sweep)
+    moving = {*space.names, *sweep.values}
+    warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
     unknown = None if fresh is None else parse(problem, fresh, "fresh")
@@ -207,7 +227,7 @@ def _search(
     return search(program, cases, given, n_starts, _DESCENTS)
 
 
-def _merged(program: Program) -> "LinearConstraint | None":
+def _merged(program: Program) -> LinearConstraint | None:
     """The constraint on designs whose variables of one parameter are alike."""
     if program.constraint is None:
         return None
@@ -245,10 +265,16 @@ def _responses(
             }
             array = np.reshape(values, shape)
             over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
-    edges = np.array([band for each in bands for band in each])
-    hull = float(edges.min()), float(edges.max())
     best = space.problem(problem, x)
-    return frf(best, hull, over=over or None, executor=executor, progress=progress)
+    with warnings.catch_warnings():
+        # It was said of the problem.
+        warnings.filterwarnings("ignore", message=DOUBT)
+        return frf(best, _hull(bands), over=over or None, executor=executor, progress=progress)
+
+
+def _hull(bands: list[Bands]) -> tuple[float, float]:
+    edges = np.array([band for each in bands for band in each])
+    return float(edges.min()), float(edges.max())
 
 
 def _fresh(

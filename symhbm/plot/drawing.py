@@ -1,6 +1,7 @@
 """What figures share: style, colours, labels, and how a dataset falls into curves."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -92,6 +93,21 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_held(dataset, *names)
+
+
+def check_anything(dataset: xr.Dataset, values: xr.DataArray) -> None:
+    """Raise ValueError where no value of a dataset is known, with what its curves ended with."""
+    if bool(np.isfinite(values).any()):
+        return
+    ends: Counter[str] = Counter()
+    if "status" in dataset.variables:
+        ends.update(map(str, dataset["status"].values.ravel()))
+    told = "".join(f"; status of {count}: {status}" for status, count in ends.most_common(3))
+    more = f"; and {len(ends) - 3} others" if len(ends) > 3 else ""
+    raise ValueError(
+        f"dataset: expected a converged point, there is nothing to draw, all values of "
+        f"{values.name} are NaN{told}{more}"
+    )
 
 
 def check_dims(array: xr.DataArray, allowed: Sequence[str], what: str) -> None:

@@ -1,5 +1,6 @@
 """Operating deflection shapes of disks."""
 
+import json
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -71,17 +72,19 @@ def disk(
     angle
         Instant ``omega t`` [rad]; by default that of the largest displacement.
     blades
-        Degrees of freedom of the blades in their order around the disk; by default all.
+        Places of the blades along ``dof``, in their order around the disk. By default those that
+        the problem knows: all of `symhbm.bladed_disk`, else those of the `symhbm.EngineOrder`.
     ax
         Axes to draw into; by default a new figure.
 
     Raises
     ------
     TypeError, KeyError, ValueError
-        For a dataset of several parameter sets, or without coefficients, and bad arguments.
+        For a dataset of several parameter sets, or without coefficients, for one that does not
+        know its blades, and bad arguments.
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")
-    chosen = _blades(dataset, blades)
+    chosen, names = _blades(dataset, blades)
     shape = _pick(dataset, frequency, peak)
     harmonics = tuple(dataset["harmonic"].values.tolist())
     coefficient = shape.coefficient[chosen]
@@ -97,9 +100,9 @@ def disk(
     with canvas(ax, (5.4, 4.8)) as ax:
         shades = ScalarMappable(Normalize(-factor * top, factor * top), "RdBu_r")
         _draw(ax, instant / top, amplitude / top, shades.to_rgba(factor * instant))
-        _number(ax, chosen)
+        _number(ax, names)
         colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
-        who = "all blades alike" if ahead.all() else f"blade {chosen[leading]} leads"
+        who = "all blades alike" if ahead.all() else f"blade {names[leading]} leads"
         ax.set_title(
             f"{shape.text}, {_diameter(coefficient)}\n"
             f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
@@ -133,17 +136,49 @@ def _diameter(coefficient: FloatArray) -> str:
     return f"nodal diameter {first}{share}"
 
 
-def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> list[int]:
+def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int], list[int]]:
+    """Where blades are along ``dof``, in their order around the disk, and what they are called."""
     check.known("dof", [str(d) for d in dataset["coefficient"].dims], "dimension of coefficient")
     n_dof = dataset.sizes["dof"]
-    given = range(n_dof) if blades is None else blades
-    if isinstance(given, str) or not isinstance(given, Iterable):
+    if blades is None:
+        chosen = _known_blades(dataset)
+        names = list(range(len(chosen)))
+    elif isinstance(blades, str) or not isinstance(blades, Iterable):
         raise TypeError(f"blades={check.shown(blades)}: expected a sequence of integers")
-    chosen = [check.integer(f"blades[{i}]", dof, 0, n_dof - 1) for i, dof in enumerate(given)]
+    else:
+        chosen = [check.integer(f"blades[{i}]", dof, 0, n_dof - 1) for i, dof in enumerate(blades)]
+        names = chosen
     if len(chosen) < 3 or len(set(chosen)) < len(chosen):
-        what = f"dataset: {n_dof} DOF" if blades is None else f"blades={check.shown(blades)}"
+        has = f"a structure of {len(chosen)} blade{'' if len(chosen) == 1 else 's'}"
+        what = f"dataset: {has}" if blades is None else f"blades={check.shown(blades)}"
         raise ValueError(f"{what}: expected at least three different blades")
-    return chosen
+    return chosen, names
+
+
+def _known_blades(dataset: xr.Dataset) -> list[int]:
+    """Where the blades are along ``dof`` that model or excitation tell."""
+    problem = json.loads(dataset.attrs.get("problem", "{}"))
+    force, condensed = problem.get("excitation", {}), problem.get("condensed")
+    size = problem.get("n_dof") if condensed is None else condensed["n_dof"]
+    if problem.get("lumped"):
+        blades = range(size)
+    elif force.get("type") == "EngineOrder":
+        blades = range(size) if force["blades"] is None else force["blades"]
+    else:
+        raise ValueError(
+            "blades=None: expected the degrees of freedom of the blades in their order around the "
+            "disk, as neither the model nor the force tells which they are"
+        )
+    label = "dof" if condensed is None else "structure_dof"
+    place = {int(dof): i for i, dof in enumerate(dataset[label].values)}
+    missing = [dof for dof in blades if dof not in place]
+    if missing:
+        kept = "dofs= of condense keeps them" if condensed else "select all of them"
+        raise ValueError(
+            f"dataset: expected all {len(blades)} blades, {len(missing)} are not in it (degrees of "
+            f"freedom {check.shown(missing)}); {kept}, or blades= tells which to draw"
+        )
+    return [place[dof] for dof in blades]
 
 
 def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Shape:
@@ -246,10 +281,10 @@ def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarr
     ax.set_axis_off()
 
 
-def _number(ax: Axes, chosen: list[int]) -> None:
-    step = -(-len(chosen) // 40)
+def _number(ax: Axes, names: list[int]) -> None:
+    step = -(-len(names) // 40)
     radius = TIP + OFFSET + 0.14
-    for number, turn in list(zip(chosen, _places(len(chosen)), strict=True))[::step]:
+    for number, turn in list(zip(names, _places(len(names)), strict=True))[::step]:
         place = radius * np.cos(turn), radius * np.sin(turn)
         ax.text(*place, str(number), ha="center", va="center", fontsize=8, color="0.25")
 

@@ -10,13 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import product
-from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from symhbm.fourier import FloatArray
-from symhbm.linear import Factorisation
 from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder
@@ -136,24 +133,8 @@ def _margins(conditions: Conditions, bands: Sequence[tuple[float, float]]) -> Fl
     low, high = band_of(summit.frequency, bands)
     margins = np.append(margins, [summit.frequency / low - 1, 1 - summit.frequency / high])
     if summit.kind == SummitKind.CORNER:
-        freed = summit.slip.copy()
-        freed[summit.held] = True
-        stick, slip = (_slope(summit, states) for states in (summit.slip, freed))
-        # The two have different signs; which is on which side stays as it is.
-        margins = np.append(margins, [abs(stick), abs(slip)] if stick * slip < 0 else [-1.0, -1.0])
+        margins = np.append(margins, -np.array(conditions.flanks))
     return margins
-
-
-def _slope(summit: Summit, slip: Any) -> float:
-    """Relative slope of the response over the frequency with contact states held."""
-    at = summit.problem.evaluate(summit.unknowns, summit.frequency, slip)
-    matrix = at.jacobian if sp.issparse(at.jacobian) else np.array(at.jacobian, order="F")
-    change = Factorisation(matrix).solve(-at.by_parameter)
-    if change is None:
-        return 0.0
-    return (
-        float(change[summit.place] @ summit.amplitude_slope) * summit.frequency / summit.amplitude
-    )
 
 
 class _Tracker:
@@ -271,6 +252,7 @@ class _Tracker:
 def _alike(one: Summit, other: Summit) -> bool:
     """Whether two summits are held by the same."""
     same = one.kind == other.kind and one.contact == other.contact
+    same &= (one.loop is None) == (other.loop is None)
     return same and np.array_equal(one.slip, other.slip)
 
 
@@ -284,6 +266,7 @@ def _successors(here: Conditions, aim: Summit) -> list[Summit]:
     else:
         states = list(product((False, True), repeat=len(limits)))
     found: list[Summit] = []
+    aim = replace(aim, loop=None)
     for state in states:
         slip = here.summit.slip.copy()
         slip[limits] = state

@@ -9,7 +9,7 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import click  # noqa: E402
 
 from tests.benchmarks import comparison, own  # noqa: E402
-from tests.benchmarks.table import machine, put_into_readme  # noqa: E402
+from tests.benchmarks.table import machine, write  # noqa: E402
 
 MEASUREMENTS = {
     "blade": comparison.blade,
@@ -24,8 +24,8 @@ MEASUREMENTS = {
 
 @click.command()
 @click.argument("measurements", nargs=-1, type=click.Choice([*MEASUREMENTS]))
-@click.option("--readme", is_flag=True, help="Put the tables between the markers of README.md.")
-def main(measurements: tuple[str, ...], readme: bool) -> None:
+@click.option("--write", "written", is_flag=True, help="Put the tables into docs/benchmarks.md.")
+def main(measurements: tuple[str, ...], written: bool) -> None:
     """Measure CPU times of MEASUREMENTS, by default all, and print them as Markdown tables."""
     sections = [f"Measured by `python -m tests.benchmarks` on {machine()}"]
     click.echo(sections[0])
@@ -33,8 +33,8 @@ def main(measurements: tuple[str, ...], readme: bool) -> None:
         for table in MEASUREMENTS[measurement]():
             sections.append(str(table))
             click.echo(f"\n{table}")
-    if readme:
-        put_into_readme("\n\n".join(sections))
+    if written:
+        write("\n\n".join(sections))
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 ROUNDS = 5
-SLOW, SLOWEST = 1.0, 8.0
-"""CPU seconds of a call from which on one more is enough, or none."""
+SLOW = 1.0
+"""CPU seconds of a call from which on one is enough."""
 
 Prepared = Callable[[], Callable[[], Any]]
 """Prepares a program, which is not timed, and returns what is."""
@@ -29,15 +29,16 @@ def cpu(function: Callable[[], Any]) -> Timed:
 
 
 def take_turns(programs: dict[str, Prepared], rounds: int = ROUNDS) -> dict[str, Timed]:
-    """Best of several calls of each program, after one that warms it up."""
-    first = {name: cpu(prepare()) for name, prepare in programs.items()}
-    best = {name: timed for name, timed in first.items() if timed.seconds >= SLOWEST}
-    for turn in range(rounds):
-        for name, prepare in programs.items():
-            if first[name].seconds < (SLOWEST if turn == 0 else SLOW):
-                found = cpu(prepare())
-                if turn == 0 or found.seconds < best[name].seconds:
-                    best[name] = found
+    """Best of several calls of each program, after one in which it compiles what it compiles."""
+    for prepare in programs.values():
+        prepare()()
+    best = {name: cpu(prepare()) for name, prepare in programs.items()}
+    fast = [name for name, timed in best.items() if timed.seconds < SLOW]
+    for _ in range(rounds - 1):
+        for name in fast:
+            again = cpu(programs[name]())
+            if again.seconds < best[name].seconds:
+                best[name] = again
     return best
 
 

@@ -1,6 +1,7 @@
 """The programs that are compared: each finds the response over a band and its highest peak."""
 
 import importlib
+import warnings
 from collections.abc import Callable
 from types import ModuleType
 from typing import NamedTuple
@@ -74,7 +75,9 @@ def by_pyharm(
         analysis = peer.analysis_of(problem, band, samples, height)
 
         def run() -> Found:
-            analysis.Solve()
+            with warnings.catch_warnings():  # numba's hints to those who wrote it
+                warnings.simplefilter("ignore")
+                analysis.Solve()
             return Found(*peer.peak_of(analysis, problem, band))
 
         return run

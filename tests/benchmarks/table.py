@@ -1,4 +1,4 @@
-"""Tables in Markdown, the machine they are of, and their place in the README."""
+"""Tables in Markdown, the machine they are of, and their place in the documents."""
 
 import importlib.metadata
 import os
@@ -6,7 +6,7 @@ import platform
 from dataclasses import dataclass, field
 from pathlib import Path
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 BEGIN, END = "<!-- benchmarks -->", "<!-- end of benchmarks -->"
 PACKAGES = ("symhbm", "casadi", "numpy", "scipy", "xarray", "numba", "pyHarm-os")
 
@@ -56,11 +56,11 @@ def machine() -> str:
     return f"{model}, {os.cpu_count()} cores, {platform.system()}; {', '.join(versions)}."
 
 
-def put_into_readme(text: str) -> None:
-    """Replace what stands between the two markers of the README."""
-    whole = README.read_text(encoding="utf-8")
-    before, found, rest = whole.partition(BEGIN)
+def write(text: str) -> None:
+    """Replace what stands between the two markers of the page of benchmarks."""
+    whole = PAGE.read_text(encoding="utf-8")
+    before, begun, rest = whole.partition(BEGIN)
     _, closed, after = rest.partition(END)
-    if not (found and closed):
-        raise SystemExit(f"{README}: expected the lines {BEGIN} and {END}")
-    README.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+    if not (begun and closed):
+        raise SystemExit(f"{PAGE}: expected the lines {BEGIN} and {END}")
+    PAGE.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

@@ -1,12 +1,40 @@
-"""The compiled loop that this library is compared with finds the same responses."""
+"""Programs are timed once they have compiled, and the compiled loop finds the same responses."""
 
 import numpy as np
 import pytest
 
 import symhbm as sh
-from tests.benchmarks import problems
+from tests.benchmarks import clock, problems
 
 SAMPLES = 2080
+
+
+def test_compilation_is_not_timed(monkeypatch):
+    now, calls = [0.0], {"slow to compile": 0, "fast": 0, "always slow": 0}
+    monkeypatch.setattr(clock.time, "process_time", lambda: now[0])
+
+    def program(name, first, later):
+        def run():
+            now[0] += later if calls[name] else first
+            calls[name] += 1
+            return name
+
+        return lambda: run
+
+    timed = clock.take_turns(
+        {
+            "slow to compile": program("slow to compile", 28.0, 0.25),
+            "fast": program("fast", 0.5, 0.5),
+            "always slow": program("always slow", 10.0, 10.0),
+        },
+        rounds=3,
+    )
+    assert {name: measured.seconds for name, measured in timed.items()} == {
+        "slow to compile": 0.25,
+        "fast": 0.5,
+        "always slow": 10.0,
+    }
+    assert calls == {"slow to compile": 4, "fast": 4, "always slow": 2}
 
 
 @pytest.mark.slow  # numba compiles for some 20 s
