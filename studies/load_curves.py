@@ -11,11 +11,14 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies.closed_form import OneBlade, one_blade
+from symhbm.drawn import amplitude_between
 
 PUBLISHED_LOAD = 10.0
 """Normal load [N] of the source's tuned disk in Fig. 12."""
 SPACING = 2.2
 """Least distance of the labels of curves [dB]."""
+_FINE = 8
+"""Parts of a stretch between two loads at which a peak is known."""
 
 
 def blade(dataset: xr.Dataset, order: int) -> OneBlade:
@@ -39,6 +42,22 @@ def draw(dataset: xr.Dataset) -> Figure:
 def decibels(amplitude: Any) -> np.ndarray:
     """Return amplitudes [m] in dB re 1 m."""
     return 20 * np.log10(amplitude)
+
+
+def peaks_between(
+    load: np.ndarray, amplitude: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return loads [N] and levels [dB] of the peak over the load, cubic between those it is known.
+
+    ``slope`` is the derivative of the peak by the load [m/N].
+    """
+    place, share = np.divmod(np.arange(_FINE * (len(load) - 1) + 1) / _FINE, 1)
+    i = np.minimum(place.astype(int), len(load) - 2)
+    share = share + (place - i)
+    width = np.log(load[i + 1] / load[i])
+    ends = tuple(width * load[j] * slope[j] for j in (i, i + 1))
+    found = amplitude_between(amplitude[i], amplitude[i + 1], ends, share)
+    return load[i] * np.exp(width * share), decibels(found)
 
 
 def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
