@@ -75,8 +75,8 @@ def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
         ratio = np.append(row.scan_ratio, 1.0)
         level = np.append(row.scan_peak_amplitude, lowest)
         at = np.argsort(ratio)
-        ax.plot(ratio[at] * best, decibels(level[at]), color=color, linewidth=1.6)
-        ax.plot(ratio[at] * best, decibels(level[at]), ".", color=color, markersize=4)
+        # Nothing tells where between two loads another peak takes the lead.
+        ax.plot(ratio[at] * best, decibels(level[at]), ".", color=color, markersize=6)
         ax.plot(best, decibels(lowest), "o", color=color, markeredgecolor="black", markersize=7)
         alone = dataset.sel(engine_order=order).isel(highest_harmonic=0)
         ax.plot(
@@ -105,7 +105,7 @@ def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
     )
     highest = int(dataset.highest_harmonic[-1])
     dots = dict(color="0.4", markersize=6)
-    ax.plot([], [], "-o", markeredgecolor="black", label=f"harmonics up to {highest}", **dots)  # type: ignore
+    ax.plot([], [], "o", markeredgecolor="black", label=f"harmonics up to {highest}", **dots)  # type: ignore
     look = dict(markerfacecolor="white", linewidth=1) | dots
     ax.plot([], [], "--o", label="one harmonic, closed form", **look)  # type: ignore
     ax.legend(loc="upper right")
