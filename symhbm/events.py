@@ -50,8 +50,9 @@ class PathPoint(NamedTuple):
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
     point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
-    of `Corrected`; ``solves``, the linear solves spent since the point before.
+    and ``rate_before`` (n_contacts,), its derivatives by arc length after and before the point;
+    ``amplification`` and ``below`` as of `Corrected`; ``solves``, the linear solves spent since the
+    point before.
     """
 
     state: FloatArray
@@ -61,6 +62,7 @@ class PathPoint(NamedTuple):
     slip: NDArray[np.bool_]
     excess: FloatArray
     rate: FloatArray
+    rate_before: FloatArray
     residual_norm: float
     amplification: float
     below: tuple[int, ...] | None
@@ -87,9 +89,11 @@ class PathPoint(NamedTuple):
         ratio = scale / here
         length = length_of(beyond.direction * ratio)
         after = beyond.direction * scale / length
-        before = after
+        before, rate_before = after, beyond.rate / length
         if beyond is not found:
-            before = found.direction * scale / length_of(found.direction * ratio)
+            length_before = length_of(found.direction * ratio)
+            before = found.direction * scale / length_before
+            rate_before = found.rate / length_before
         return cls(
             state=found.point,
             scale=here,
@@ -98,6 +102,7 @@ class PathPoint(NamedTuple):
             slip=slip,
             excess=found.excess,
             rate=beyond.rate / length,
+            rate_before=rate_before,
             residual_norm=found.residual_norm,
             amplification=found.amplification,
             below=beyond.below,

@@ -11,7 +11,7 @@ from symhbm.fourier import FloatArray
 from symhbm.slopes import TIE, Slopes, Turning, amplitude_and_slope, leading, turning
 from symhbm.stations import Between, Station
 
-_MAX_DEPTH = 5
+_MAX_DEPTH = 8
 _AT_ONCE = 2**16
 """Slopes that are interpolated at once, which bounds the memory of large structures."""
 _AROUND = np.array([-0.1, 0.0, 0.1])
@@ -48,11 +48,13 @@ class Stretches(NamedTuple):
 class Maxima:
     """Maxima of the largest response or of ``each``, by the number of the point before them.
 
-    ``lost`` counts those that could not be solved for.
+    ``lost`` counts those that could not be solved for; ``other_states`` has values at which a
+    contact is in another state than at both ends, by the number of the point before.
     """
 
     def __init__(self, corrector: Corrector, each: bool):
         self.lost = 0
+        self.other_states: dict[int, float] = {}
         self._corrector = corrector
         self._problem = corrector.curve.problem
         self._each = each
@@ -81,6 +83,8 @@ class Maxima:
         candidates = (known.turns | known.unclear) & (known.contends | self._each)
         divided, middles = [], []
         for k in np.flatnonzero(candidates.any(axis=-1)).tolist():
+            if stretches.number[k] in self.other_states:
+                continue
             middle = self._look(stretches.take(k), known.take(k), depth)
             if middle is not None:
                 divided.append(k)
@@ -120,16 +124,18 @@ class Maxima:
         tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
         watched = np.concatenate([watched[:1], watched[~tied]])
         divisible = depth < _MAX_DEPTH * (1 + roots.any())
-        share = 0.5 + 0.25 * (float(roots[1]) - float(roots[0]))
-        if divisible and np.any(known.unclear[watched]):
-            middle = path.solve_between(share)
+        unclear = divisible and bool(np.any(known.unclear[watched]))
+        turning = watched[known.turns[watched]]
+        crests, lost = ([], 0) if unclear else self._crests(path, stretch, known, turning)
+        if divisible and (unclear or lost):
+            middle = path.solve_between(0.5 + 0.25 * (float(roots[1]) - float(roots[0])))
+            if middle is not None and path.other_states:
+                self.other_states[int(stretch.number)] = float(middle.state[-1])
+                return None
             if middle is not None:
                 return middle
-        crests, lost = self._crests(path, stretch, known, watched[known.turns[watched]])
-        if lost and divisible:
-            middle = path.solve_between(share)
-            if middle is not None:
-                return middle
+            if unclear:
+                crests, lost = self._crests(path, stretch, known, turning)
         self.lost += lost
         begin, width = float(stretch.begin), float(stretch.width)
         found = [one._replace(share=begin + width * one.share) for one in crests]

@@ -168,8 +168,7 @@ class Model:
         return check.one_or_each(name, value, self.n_contacts, "contact", bound)
 
     def __reduce__(self):
-        # Through the constructor: unpickled arrays would be writable.
-        return Model, tuple(getattr(self, field.name) for field in fields(self))
+        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
 
     def __repr__(self) -> str:
         kind = "lumped blade" if self.lumped else "degree of freedom"
@@ -276,6 +275,17 @@ def bladed_disk(
         cubic_stiffness=cubic_stiffness,
         lumped=True,
     )
+
+
+def _restored(values: dict[str, Any]) -> Model:
+    """The model that was pickled: it was checked when it was made, but its arrays are writable."""
+    for value in values.values():
+        array = value.data if sp.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    model = object.__new__(Model)
+    model.__dict__.update(values)
+    return model
 
 
 def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:

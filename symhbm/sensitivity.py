@@ -225,7 +225,8 @@ def _derivatives(
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
     summit = Summit.at_peak(problem, peak)
-    for text, contacts in ((TOGETHER, summit.together and summit.held), (STILL, _still(summit))):
+    together = {summit.contact, *summit.together} if summit.together else set()
+    for text, contacts in ((TOGETHER, together), (STILL, _still(summit))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}
     found: _Derivatives = {}

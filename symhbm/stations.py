@@ -95,7 +95,10 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 class Between:
-    """The path between two of its solutions, no event in between, contact states ``slip`` held."""
+    """The path between two of its solutions, no event in between, contact states ``slip`` held.
+
+    ``other_states`` tells that a contact was found in another state there, for a moment.
+    """
 
     def __init__(
         self,
@@ -113,6 +116,7 @@ class Between:
         if measured is None:
             measured = measure(self.curve.single_valued, left, right, self.scale)
         self.normal, self.length = measured.normal, float(measured.length[0])
+        self.other_states = False
         self._slopes = measured.left, measured.right
 
     def interpolate(self, share: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -129,9 +133,29 @@ class Between:
         ``near`` may be another share and the solution there. At an end it is the end itself, with
         its tangent computed anew.
         """
-        left, right = self.left.state, self.right.state
         if share in (0.0, 1.0):
-            return self._with_tangent(right if share else left, self.normal, self.slip)
+            end = self.right if share else self.left
+            return self._with_tangent(end.state, self.normal, self.slip)
+        found = self._corrected(share, near)
+        return None if found is None else Station(found.point, found.direction * self.scale)
+
+    def excess(self, share: float, contact: int) -> tuple[float, float] | None:
+        """Motion of a contact over its limit, and its derivative by the share of the way.
+
+        Positive beyond the limit of its state; None where a contact is, or nothing is found.
+        """
+        found = self._corrected(share)
+        if found is None:
+            return None
+        advance = max(float(np.dot(self.normal, found.direction)), 1e-3)
+        sign = -1.0 if self.slip[contact] else 1.0
+        rate = sign * float(found.rate[contact]) * self.length / advance
+        return sign * float(found.excess[contact]), rate
+
+    def _corrected(
+        self, share: float, near: tuple[float, Station] | None = None
+    ) -> Corrected | None:
+        left, right = self.left.state, self.right.state
         guess = cubic(left, right, self._slopes, share)
         if near is not None and abs(share - near[0]) < _NEAR:
             way = (share - near[0]) * self.length
@@ -141,9 +165,7 @@ class Between:
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
         found = self.corrector.correct(guess, self.scale, plane, self.slip, precision=1e-10)
-        if found is None or not self._holds(found):
-            return None
-        return Station(found.point, found.direction * self.scale)
+        return found if found is not None and self._holds(found) else None
 
     def solve_between(self, share: float) -> Station | None:
         """A solution strictly between both ends, at or near a share of the way.
@@ -164,6 +186,7 @@ class Between:
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
         slip = result.evaluation.friction.slip
+        self.other_states |= bool(np.any(slip != self.slip))
         return self._with_tangent(state, row, slip)
 
     def _with_tangent(
