@@ -15,6 +15,8 @@ from symhbm.hermite import cubic, cubic_top, first_zero
 from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
 """Cosine of the angle by which a path has turned at which no cubic follows it."""
 
@@ -50,9 +52,8 @@ class PathPoint(NamedTuple):
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
     point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    and ``rate_before`` (n_contacts,), its derivatives by arc length after and before the point;
-    ``amplification`` and ``below`` as of `Corrected`; ``solves``, the linear solves spent since the
-    point before.
+    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
+    of `Corrected`; ``solves``, the linear solves spent since the point before.
     """
 
     state: FloatArray
@@ -62,7 +63,6 @@ class PathPoint(NamedTuple):
     slip: NDArray[np.bool_]
     excess: FloatArray
     rate: FloatArray
-    rate_before: FloatArray
     residual_norm: float
     amplification: float
     below: tuple[int, ...] | None
@@ -89,11 +89,9 @@ class PathPoint(NamedTuple):
         ratio = scale / here
         length = length_of(beyond.direction * ratio)
         after = beyond.direction * scale / length
-        before, rate_before = after, beyond.rate / length
+        before = after
         if beyond is not found:
-            length_before = length_of(found.direction * ratio)
-            before = found.direction * scale / length_before
-            rate_before = found.rate / length_before
+            before = found.direction * scale / length_of(found.direction * ratio)
         return cls(
             state=found.point,
             scale=here,
@@ -102,7 +100,6 @@ class PathPoint(NamedTuple):
             slip=slip,
             excess=found.excess,
             rate=beyond.rate / length,
-            rate_before=rate_before,
             residual_norm=found.residual_norm,
             amplification=found.amplification,
             below=beyond.below,
@@ -140,7 +137,7 @@ def first_limit(
         way = _Way(base, over, scale)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
         limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip)
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
         if landed is None or not 0 < way.share(landed.point) < 1.0001:
             return None
         if not landed.crosses:

@@ -75,6 +75,7 @@ ORDER = [
     "shooting",
     "angle_solvers",
     "doubt",
+    "divisions",
     "overlooked",
     "slopes",
     "crests",
