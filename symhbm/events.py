@@ -27,11 +27,12 @@ class EventKind(StrEnum):
     ONSET = "onset of slip"
     END = "end of slip"
     FOLD = "fold"
+    BRANCH = "branch point"
 
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold of the path (contact -1)."""
+    """Change of state of one ``contact``; a fold or a branch point of the path (contact -1)."""
 
     kind: EventKind
     contact: int = -1

@@ -64,6 +64,7 @@ ORDER = [
     "resonances",
     "stations",
     "folds",
+    "branch_points",
     "predictor",
     "continuation",
     "start",

@@ -95,18 +95,22 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     check_held(dataset, *names)
 
 
-def check_anything(dataset: xr.Dataset, values: xr.DataArray) -> None:
-    """Raise ValueError where no value of a dataset is known, with what its curves ended with."""
-    if bool(np.isfinite(values).any()):
-        return
+def check_anything(dataset: xr.Dataset, name: str) -> None:
+    """Raise ValueError where a variable holds no number."""
+    if not np.isfinite(dataset[name]).any():
+        raise nothing_to_draw(dataset)
+
+
+def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
+    """The error of a dataset without a converged point: it tells how its curves ended."""
     ends: Counter[str] = Counter()
     if "status" in dataset.variables:
-        ends.update(map(str, dataset["status"].values.ravel()))
-    told = "".join(f"; status of {count}: {status}" for status, count in ends.most_common(3))
-    more = f"; and {len(ends) - 3} others" if len(ends) > 3 else ""
-    raise ValueError(
-        f"dataset: expected a converged point, there is nothing to draw, all values of "
-        f"{values.name} are NaN{told}{more}"
+        ends.update(str(end) for end in dataset["status"].values.ravel())
+    reasons = "".join(f"; {count} ended with: {end}" for end, count in ends.most_common(3))
+    if len(ends) > 3:
+        reasons += f"; and others, {len(ends)} reasons in all"
+    return ValueError(
+        f"dataset: expected a converged point, there is none, and so nothing to draw{reasons}"
     )
 
 
