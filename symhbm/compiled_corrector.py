@@ -22,6 +22,7 @@ from symhbm.fourier import FloatArray
 from symhbm.native import native
 from symhbm.newton_graph import DONE, correction, tangent
 from symhbm.point_system import SCALARS, point_system
+from symhbm.resonance_count import ResonanceCount
 
 _OFTEN = 50
 """Curves of one structure after which machine code saves more time than it takes to make."""
@@ -38,6 +39,7 @@ class CompiledCorrector:
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_contacts = curve.problem.n_contacts
+        self._count = ResonanceCount(curve)
 
     def correct(
         self,
@@ -85,11 +87,13 @@ class CompiledCorrector:
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        excess, rate = values[SCALARS:].reshape(2, self._n_contacts).copy()
+        excess, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
         sign = 1 if direction[-1] >= 0 else -1
-        below = None if below < 0 else int(below)
         contacts = excess, rate, crosses > 0
-        return Corrected(point, direction, sign, norm, amplification, error, *contacts, below)
+        counted = (
+            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
+        )
+        return Corrected(point, direction, sign, norm, amplification, error, *contacts, counted)
 
 
 def compiled_corrector(curve: Curve) -> CompiledCorrector | None:

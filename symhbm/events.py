@@ -15,6 +15,8 @@ from symhbm.hermite import cubic, cubic_top, first_zero
 from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
 """Cosine of the angle by which a path has turned at which no cubic follows it."""
 
@@ -25,11 +27,12 @@ class EventKind(StrEnum):
     ONSET = "onset of slip"
     END = "end of slip"
     FOLD = "fold"
+    BRANCH = "branch point"
 
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold of the path (contact -1)."""
+    """Change of state of one ``contact``; a fold or a branch point of the path (contact -1)."""
 
     kind: EventKind
     contact: int = -1
@@ -63,7 +66,7 @@ class PathPoint(NamedTuple):
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: int | None
+    below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
 
@@ -135,7 +138,7 @@ def first_limit(
         way = _Way(base, over, scale)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
         limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip)
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
         if landed is None or not 0 < way.share(landed.point) < 1.0001:
             return None
         if not landed.crosses:
@@ -171,7 +174,8 @@ class _Way:
         left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
         first, last = self._base.rate[contact], self._over.rate[contact]
         slopes = float(self._length * first), float(self._speed * last)
-        return first_zero(left, right, (right - left,) * 2 if self._turned else slopes)
+        chord = right - left, right - left
+        return first_zero(left, right, chord if self._turned else slopes)
 
 
 def brief_crossing(

@@ -1,5 +1,7 @@
 """The front doors to curves: responses over the frequency or over any other parameter."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
@@ -19,9 +21,8 @@ from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
 from symhbm.plausibility import warn_of_doubts
 from symhbm.residual import HarmonicBalance, check_problem
-from symhbm.runs import check_executor, check_keep, run
+from symhbm.runs import check_executor, check_keep, run, told
 from symhbm.stability import check_stability
-from symhbm.status import SolveError, Status
 from symhbm.sweep import parse
 
 Peaks = Literal["largest", "each"]
@@ -87,11 +88,12 @@ def frf(
     archive
         NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
         in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
-        an interruption, and returns a finished archive at once.
+        an interruption; of a finished archive nothing is computed, which a line on stderr says
+        where ``progress`` is shown. The checksum of the whole archive is compared each time.
     executor
         Where parameter sets are computed; by default in this process.
     throw
-        Raise SolveError when a curve is incomplete instead of returning its status.
+        Raise SolveError when a curve is incomplete, instead of a warning.
     progress
         Show a bar when the sweep takes longer than a few seconds.
     max_points
@@ -111,6 +113,27 @@ def frf(
         If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    KeyboardInterrupt
+        If it is interrupted; a note says what is safe and how to go on.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
+    >>> response.peak_amplitude.sel(normal_load=3).values.round(8)
+    array([0.00030849])
+    >>> sh.frf(problem, (10, 30), at=[15, 20, 25]).amplitude.sel(frequency=20).values.round(8)
+    array([0.00029952])
     """
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
@@ -177,6 +200,23 @@ def follow(
         If the archive is one of another computation, is in use, or cannot be written.
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.follow(problem, "normal_load", (0.1, 100), frequency=19.5)
+    >>> loads.event_kind.values, loads.event_normal_load.values.round(6)
+    (array(['end of slip'], dtype=object), array([4.009054]))
     """
     check_problem(problem)
     bound = check_parameter(problem, parameter)
@@ -207,6 +247,7 @@ def _run(
     progress: bool,
 ) -> xr.Dataset:
     check_executor(executor)
+    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
     peaks = options["peaks"]
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
@@ -231,12 +272,7 @@ def _run(
         keep=check_keep(options["keep"]),
     )
     task.curve(problem)
-    result = run(problem, sweep, task, archive, executor, progress)
-    ends = result["status"].values.ravel()
-    bad = [end for end in ends if end != Status.REACHED_END]
-    if throw and bad:
-        raise SolveError(f"{len(bad)} of {len(ends)} curves: {bad[0]}", result)
-    return result
+    return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)
 
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:

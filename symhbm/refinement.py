@@ -20,7 +20,8 @@ from symhbm.harmonic_sets import HarmonicSets
 from symhbm.newton import newton, slope_of
 from symhbm.peaks import Peak
 from symhbm.residual import HarmonicBalance
-from symhbm.resonances import LARGEST_SIZE, reduced
+from symhbm.resonance_count import LARGEST_SIZE
+from symhbm.resonances import reduced
 from symhbm.status import Status
 from symhbm.stretches import Response, Stretch, agree, merged
 from symhbm.superharmonics import superharmonics

@@ -13,7 +13,8 @@ from scipy.linalg import solve_triangular
 from symhbm.contact import stick_intervals
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.residual import HarmonicBalance
-from symhbm.resonances import LARGEST_SIZE, Reduced, reduced
+from symhbm.resonance_count import LARGEST_SIZE
+from symhbm.resonances import Reduced, reduced
 
 
 class Superharmonics(NamedTuple):

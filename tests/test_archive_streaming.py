@@ -251,7 +251,7 @@ def test_any_other_file_is_refused(tmp_path):
     path.write_text("no archive")
     with pytest.raises(sh.ArchiveError, match="no NetCDF file"):
         call("path", archive=path)
-    sh.save(sh.solve(BLADE, 20.0), path)
+    sh.save(sh.solve(BLADE, 20.0), path, overwrite=True)
     with pytest.raises(sh.ArchiveError, match="another computation"):
         call("path", archive=path)
     path.unlink()

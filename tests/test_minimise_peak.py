@@ -355,7 +355,7 @@ def held_at(load):
 
 @pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
 def test_a_slope_that_nothing_holds_is_no_optimum(distance):
-    """A millionth beside the best load the response is the same to twelve digits; its slope is not."""
+    """Beside the best load the response is the same to many digits; its slope is not."""
     held, status, text = held_at(BEST_LOAD * (1 + distance))
     # By the closed form, over the logarithm of the load.
     logarithms = np.log(BEST_LOAD) + np.array([-1, 0, 1]) * 1e-3

@@ -91,7 +91,8 @@ def test_many_curves_of_two_parameters():
     assert len(first) == 9
     for line, load in zip(first, family.normal_load, strict=True):
         expected = family.amplitude.sel(normal_load=load, damping=0.5).max("dof")
-        np.testing.assert_array_equal(line.get_ydata(), 20 * np.log10(expected))
+        known = np.isin(line.get_xdata(), family.frequency)
+        np.testing.assert_array_equal(line.get_ydata()[known], 20 * np.log10(expected))
 
 
 def test_samples_are_thin_lines_alike():

@@ -236,7 +236,8 @@ def test_a_set_that_fails_has_what_is_kept(monkeypatch):
         return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", failing)
-    curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
+    with pytest.warns(RuntimeWarning, match="1 of 2 curves are incomplete: .*ArithmeticError"):
+        curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
     assert "ArithmeticError" in str(curves.status.values[1])
     assert np.isfinite(curves.peak_amplitude[0]).all()
     assert curves.peak_amplitude[1].isnull().all()

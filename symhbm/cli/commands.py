@@ -167,8 +167,14 @@ def plot(
     metavar="FILE",
     help="Write the archive with the figures of every point to this file.",
 )
+@click.option("--overwrite", is_flag=True, help="Replace an existing file.")
 def verify(
-    archive: Path, points: str, exact: str, bounds: tuple[str, ...], output: Path | None
+    archive: Path,
+    points: str,
+    exact: str,
+    bounds: tuple[str, ...],
+    output: Path | None,
+    overwrite: bool,
 ) -> int:
     """Recompute every point of ARCHIVE from itself alone.
 
@@ -186,6 +192,8 @@ def verify(
     """
     limits = dict(map(bound, bounds))
     check_place(output)
+    if output is not None and output.exists() and not overwrite:
+        raise FileExistsError(f"--output {output}: there is such a file; --overwrite replaces it")
     with opened(archive) as dataset:
         verified = sh.verify(
             dataset,
@@ -195,6 +203,6 @@ def verify(
             progress=sys.stderr.isatty(),
         )
         if output is not None:
-            sh.save(verified, output)
+            sh.save(verified, output, overwrite=overwrite)
     click.echo(summary(verified))
     return 0 if json.loads(verified.attrs["verification"])["passed"] else BROKEN

@@ -50,5 +50,7 @@ def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     kept = {*set_dimensions(dataset), "dof"}
     largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
     complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
+    if not largest.where(complete).notnull().any():
+        raise sh.plot.drawing.nothing_to_draw(dataset)
     about = {"long_name": "largest displacement of all points", "units": "m"}
     return largest.where(complete).assign_attrs(about)
