@@ -53,8 +53,8 @@ SHRUNK = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
 
-    Folds, branch points, onsets and ends of slip are points of their own. ``status`` tells why it
-    ended,
+    ``base`` may be a point of another path to go on from, in its contact states. Folds, branch
+    points, onsets and ends of slip are points of their own. ``status`` tells why it ended,
     ``rejected`` counts the steps tried in vain.
     """
 
@@ -66,12 +66,14 @@ class Path:
         end: float,
         corrector: Corrector | None = None,
         max_points: int = 5000,
+        base: PathPoint | None = None,
     ):
         self.corrector = corrector or Corrector(curve)
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
-        self._begin = np.append(unknowns, float(start))
+        self._begin = np.append(unknowns, float(start)) if base is None else base.state
+        self._base = base
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -144,6 +146,12 @@ class Path:
         return accepted
 
     def _first(self) -> PathPoint | None:
+        if self._base is not None:
+            base = self._base
+            row = base.after / base.scale
+            found = self.corrector.tangent(base.state, base.scale, row, base.slip)
+            self._orientation = 0 if found is None else found.sign
+            return None if found is None else base
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
         if evaluation.norm > TOLERANCE:
             return None

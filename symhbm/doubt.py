@@ -1,80 +1,92 @@
-"""How far the slopes between two points of a path may be from what is interpolated.
+"""How far what is interpolated between two points of a path may be from the path.
 
 The cubic through the two points before a stretch, or after it, tells what the far end of the
 stretch should be like. As far as it is not like that, the path has more to it than a cubic.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic_slope
-from symhbm.stations import Measure, Station, along
+from symhbm.stations import Measure, Station, ahead
 
-_INSIDE = 0.0962
-"""A cubic's largest error of the slope between its points, over h^2 / ((h + a) (2 h + a)) and that
-of the slope at ``h`` beyond points ``a`` apart, where the fourth derivative is constant."""
-_CAUTION = 16.0
+CAUTION = 16.0
 """What the fourth derivative may be over that which the neighbours tell."""
+_SLOPE, _VALUE = 0.0962, 1 / 32
+"""Largest errors of the slope and the value of a cubic between its points, if its fourth derivative
+is constant, over what is told by `unforeseen`."""
 _BEND = 0.5
 """Part of the third derivative's share in a slope that is doubted where no neighbour tells."""
 _AHEAD = 0.3
 """Part of a neighbour's tangent along a stretch from which it tells something of it."""
 
 
-def doubt(
-    measured: Measure,
-    left: Station,
-    right: Station,
-    scale: FloatArray,
-    before: Station,
-    after: Station,
-    n_components: int,
-) -> FloatArray:
-    """Error of interpolated slopes of each degree of freedom, by the length, (..., n_dof).
+class Known(NamedTuple):
+    """Quantities at a solution, or several, and their derivatives along its tangent, (..., n)."""
 
-    ``before`` and ``after`` are the points next to the stretches, NaN where there are none or an
+    station: Station
+    value: FloatArray
+    rate: FloatArray
+
+    def turned(self) -> "Known":
+        """The same, looking the other way."""
+        station = Station(self.station.state, -self.station.direction)
+        return Known(station, self.value, -self.rate)
+
+
+def slope_errors(measured: Measure, scale: FloatArray, *known: Known) -> FloatArray:
+    """Errors that interpolated slopes may have, by the length, (..., n).
+
+    ``known``: before a stretch, at both its ends and after it, NaN where there is nothing or an
     event stands between.
     """
+    return CAUTION * _SLOPE * _unforeseen(measured, scale, *known, _BEND / (CAUTION * _SLOPE))
+
+
+def value_errors(measured: Measure, scale: FloatArray, *known: Known) -> FloatArray:
+    """Errors that interpolated values may have, (..., n); arguments as of `slope_errors`."""
+    error = _unforeseen(measured, scale, *known, _BEND / (CAUTION * _SLOPE))
+    return CAUTION * _VALUE * np.abs(measured.length) * error
+
+
+def _unforeseen(
+    measured: Measure,
+    scale: FloatArray,
+    before: Known,
+    left: Known,
+    right: Known,
+    after: Known,
+    bend: float,
+) -> FloatArray:
+    """Slopes at an end that neighbours do not foretell, weighed by how far these reach."""
     normal, length = measured.normal, np.where(measured.length == 0, 1.0, measured.length)
-    ends = along(left, normal, scale), along(right, normal, scale)
-    bend = 1.5 * ((right.state - left.state) / length - (ends[0] + ends[1]) / 2)
-    found = [
-        _unexpected(normal, length, left, ends[1], scale, before),
-        _unexpected(-normal, length, _turned(right), -ends[0], scale, _turned(after)),
-    ]
-    told = np.isfinite(found).any(axis=(0, -1))[..., None]
-    errors = [_of_each(error, n_components) for error in found]
-    return np.where(told, np.fmax(errors[0], errors[1]), _BEND * _of_each(bend, n_components))
+    onward = _not_foretold(normal, length, scale, before, left, right)
+    back = _not_foretold(-normal, length, scale, after.turned(), right.turned(), left.turned())
+    slopes = [each.rate / ahead(each.station, normal, scale) for each in (left, right)]
+    alone = 1.5 * ((right.value - left.value) / length - (slopes[0] + slopes[1]) / 2)
+    largest = np.fmax(np.abs(onward), np.abs(back))
+    return np.where(np.isnan(largest), bend * np.abs(alone), largest)
 
 
-def _unexpected(
+def _not_foretold(
     normal: FloatArray,
     length: FloatArray,
-    near: Station,
-    slope: FloatArray,
     scale: FloatArray,
-    beyond: Station,
+    beyond: Known,
+    near: Known,
+    far: Known,
 ) -> FloatArray:
-    """What the slope at a far end tells of errors in between, NaN where a neighbour tells nothing.
-
-    ``slope`` is that at the far end; ``beyond``, the point on the other side of the near end.
-    """
-    distance = np.sum(normal * (near.state - beyond.state) / scale, axis=-1, keepdims=True)
-    ahead = np.sum(normal * beyond.direction / scale, axis=-1, keepdims=True)
-    size = np.linalg.norm(beyond.direction / scale, axis=-1, keepdims=True)
-    tells = (distance > 0) & (ahead > _AHEAD * size)
-    distance = np.where(tells, distance, np.nan)
-    tangents = tuple(distance * along(station, normal, scale) for station in (beyond, near))
-    share = 1 + length / distance
-    expected = cubic_slope(beyond.state, near.state, tangents, share) / distance
-    weight = _INSIDE * length**2 / ((length + distance) * (2 * length + distance))
-    return _CAUTION * weight * (slope - expected)
-
-
-def _turned(station: Station) -> Station:
-    return Station(station.state, -station.direction)
-
-
-def _of_each(error: FloatArray, n_components: int) -> FloatArray:
-    parts = error[..., :-1].reshape(*error.shape[:-1], -1, n_components)
-    return np.linalg.norm(parts, axis=-1)
+    """The same at the far end by what is beyond the near end, NaN where that tells nothing."""
+    chord = (near.station.state - beyond.station.state) / scale
+    distance = np.sum(normal * chord, axis=-1, keepdims=True)
+    tangent = beyond.station.direction / scale
+    along = np.sum(normal * tangent, axis=-1, keepdims=True)
+    tells = along > _AHEAD * np.linalg.norm(tangent, axis=-1, keepdims=True)
+    distance = np.where(tells & (distance > 0), distance, np.nan)
+    slopes = [each.rate / ahead(each.station, normal, scale) for each in (beyond, near, far)]
+    tangents = distance * slopes[0], distance * slopes[1]
+    expected = cubic_slope(beyond.value, near.value, tangents, 1 + length / distance) / distance
+    reach = length**2 / ((length + distance) * (2 * length + distance))
+    return reach * (slopes[2] - expected)

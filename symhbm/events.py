@@ -15,6 +15,8 @@ from symhbm.hermite import cubic, cubic_top, first_zero
 from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
 """Cosine of the angle by which a path has turned at which no cubic follows it."""
 
@@ -136,7 +138,7 @@ def first_limit(
         way = _Way(base, over, scale)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
         limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip)
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
         if landed is None or not 0 < way.share(landed.point) < 1.0001:
             return None
         if not landed.crosses:

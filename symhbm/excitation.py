@@ -140,6 +140,13 @@ class HarmonicForce(_Named):
 
     ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, dimensionless
     where ``amplitude`` is in N.
+
+    Examples
+    --------
+    Unit force on the first of two degrees of freedom, and a tenth of it at the third harmonic:
+
+    >>> import symhbm as sh
+    >>> force = sh.HarmonicForce(cosine={1: [1, 0]}, sine={3: [0.1, 0]}, amplitude=2.0)
     """
 
     cosine: Mapping[int, ArrayLike] = field(default_factory=dict)

@@ -120,6 +120,20 @@ def frf(
     -----
     RuntimeWarning
         If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
+    >>> response.peak_amplitude.sel(normal_load=3).values.round(8)
+    array([0.00030849])
+    >>> sh.frf(problem, (10, 30), at=[15, 20, 25]).amplitude.sel(frequency=20).values.round(8)
+    array([0.00029952])
     """
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
@@ -191,6 +205,18 @@ def follow(
     -----
     RuntimeWarning
         If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.follow(problem, "normal_load", (0.1, 100), frequency=19.5)
+    >>> loads.event_kind.values, loads.event_normal_load.values.round(6)
+    (array(['end of slip'], dtype=object), array([4.009054]))
     """
     check_problem(problem)
     bound = check_parameter(problem, parameter)

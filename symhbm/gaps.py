@@ -18,7 +18,7 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED
+from symhbm.newton import ACCEPTED, newton, slope_of
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import Slopes
 from symhbm.stations import Between, Station, measure
@@ -151,22 +151,35 @@ def _error(drawn: FloatArray, expected: FloatArray, each: bool) -> FloatArray:
 
 def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
     """The solution at a share of the way, if it stands with all contacts free."""
-    curve, ends = corrector.curve, (gap.left, gap.right)
+    curve = corrector.curve
     if curve.single_valued:
-        width = gap.right.state[-1] - gap.left.state[-1]
-        slopes = tuple(width * end.direction / end.direction[-1] for end in ends)
-        guess = cubic(gap.left.state, gap.right.state, slopes, share)
-        scale = curve.scale(guess)
-        plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
-        corrected = corrector.correct(guess, scale, plane, before.slip)
-        if corrected is None:
-            return None
-        found = Station(corrected.point, corrected.direction * scale)
+        found = _at_value(gap, corrector, before, share)
     else:
-        along = Between(corrector, *ends, before.slip).solve(share)
-        low, high = sorted(end.state[-1] for end in ends)
-        if along is None or not low < along.state[-1] < high:
+        found = Between(corrector, gap.left, gap.right, before.slip).solve(share)
+        low, high = sorted(end.state[-1] for end in (gap.left, gap.right))
+        if found is None or not low < found.state[-1] < high:
             return None
-        found = along
+    if found is None:
+        return None
     norm = curve.evaluate(found.state[:-1], float(found.state[-1])).norm
     return found if norm <= ACCEPTED else None
+
+
+def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
+    """The solution at a share of the way over the parameter."""
+    curve, left, right = corrector.curve, gap.left, gap.right
+    width = right.state[-1] - left.state[-1]
+    slopes = tuple(width * end.direction / end.direction[-1] for end in (left, right))
+    guess = cubic(left.state, right.state, slopes, share)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
+    found = corrector.correct(guess, scale, plane, before.slip)
+    if found is not None and not found.crosses:
+        return Station(found.point, found.direction * scale)
+    value = float(guess[-1])
+    anew = newton(lambda unknowns: curve.evaluate(unknowns, value), guess[:-1])
+    corrector.solves += anew.iterations
+    if not anew.converged:
+        return None
+    direction = np.sign(width) * np.append(slope_of(anew.evaluation), 1.0)
+    return Station(np.append(anew.unknowns, value), direction)

@@ -61,6 +61,9 @@ VARIABLES = {
     "residual_norm": Variable(
         (), "1", "largest residual over the largest sum of absolute force terms"
     ),
+    "condensation_error": Variable(
+        (), "1", "distance of the response of what is kept from solving all equations, relative"
+    ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
     "sampling_error": Variable(
         (), "1", "error of the response by sampling the friction law, to first order, relative"

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.crests import FLAT, Crest, PeakKind
-from symhbm.events import EventKind, PathPoint
+from symhbm.divisions import Stretches
+from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
-from symhbm.maxima import Maxima, Stretches
+from symhbm.maxima import Maxima
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import STILL, Slopes, amplitude_and_slope, leading
@@ -43,20 +43,23 @@ class Peak:
 
 
 class Located(NamedTuple):
-    """The peaks of a path, its points with those of the peaks, and the number of maxima lost."""
+    """The peaks of a path, and the points of those ``between`` two points by the number before.
+
+    ``lost`` counts maxima that could not be solved for; ``other_states`` has a value between two
+    points at which a contact is in another state than at both: events were passed over, and
+    nothing is told of that stretch.
+    """
 
     peaks: list[Peak]
-    points: list[PathPoint]
+    between: dict[int, list[PathPoint]]
     lost: int
+    other_states: dict[int, float]
 
 
 def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = False) -> Located:
-    """Peaks between the first and the last of ``points``, of the largest or of ``each`` response.
-
-    Every one is a point of the path that is returned.
-    """
+    """Peaks between the first and the last of ``points``: of the largest or of each response."""
     if len(points) < 2:
-        return Located([], points, 0)
+        return Located([], {}, 0, {})
     found = _Peaks(corrector, each)
     problem = corrector.curve.problem
     state = np.array([point.state for point in points])
@@ -68,48 +71,17 @@ def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = Fal
         if here.events:
             found.at_event(before[i], after[i])
     maxima = Maxima(corrector, each)
-    crests = maxima.between(_stretches(points, before, after))
-    path = []
-    for i, here in enumerate(points):
-        path.append(here)
-        if i in crests:
-            path += found.between(crests[i], after[i], before[i + 1], here)
+    crests = maxima.between(Stretches.of(points, before, after))
+    between = {}
+    for i, several in crests.items():
+        if i not in maxima.other_states:
+            added = found.between(several, after[i], before[i + 1], points[i])
+            if added is None:
+                maxima.other_states[i] = float(several[0].at.state[-1])
+            else:
+                between[i] = added
     peaks = sorted(found.peaks, key=lambda peak: (each * peak.dof, peak.value))
-    return Located(peaks, path, found.lost + maxima.lost)
-
-
-def _stretches(points: list[PathPoint], before: Slopes, after: Slopes) -> Stretches:
-    """From each point to the next, but where the response drowns its balance."""
-    smooth = ~np.array([bool(point.events) for point in points])
-    nothing = np.full_like(before.state[:1], np.nan)
-
-    def beside(station: Slopes, ahead: bool) -> Station:
-        tells = (smooth[1:] if ahead else smooth[:-1])[:, None]
-        parts = [
-            (values[2:], nothing) if ahead else (nothing, values[:-2])
-            for values in (station.state, station.direction)
-        ]
-        return Station(*(np.where(tells, np.concatenate(part), np.nan) for part in parts))
-
-    onset, end = (
-        np.array([any(event.kind == kind for event in p.events) for p in points])
-        for kind in (EventKind.ONSET, EventKind.END)
-    )
-    drowned = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
-    count = len(points) - 1
-    every = Stretches(
-        number=np.arange(count),
-        begin=np.zeros(count),
-        width=np.ones(count),
-        left=after[:-1],
-        right=before[1:],
-        before=beside(after, ahead=False),
-        after=beside(before, ahead=True),
-        scale=np.array([point.scale for point in points[:-1]]),
-        slip=np.array([point.slip for point in points[:-1]]),
-        roots=np.stack([onset[:-1], end[1:]], axis=-1),
-    )
-    return every.take(~(drowned[:-1] | drowned[1:]))
+    return Located(peaks, between, maxima.lost, maxima.other_states)
 
 
 def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatArray) -> Peak:
@@ -130,7 +102,6 @@ class _Peaks:
         self.corrector = corrector
         self.each = each
         self.peaks: list[Peak] = []
-        self.lost = 0
 
     def at_event(self, left: Slopes, right: Slopes) -> None:
         """Add those of an event where the slopes before and after it tell of one."""
@@ -144,13 +115,20 @@ class _Peaks:
 
     def between(
         self, crests: list[Crest], left: Slopes, right: Slopes, here: PathPoint
-    ) -> list[PathPoint]:
-        """Add maxima between a point and the next; those points of theirs that are no others."""
+    ) -> list[PathPoint] | None:
+        """Add maxima between a point and the next, and return those points that are no others.
+
+        None, and none of them, where contacts are not in the states they were held in on the way.
+        """
+        norms = [self._norm(crest.at) for crest in crests]
+        if max(norms, default=0.0) > ACCEPTED:
+            return None
         points: list[PathPoint] = []
         last = left
         for crest in crests:
             at = next((s for s in (last, right) if self._is_one_place(crest.at, s)), crest.at)
-            if not self._add(at, crest.dofs, crest.kind) or at is not crest.at:
+            self._add(at, crest.dofs, crest.kind)
+            if at is not crest.at:
                 continue
             before, scale = self.corrector.solves, self.curve.scale(at.state)
             found = self.corrector.tangent(at.state, scale, at.direction / scale, here.slip)
@@ -166,16 +144,12 @@ class _Peaks:
         same_value = self.curve.single_valued and at.state[-1] == other.state[-1]
         return bool(apart <= _ONE_PLACE or same_value)
 
-    def _add(self, at: Slopes, dofs: Iterable[int], kind: PeakKind) -> bool:
-        """Add one solution as the peak of some responses, unless it does not solve the equations.
-
-        The contacts were held on the way there: it must stand with all of them free.
-        """
-        unknowns, value = at.state[:-1], float(at.state[-1])
-        norm = self.curve.evaluate(unknowns, value).norm
-        if norm > ACCEPTED:
-            self.lost += 1
-            return False
+    def _add(self, at: Slopes, dofs: Iterable[int], kind: PeakKind) -> None:
+        """Add one solution as the peak of some responses."""
+        unknowns, value, norm = at.state[:-1], float(at.state[-1]), self._norm(at)
         for dof in dofs:
             self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
-        return True
+
+    def _norm(self, at: Slopes) -> float:
+        """Residual with all contacts free."""
+        return self.curve.evaluate(at.state[:-1], float(at.state[-1])).norm

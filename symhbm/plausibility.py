@@ -62,7 +62,8 @@ def _of_symmetry(model: Model) -> str:
     one, other = check.told_apart(stiffness[i, j], stiffness[j, i])
     return (
         f"stiffness_matrix is not symmetric: entry {i, j} is {one}, entry {j, i} is {other}; "
-        "springs are symmetric, what is skew belongs into damping_matrix if it is gyroscopic"
+        "springs are symmetric unless they do work around a cycle, and what is gyroscopic belongs "
+        "into damping_matrix"
     )
 
 

@@ -60,6 +60,17 @@ class HarmonicBalance(Unknowns):
     angular frequency [rad/s] and all physical parameters; ``mass``, ``damping`` and ``stiffness``
     are the stored entries of the matrices in column order, which for a lumped model is one value
     per blade. Its inputs ``matrix`` and ``vector`` are the located contact events.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem.with_parameters(normal_load=5, force_amplitude=2.0).parameters["normal_load"]
+    array([5.])
     """
 
     def __init__(

@@ -76,11 +76,16 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
-    The contact whose normal load changes the highest peak of all most:
-
-    >>> highest = response.isel(peak=response.peak_amplitude.argmax("peak"))
-    >>> by_load = symhbm.sensitivity(highest).peak_amplitude_by_normal_load
-    >>> abs(by_load).max("peaking_dof").idxmax("contact")
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30))
+    >>> by_load = sh.sensitivity(response).peak_amplitude_by_normal_load
+    >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
+    array([0.])
     """
     stored = _StoredPeaks(dataset)
     status = np.full(stored.shape, "", dtype=object)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.doubt import doubt
+from symhbm.doubt import Known, slope_errors
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_slope
@@ -105,13 +105,19 @@ def turning(
     """What becomes of the amplitudes between two solutions, or between several pairs of them.
 
     ``roots`` (..., 2) tells at which end slip begins or ends: slopes there go with the square root
-    of the distance. ``before`` and ``after`` as of `doubt`.
+    of the distance. ``before`` and ``after``, the points next to the
+    stretches, are NaN where there are none or an event stands between.
     """
     measured = measure(problem.single_valued, left, right, scale)
     length = np.where(measured.length == 0, 1.0, measured.length)  # one point twice
     amplitudes, slopes = _interpolated(problem, left, right, scale, measured, length, roots)
-    size = problem.basis.n_components
-    error = doubt(measured, left, right, scale, before, after, size)
+    known = (
+        Known(at.bare(), at.state[..., :-1], at.direction[..., :-1])
+        for at in (before, left, right, after)
+    )
+    error = slope_errors(measured, scale, *known)
+    shape = *error.shape[:-1], -1, problem.basis.n_components
+    error = np.linalg.norm(error.reshape(shape), axis=-1)
     if problem.samples is not None:
         error = np.zeros_like(error)  # its corners are no less of corners at a closer look
     margin = (error * length)[..., None, :]

@@ -95,7 +95,10 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 class Between:
-    """The path between two of its solutions, no event in between, contact states ``slip`` held."""
+    """The path between two of its solutions, no event in between, contact states ``slip`` held.
+
+    ``other_states`` tells that a contact was found in another state there, for a moment.
+    """
 
     def __init__(
         self,
@@ -113,6 +116,7 @@ class Between:
         if measured is None:
             measured = measure(self.curve.single_valued, left, right, self.scale)
         self.normal, self.length = measured.normal, float(measured.length[0])
+        self.other_states = False
         self._slopes = measured.left, measured.right
 
     def interpolate(self, share: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -129,9 +133,10 @@ class Between:
         ``near`` may be another share and the solution there. At an end it is the end itself, with
         its tangent computed anew.
         """
-        left, right = self.left.state, self.right.state
         if share in (0.0, 1.0):
-            return self._with_tangent(right if share else left, self.normal, self.slip)
+            end = self.right if share else self.left
+            return self._with_tangent(end.state, self.normal, self.slip)
+        left, right = self.left.state, self.right.state
         guess = cubic(left, right, self._slopes, share)
         if near is not None and abs(share - near[0]) < _NEAR:
             way = (share - near[0]) * self.length
@@ -164,6 +169,7 @@ class Between:
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
         slip = result.evaluation.friction.slip
+        self.other_states |= bool(np.any(slip != self.slip))
         return self._with_tangent(state, row, slip)
 
     def _with_tangent(

@@ -58,6 +58,18 @@ def verify(
         the problem cannot be rebuilt.
     KeyError
         For a bound of an unknown figure.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> verified = sh.verify(sh.frf(problem, (10, 30)), exact="none")
+    >>> verified.residual_stored.max().item() < 1e-9
+    True
     """
     limits = _limits(bounds)
     n_points = _count("points", points, {"all": None}, minimum=1)

@@ -15,6 +15,7 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.overlooked import overlooked
 from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
@@ -22,6 +23,9 @@ from symhbm.status import Status
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances from a pole, relative to that of the last point before it, to take a path up at."""
+
+_MAX_DEPTH = 4
+"""How often a stretch is walked anew for events that were passed over."""
 
 
 class Walk:
@@ -64,10 +68,10 @@ class Walk:
             room -= len(segment)
             self.rejected += path.rejected
             self.status = path.status
-            located = locate_peaks(segment, self.corrector, self.each)
-            self.points += located.points
-            self.peaks += located.peaks
-            lost += located.lost
+            points, peaks, missing = self._located(self._completed(segment))
+            self.points += points
+            self.peaks += sorted(peaks, key=lambda peak: (self.each * peak.dof, peak.value))
+            lost += missing
             if path.status != Status.UNBOUNDED:
                 break
             last = segment[-1]
@@ -97,6 +101,58 @@ class Walk:
             self.status = Status.OTHER_SOLUTIONS
         if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
             self.status = Status.BRANCH_POINTS
+
+    def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
+        """A path with the events that its steps passed over."""
+        passed = overlooked(points, self.corrector) if self.curve.single_valued else {}
+        path = []
+        for i, here in enumerate(points):
+            path.append(here)
+            if i in passed and depth < _MAX_DEPTH:
+                between = self._walked_anew(here, points[i + 1], passed[i]) or []
+                path += self._completed([here, *between, points[i + 1]], depth + 1)[1:-1]
+        return path
+
+    def _located(
+        self, points: list[PathPoint], depth: int = 0
+    ) -> tuple[list[PathPoint], list[Peak], int]:
+        """A path with its peaks among its points, the peaks, and the number of those not found.
+
+        Where they tell of events that were passed over, the path is walked anew.
+        """
+        located = locate_peaks(points, self.corrector, self.each)
+        path, peaks, lost = [], located.peaks, located.lost
+        for i, here in enumerate(points):
+            path += [here, *located.between.get(i, ())]
+            if i not in located.other_states:
+                continue
+            there = points[i + 1]
+            passed = self._walked_anew(here, there, located.other_states[i])
+            if passed is None or depth == _MAX_DEPTH:
+                lost += 1
+                continue
+            inner, others, missing = self._located([here, *passed, there], depth + 1)
+            path += inner[1:-1]
+            peaks += others
+            lost += missing
+        return path, peaks, lost
+
+    def _walked_anew(
+        self, here: PathPoint, there: PathPoint, value: float
+    ) -> list[PathPoint] | None:
+        """The points between two others, with one at a ``value`` that the path passed over."""
+        walked = [here]
+        for end in (value, there.value):
+            path = Path(
+                self.curve, here.unknowns, walked[-1].value, end, self.corrector, base=walked[-1]
+            )
+            walked += list(path)[1:]
+            self.rejected += path.rejected
+            if path.status != Status.REACHED_END:
+                return None
+        ends = here.slip, there.slip
+        same = any(np.array_equal(walked[-1].slip, slip) for slip in ends)
+        return walked[1:-1] if same else None
 
     def _has_others(self, point: PathPoint) -> bool:
         """Whether another solution is found at the value of a point."""

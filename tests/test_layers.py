@@ -76,6 +76,8 @@ ORDER = [
     "shooting",
     "angle_solvers",
     "doubt",
+    "divisions",
+    "overlooked",
     "slopes",
     "crests",
     "maxima",

@@ -130,6 +130,18 @@ def minimise_peak(
         For bad arguments, each named with its value and what is allowed.
     SolveError
         If there is no optimum and ``throw`` is True; its ``result`` is the dataset.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
+    >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
+    (array([3.088579]), True)
     """
     check_problem(problem, whole=True)
     check_executor(executor)

@@ -59,6 +59,17 @@ def response(
         If the dataset holds no curve.
     ValueError
         If ``dof`` is out of range, or no point converged.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
+    >>> figure.savefig("response.png")
     """
     about, dof = check_curves(dataset, dof)
     check_anything(dataset, dataset["amplitude"])

@@ -1,5 +1,7 @@
 """Ensembles: the band of responses of many samples, and values blade by blade."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
