@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.branch_points import find_branch_point
 from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
@@ -52,8 +53,8 @@ SHRUNK = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
 
-    ``base`` may be a point of another path to go on from, in its contact states.
-    Folds, onsets and ends of slip are points of their own. ``status`` tells why it ended,
+    ``base`` may be a point of another path to go on from, in its contact states. Folds, branch
+    points, onsets and ends of slip are points of their own. ``status`` tells why it ended,
     ``rejected`` counts the steps tried in vain.
     """
 
@@ -111,6 +112,8 @@ class Path:
             self._predictor = Predictor.through(base, point)
             accepted += 1
             usual = max(step, usual / 2)
+            if any(event.kind == EventKind.BRANCH for event in point.events):
+                self._orientation = -self._orientation
             yield point
             if point.value == self._end:
                 self.status = Status.REACHED_END
@@ -201,8 +204,15 @@ class Path:
         if steep or np.dot(found.direction, base.after / scale) <= 0:
             # The tangent is that of the iterate before: on a steep flank that may not do.
             anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
-            if anew is None or anew.sign != self._orientation:
-                return None  # the determinant tells that this is another branch
+            if anew is None:
+                return None
+            if anew.sign != self._orientation:
+                # Another path, unless it goes straight on through a branch point.
+                beyond = find_branch_point(self.corrector, base, anew, scale)
+                if beyond is None:
+                    return None
+                events = (Event(EventKind.BRANCH),)
+                return self._accept(beyond, scale, base.slip, events), error
             found = anew
         return self._accept(found, scale, base.slip), error
 

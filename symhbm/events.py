@@ -15,8 +15,12 @@ from symhbm.hermite import cubic, cubic_top, first_zero
 from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
 """Cosine of the angle by which a path has turned at which no cubic follows it."""
+_ASTRAY = 0.3
+"""Distance from the cubic over that of its ends at which a solution is not the one looked for."""
 
 
 class EventKind(StrEnum):
@@ -25,11 +29,12 @@ class EventKind(StrEnum):
     ONSET = "onset of slip"
     END = "end of slip"
     FOLD = "fold"
+    BRANCH = "branch point"
 
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold of the path (contact -1)."""
+    """Change of state of one ``contact``; a fold or a branch point of the path (contact -1)."""
 
     kind: EventKind
     contact: int = -1
@@ -50,9 +55,8 @@ class PathPoint(NamedTuple):
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
     point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    and ``rate_before`` (n_contacts,), its derivatives by arc length after and before the point;
-    ``amplification`` and ``below`` as of `Corrected`; ``solves``, the linear solves spent since the
-    point before.
+    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
+    of `Corrected`; ``solves``, the linear solves spent since the point before.
     """
 
     state: FloatArray
@@ -62,7 +66,6 @@ class PathPoint(NamedTuple):
     slip: NDArray[np.bool_]
     excess: FloatArray
     rate: FloatArray
-    rate_before: FloatArray
     residual_norm: float
     amplification: float
     below: tuple[int, ...] | None
@@ -89,11 +92,9 @@ class PathPoint(NamedTuple):
         ratio = scale / here
         length = length_of(beyond.direction * ratio)
         after = beyond.direction * scale / length
-        before, rate_before = after, beyond.rate / length
+        before = after
         if beyond is not found:
-            length_before = length_of(found.direction * ratio)
-            before = found.direction * scale / length_before
-            rate_before = found.rate / length_before
+            before = found.direction * scale / length_of(found.direction * ratio)
         return cls(
             state=found.point,
             scale=here,
@@ -102,7 +103,6 @@ class PathPoint(NamedTuple):
             slip=slip,
             excess=found.excess,
             rate=beyond.rate / length,
-            rate_before=rate_before,
             residual_norm=found.residual_norm,
             amplification=found.amplification,
             below=beyond.below,
@@ -139,14 +139,28 @@ def first_limit(
                 return None
         way = _Way(base, over, scale)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
-        limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip)
-        if landed is None or not 0 < way.share(landed.point) < 1.0001:
+        landed = _landed(corrector, base, way, contact, share)
+        if landed is None:
             return None
         if not landed.crosses:
             near = np.abs(landed.excess) <= ON_LIMIT
             return landed, near & (base.slip == base.slip[contact])
         over = landed
+    return None
+
+
+def _landed(
+    corrector: Corrector, base: PathPoint, way: "_Way", contact: int, share: float
+) -> Corrected | None:
+    """The solution on the limit of a contact next to a share of the way, None if it is elsewhere.
+
+    Newton's method may run to another crossing of the same limit, before or beyond.
+    """
+    limit = AtLimit(corrector.curve, contact, base.scale)
+    for guess in (way.state(share), way.chord(contact)):
+        landed = corrector.correct(guess, base.scale, limit, base.slip, _PRECISION)
+        if landed is not None and way.holds(landed.point, corrector.curve.single_valued):
+            return landed
     return None
 
 
@@ -163,13 +177,27 @@ class _Way:
         slopes = self._length * base.after, self._speed * over.direction * scale
         self._slopes = (chord, chord) if self._turned else slopes
 
-    def share(self, point: FloatArray) -> float:
-        """How far along the tangent at its begin a point lies."""
-        return float(self._normal.dot((point - self._base.state) / self._scale)) / self._length
+    def holds(self, point: FloatArray, single_valued: bool) -> bool:
+        """Whether a point lies between both ends, and about where the cubic is."""
+        offset = (point - self._base.state) / self._scale
+        share = float(self._normal.dot(offset)) / self._length
+        if not 0 < share < 1.0001:
+            return False
+        travel = self._over.point[-1] - self._base.value
+        if single_valued and travel and not 0 < (point[-1] - self._base.value) / travel < 1.0001:
+            return False
+        chord = (self._over.point - self._base.state) / self._scale
+        expected = (self.state(share) - self._base.state) / self._scale
+        return length_of(offset - expected) <= _ASTRAY * length_of(chord)
 
     def state(self, share: float) -> FloatArray:
         """The state at a share of the way."""
         return cubic(self._base.state, self._over.point, self._slopes, share)
+
+    def chord(self, contact: int) -> FloatArray:
+        """The state at which a contact would reach its limit if all went straight."""
+        left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
+        return self._base.state + left / (left - right) * (self._over.point - self._base.state)
 
     def limit(self, contact: int) -> float:
         """Share at which a contact first reaches its limit, on the other side of it at the end."""

@@ -1,12 +1,11 @@
 """Maxima of responses between points of a path: stretches halved until each has one at most."""
 
-from typing import Any, NamedTuple, Self
-
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.corrector import Corrector
 from symhbm.crests import Crest, crest, falls_at
+from symhbm.divisions import Stretches
 from symhbm.fourier import FloatArray
 from symhbm.slopes import TIE, Slopes, Turning, amplitude_and_slope, leading, turning
 from symhbm.stations import Between, Station
@@ -18,31 +17,6 @@ _AROUND = np.array([-0.1, 0.0, 0.1])
 """Distances, as shares of the way, by which the place of an interpolated maximum may be wrong."""
 _ROUGHLY = 0.01
 """Part of the change over a stretch by which what is interpolated may be wrong."""
-
-
-class Stretches(NamedTuple):
-    """Stretches of a path without an event in between, arrays along the first axis.
-
-    ``number`` (n,) of the point of the path before each, and its ``begin`` and ``width`` (n,) as
-    shares of the way from that point to the next; the solutions at both ends, and those next to
-    them, NaN where there are none or an event stands between; the ``scale`` (n, n_unknowns + 1);
-    ``roots`` (n, 2), at which end slip begins or ends; the contact states ``slip`` (n, n_contacts).
-    """
-
-    number: NDArray[np.intp]
-    begin: FloatArray
-    width: FloatArray
-    left: Slopes
-    right: Slopes
-    before: Station
-    after: Station
-    scale: FloatArray
-    roots: NDArray[np.bool_]
-    slip: NDArray[np.bool_]
-
-    def take(self, index: Any) -> Self:
-        """Some of them."""
-        return type(self)(*(values[index] for values in self))
 
 
 class Maxima:
@@ -60,30 +34,25 @@ class Maxima:
         self._each = each
         self._found: dict[int, list[Crest]] = {}
 
-    def between(self, stretches: Stretches) -> dict[int, list[Crest]]:
+    def between(self, stretches: Stretches[Slopes]) -> dict[int, list[Crest]]:
         """All in some stretches, in the order of the path."""
-        depth = 0
-        while len(stretches.number):
-            most = max(_AT_ONCE // stretches.left.slope.shape[1], 1)
-            parts = [
-                stretches.take(slice(i, i + most)) for i in range(0, len(stretches.number), most)
-            ]
-            halves = [half for part in parts for half in self._halves(part, depth)]
+        most = max(_AT_ONCE // self._problem.n_dof, 1)
+        for depth in range(2 * _MAX_DEPTH + 1):
+            halves = [h for part in stretches.parts(most) for h in self._halves(part, depth)]
             if not halves:
                 break
-            stretches = _joined(halves)
-            depth += 1
+            stretches = Stretches.joined(halves)
         for crests in self._found.values():
             crests.sort(key=lambda crest: crest.share)
         return self._found
 
-    def _halves(self, stretches: Stretches, depth: int) -> list[Stretches]:
+    def _halves(self, stretches: Stretches[Slopes], depth: int) -> list[Stretches[Slopes]]:
         """Halves of those stretches that have to be looked at more closely."""
         known = turning(self._problem, *stretches[3:-1])
         candidates = (known.turns | known.unclear) & (known.contends | self._each)
         divided, middles = [], []
         for k in np.flatnonzero(candidates.any(axis=-1)).tolist():
-            if stretches.number[k] in self.other_states:
+            if int(stretches.number[k]) in self.other_states:
                 continue
             middle = self._look(stretches.take(k), known.take(k), depth)
             if middle is not None:
@@ -91,33 +60,18 @@ class Maxima:
                 middles.append(middle)
         if not divided:
             return []
-        curve, whole = self._corrector.curve, stretches.take(divided)
+        whole = stretches.take(divided)
         state, direction = (
             np.array([getattr(m, name) for m in middles]) for name in ("state", "direction")
         )
         middle = Slopes.of(self._problem, Station(state, direction))
-        width = whole.width / 2
-        inner = np.zeros(len(divided), dtype=bool)
-        first = whole._replace(
-            width=width,
-            right=middle,
-            after=whole.right.bare(),
-            roots=np.stack([whole.roots[:, 0], inner], -1),
-        )
-        second = whole._replace(
-            begin=whole.begin + width,
-            width=width,
-            left=middle,
-            before=whole.left.bare(),
-            scale=np.array([curve.scale(state) for state in middle.state]),
-            roots=np.stack([inner, whole.roots[:, 1]], -1),
-        )
-        return [first, second]
+        scale = np.array([self._corrector.curve.scale(each) for each in state])
+        return [whole.divided(_middle(whole.roots), middle, scale)]
 
-    def _look(self, stretch: Stretches, known: Turning, depth: int) -> Station | None:
+    def _look(self, stretch: Stretches[Slopes], known: Turning, depth: int) -> Station | None:
         """A solution by which to halve one stretch; None if its maxima are known."""
         left, right, roots = stretch.left, stretch.right, stretch.roots
-        path = Between(self._corrector, left, right, stretch.slip, stretch.scale, known.measured)
+        path = stretch.path(self._corrector, known.measured)
         if path.length <= 0:
             return None  # one point to the last digit
         watched = np.flatnonzero(known.contends | self._each)
@@ -128,7 +82,7 @@ class Maxima:
         turning = watched[known.turns[watched]]
         crests, lost = ([], 0) if unclear else self._crests(path, stretch, known, turning)
         if divisible and (unclear or lost):
-            middle = path.solve_between(0.5 + 0.25 * (float(roots[1]) - float(roots[0])))
+            middle = path.solve_between(float(_middle(roots)))
             if middle is not None and path.other_states:
                 self.other_states[int(stretch.number)] = float(middle.state[-1])
                 return None
@@ -143,7 +97,7 @@ class Maxima:
         return None
 
     def _crests(
-        self, path: Between, stretch: Stretches, known: Turning, turning: NDArray[np.intp]
+        self, path: Between, stretch: Stretches[Slopes], known: Turning, turning: NDArray[np.intp]
     ) -> tuple[list[Crest], int]:
         """The maxima of responses that turn in a stretch, and the number of those not found."""
         left, right = stretch.left, stretch.right
@@ -182,16 +136,11 @@ class Maxima:
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 
 
+def _middle(roots: NDArray[np.bool_]) -> FloatArray:
+    """Shares (...,) of the way at which to divide stretches: closer to a root of slip."""
+    return 0.5 + 0.25 * (roots[..., 1].astype(float) - roots[..., 0])
+
+
 def _tied(at: Slopes, dof: int) -> NDArray[np.bool_]:
     """Which responses are as large as that of one degree of freedom."""
     return np.abs(at.amplitude - at.amplitude[dof]) <= TIE * at.amplitude.max()
-
-
-def _joined(several: list[Stretches]) -> Stretches:
-    columns = zip(*several, strict=True)
-    return Stretches(
-        *(
-            column[0].joined(column) if isinstance(column[0], Station) else np.concatenate(column)
-            for column in columns
-        )
-    )

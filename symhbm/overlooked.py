@@ -1,25 +1,29 @@
 """Contacts that change their state for a moment between two points of a path, unseen by its step.
 
-The motion of each contact over its limit is a cubic between its values and rates at two points.
-Where that comes as close to the limit as it may be wrong, the path is solved for in between.
+The relative motion of each contact is interpolated between two points. Where it comes as close to
+the limit as it may be wrong, the path is solved for in between.
 """
 
 import numpy as np
 
 from symhbm.constraints import BEYOND
 from symhbm.corrector import Corrector
+from symhbm.divisions import Stretches
 from symhbm.doubt import Known, value_errors
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
+from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.hermite import cubic
-from symhbm.stations import Between, Station, ahead, measure
+from symhbm.residual import HarmonicBalance
+from symhbm.stations import Measure, Station, measure
 
 _SHARES = np.arange(1, 16) / 16
 _SPREAD = (4 * _SHARES * (1 - _SHARES)) ** 2
 """Error of a cubic over the largest between two points."""
-_SHRUNK = 1 / 4
-"""Error of a cubic over a part of a stretch, over that found at the point that divides it."""
-_MAX_LOOKS = 8
+_SAMPLES = 16
+"""Angles per period of the highest harmonic at which motions are looked at."""
+_AT_ONCE = 2**20
+"""Motions of contacts, by angles, that are looked at at once, which bounds the memory."""
+_MAX_DEPTH = 6
 
 
 def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float]:
@@ -27,92 +31,91 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
 
     By the number of the first point.
     """
-    if len(points) < 2 or not len(points[0].slip):
+    problem, curve = corrector.curve.problem, corrector.curve
+    if len(points) < 2 or not problem.n_contacts:
         return {}
-    slip, scale = (np.array([getattr(p, name) for p in points]) for name in ("slip", "scale"))
-    outward, smooth = np.where(slip, -1.0, 1.0), ~np.array([bool(p.events) for p in points])
-    after, before = _known(points, "after", "rate"), _known(points, "before", "rate_before")
-    stretch = slice(None, -1)
-    left, right = _part(after, outward, slice(None, -1)), _part(before, outward, slice(1, None))
-    # A neighbour in another state tells nothing.
-    previous = _shifted(after, outward, smooth, -1)
-    following = _shifted(before, outward, smooth, 1)
-    ends = left.station, right.station
-    measured = measure(corrector.curve.single_valued, *ends, scale[stretch])
-    rates = [k.rate / ahead(k.station, measured.normal, scale[stretch]) for k in (left, right)]
-    with np.errstate(invalid="ignore"):
-        error = value_errors(measured, scale[stretch], previous, left, right, following)
-        slopes = tuple((measured.length * rate)[:, None] for rate in rates)
-        inside = cubic(left.value[:, None], right.value[:, None], slopes, _SHARES[:, None])
-        highest = (inside + _SPREAD[:, None] * error[:, None]).max(axis=1)
-        near = np.isfinite(highest) & (highest > -BEYOND)
-    found = {}
-    for i in np.flatnonzero(near.any(axis=1)).tolist():
-        here = Between(corrector, ends[0][i], ends[1][i], slip[i], scale[i], measured.take(i))
-        for contact in np.flatnonzero(near[i]).tolist():
-            known = [
-                (float(k.value[i, contact]), float(rate[i, contact] * here.length))
-                for k, rate in zip((left, right), rates, strict=True)
-            ]
-            value = _beyond(here, contact, *known, float(error[i, contact]))
-            if value is not None:
-                found[i] = value
-                break
+    state, before, after = (
+        np.array([getattr(point, name) for point in points])
+        for name in ("state", "before", "after")
+    )
+    stretches = Stretches.of(points, Station(state, before), Station(state, after))
+    excess = np.array([point.excess for point in points])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        limit = np.log(_motion(problem, state[:, :-1])) - excess  # NaN where nothing moves
+    size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
+    found: dict[int, float] = {}
+    for _ in range(_MAX_DEPTH):
+        divided, shares, middles = [], [], []
+        for part in stretches.parts(max(_AT_ONCE // size, 1)):
+            measured = measure(curve.single_valued, part.left, part.right, part.scale)
+            places = _places(problem, part, measured, limit)
+            for k in np.flatnonzero(places).tolist():
+                if int(part.number[k]) in found:
+                    continue
+                path = part.take(k).path(corrector, measured.take(k))
+                middle = path.solve_between(float(places[k])) if path.length > 0 else None
+                if middle is not None and path.other_states:
+                    found[int(part.number[k])] = float(middle.state[-1])
+                elif middle is not None:
+                    divided.append(part.take([k]))
+                    shares.append(places[k])
+                    middles.append(middle)
+        if not divided:
+            break
+        middle = Station(
+            *(np.array([getattr(m, n) for m in middles]) for n in ("state", "direction"))
+        )
+        scale = np.array([curve.scale(state) for state in middle.state])
+        stretches = Stretches.joined(divided).divided(np.array(shares), middle, scale)
     return found
 
 
-def _known(points: list[PathPoint], side: str, rate: str) -> Known:
-    names = "state", side, "excess", rate
-    state, direction, excess, along = (np.array([getattr(p, n) for p in points]) for n in names)
-    return Known(Station(state, direction), excess, along)
+def _places(
+    problem: HarmonicBalance, stretches: Stretches[Station], measured: Measure, limit: FloatArray
+) -> FloatArray:
+    """Shares (n,) of the way at which a contact may be beyond its limit, 0 where none may.
 
-
-def _part(known: Known, outward: FloatArray, part: slice) -> Known:
-    """At one end of all stretches, positive beyond the limit of the state in between."""
-    sign = outward[:-1]
-    return Known(known.station[part], sign * known.value[part], sign * known.rate[part])
-
-
-def _shifted(known: Known, outward: FloatArray, smooth: np.ndarray, by: int) -> Known:
-    """Next to all stretches, NaN beyond an event and both ends of the path."""
-    count = len(outward) - 1
-    at = np.arange(count) + (by if by < 0 else 1 + by)
-    valid = (at >= 0) & (at <= count) & (smooth[:-1] if by < 0 else smooth[1:])
-    at = np.clip(at, 0, count)
-    nothing = np.where(valid, 1.0, np.nan)[:, None]
-    station = Station(known.station.state[at] * nothing, known.station.direction[at] * nothing)
-    sign = outward[:-1] * nothing
-    return Known(station, sign * known.value[at], sign * known.rate[at])
-
-
-def _beyond(
-    path: Between,
-    contact: int,
-    left: tuple[float, float],
-    right: tuple[float, float],
-    error: float,
-) -> float | None:
-    """A value at which a contact is in another state, None if there is none to be found.
-
-    ``left`` and ``right`` have its excess and the derivative by the share of the way.
+    ``limit`` (n_points, n_contacts) is the logarithm of the motion at the limit.
     """
-    low, high = 0.0, 1.0
-    for _ in range(_MAX_LOOKS):
-        width = high - low
-        slopes = width * left[1], width * right[1]
-        inside = cubic(left[0], right[0], slopes, _SHARES)
-        doubtful = inside + _SPREAD * error
-        top = int(np.argmax(doubtful))
-        if doubtful[top] <= -BEYOND:
-            return None
-        share = low + width * float(_SHARES[top])
-        found = path.excess(share, contact)
-        if found is None:
-            station = path.solve_between(share)
-            return float(station.state[-1]) if station is not None and path.other_states else None
-        error = _SHRUNK * abs(found[0] - float(inside[top]))
-        if found[1] > 0:
-            low, left = share, found
-        else:
-            high, right = share, found
-    return None
+    ends = stretches.left.state, stretches.right.state
+    slopes = measured.left[:, None], measured.right[:, None]
+    inside = cubic(ends[0][:, None], ends[1][:, None], slopes, _SHARES[:, None])
+    motion = _motion(problem, inside[..., :-1])
+    around = stretches.before, stretches.left, stretches.right, stretches.after
+    error = value_errors(measured, stretches.scale, *(_relative(problem, at) for at in around))
+    error = np.linalg.norm(error.reshape(len(error), -1, problem.basis.n_components), axis=-1)
+    outward = np.where(stretches.slip, -1.0, 1.0)[:, None]
+    doubtful = motion + outward * _SPREAD[:, None] * error[:, None]
+    along = stretches.begin[:, None] + stretches.width[:, None] * _SHARES
+    first, last = limit[stretches.number][:, None], limit[stretches.number + 1][:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        level = np.log(np.maximum(doubtful, 0.0)) - first - along[..., None] * (last - first)
+        beyond = np.where(np.isfinite(first + last), outward * level, -np.inf)
+    highest = beyond.max(axis=-1)
+    top = highest.argmax(axis=-1)
+    return np.where(highest.max(axis=-1) > BEYOND, _SHARES[top], 0.0)
+
+
+def _relative(problem: HarmonicBalance, at: Station) -> Known:
+    """The relative motions of all contacts, and their derivatives along the tangent."""
+    value, rate = (
+        problem.relative(array[..., :-1]).reshape(len(array), -1)
+        for array in (at.state, at.direction)
+    )
+    return Known(at, value, rate)
+
+
+def _angles(basis: FourierBasis) -> int:
+    return 1 if basis.has_one_harmonic and basis.n_components == 2 else _SAMPLES * basis.highest
+
+
+def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+    """Half the range of the relative motions (..., n_contacts) of responses (..., n_unknowns)."""
+    basis = problem.basis
+    relative = problem.relative(unknowns.reshape(-1, unknowns.shape[-1]))
+    if _angles(basis) == 1:
+        motion = np.hypot(relative[..., 0], relative[..., 1])
+    else:
+        values = relative @ basis.values(2 * np.pi * np.arange(_angles(basis)) / _angles(basis)).T
+        motion = np.ptp(values, axis=-1) / 2
+    return motion.reshape(*unknowns.shape[:-1], -1)

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.crests import FLAT, Crest, PeakKind
-from symhbm.events import EventKind, PathPoint
+from symhbm.divisions import Stretches
+from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
-from symhbm.maxima import Maxima, Stretches
+from symhbm.maxima import Maxima
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import STILL, Slopes, amplitude_and_slope, leading
@@ -71,7 +71,7 @@ def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = Fal
         if here.events:
             found.at_event(before[i], after[i])
     maxima = Maxima(corrector, each)
-    crests = maxima.between(_stretches(points, before, after))
+    crests = maxima.between(Stretches.of(points, before, after))
     between = {}
     for i, several in crests.items():
         if i not in maxima.other_states:
@@ -82,40 +82,6 @@ def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = Fal
                 between[i] = added
     peaks = sorted(found.peaks, key=lambda peak: (each * peak.dof, peak.value))
     return Located(peaks, between, maxima.lost, maxima.other_states)
-
-
-def _stretches(points: list[PathPoint], before: Slopes, after: Slopes) -> Stretches:
-    """From each point to the next, but where the response drowns its balance."""
-    smooth = ~np.array([bool(point.events) for point in points])
-    nothing = np.full_like(before.state[:1], np.nan)
-
-    def beside(station: Slopes, ahead: bool) -> Station:
-        tells = (smooth[1:] if ahead else smooth[:-1])[:, None]
-        parts = [
-            (values[2:], nothing) if ahead else (nothing, values[:-2])
-            for values in (station.state, station.direction)
-        ]
-        return Station(*(np.where(tells, np.concatenate(part), np.nan) for part in parts))
-
-    onset, end = (
-        np.array([any(event.kind == kind for event in p.events) for p in points])
-        for kind in (EventKind.ONSET, EventKind.END)
-    )
-    drowned = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
-    count = len(points) - 1
-    every = Stretches(
-        number=np.arange(count),
-        begin=np.zeros(count),
-        width=np.ones(count),
-        left=after[:-1],
-        right=before[1:],
-        before=beside(after, ahead=False),
-        after=beside(before, ahead=True),
-        scale=np.array([point.scale for point in points[:-1]]),
-        slip=np.array([point.slip for point in points[:-1]]),
-        roots=np.stack([onset[:-1], end[1:]], axis=-1),
-    )
-    return every.take(~(drowned[:-1] | drowned[1:]))
 
 
 def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatArray) -> Peak:

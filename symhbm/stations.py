@@ -136,25 +136,6 @@ class Between:
         if share in (0.0, 1.0):
             end = self.right if share else self.left
             return self._with_tangent(end.state, self.normal, self.slip)
-        found = self._corrected(share, near)
-        return None if found is None else Station(found.point, found.direction * self.scale)
-
-    def excess(self, share: float, contact: int) -> tuple[float, float] | None:
-        """Motion of a contact over its limit, and its derivative by the share of the way.
-
-        Positive beyond the limit of its state; None where a contact is, or nothing is found.
-        """
-        found = self._corrected(share)
-        if found is None:
-            return None
-        advance = max(float(np.dot(self.normal, found.direction)), 1e-3)
-        sign = -1.0 if self.slip[contact] else 1.0
-        rate = sign * float(found.rate[contact]) * self.length / advance
-        return sign * float(found.excess[contact]), rate
-
-    def _corrected(
-        self, share: float, near: tuple[float, Station] | None = None
-    ) -> Corrected | None:
         left, right = self.left.state, self.right.state
         guess = cubic(left, right, self._slopes, share)
         if near is not None and abs(share - near[0]) < _NEAR:
@@ -165,7 +146,9 @@ class Between:
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
         found = self.corrector.correct(guess, self.scale, plane, self.slip, precision=1e-10)
-        return found if found is not None and self._holds(found) else None
+        if found is None or not self._holds(found):
+            return None
+        return Station(found.point, found.direction * self.scale)
 
     def solve_between(self, share: float) -> Station | None:
         """A solution strictly between both ends, at or near a share of the way.

@@ -99,6 +99,8 @@ class Walk:
         complete = self.status == Status.REACHED_END and not self.curve.single_valued
         if complete and any(self._has_others(self.points[end]) for end in (0, -1)):
             self.status = Status.OTHER_SOLUTIONS
+        if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
+            self.status = Status.BRANCH_POINTS
 
     def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
         """A path with the events that its steps passed over."""

@@ -31,6 +31,7 @@ from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
 from symhbm.frf import frf
+from symhbm.landscape import COMPLETE
 from symhbm.mean_position import check_mean
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import meaning
@@ -181,8 +182,7 @@ def minimise_peak(
     found = _search(program, cases, [] if given is None else [given], n_starts)
     status = status_of(program, found)
     result = _responses(problem, program, found, sweep, bands, executor, progress)
-    ends = [str(Status.REACHED_END), str(Status.OTHER_SOLUTIONS)]
-    if status in _GOOD and not bool(result["status"].isin(ends).all()):
+    if status in _GOOD and not bool(result["status"].isin([*map(str, COMPLETE)]).all()):
         status = Status.DESIGN_NOT_SURVEYED
     dims = dict(zip(sweep.dims, sweep.shape, strict=True))
     result = result.merge(report(program, cases, found, dims))
