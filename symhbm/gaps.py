@@ -23,10 +23,12 @@ from symhbm.residual import HarmonicBalance
 from symhbm.slopes import Slopes
 from symhbm.stations import Between, Station, measure
 
-TOLERANCE = 0.01
-"""Relative error of an amplitude that may be drawn: 0.09 dB."""
+TOLERANCE = 0.005
+"""Relative error of the largest response that may be drawn: 0.04 dB."""
+_OF_EACH = 0.01
+"""The same of the response of each degree of freedom."""
 _FAINT = 1e-3
-"""Share of the largest response below which those of single degrees of freedom may be off."""
+"""Share of the largest response below which the others may be off by more."""
 _SHARES = np.array([0.25, 0.5, 0.75])
 _MAX_DEPTH = 6
 _AT_ONCE = 2**16
@@ -53,8 +55,8 @@ def solved_between(
 ) -> dict[int, list[tuple[Station, int]]]:
     """Solutions needed between points of a path, in its order, by the number of the point before.
 
-    Each comes with the linear solves it took. The largest response is to be drawn within
-    `TOLERANCE`, or that of ``each`` degree of freedom.
+    Each comes with the linear solves it took. The largest response is to be drawn within about
+    `TOLERANCE`; that of ``each`` degree of freedom, too, where that is asked for.
     """
     found: dict[int, list[tuple[Station, int]]] = {}
     gaps = _gaps(points)
@@ -131,7 +133,7 @@ def _worst(gaps: list[_Gap], corrector: Corrector, each: bool) -> FloatArray:
         drawn = amplitude_between(*ends, slopes, np.clip(share, 0.0, 1.0))
         wrong = np.maximum(wrong, _error(drawn, expected, each))
     worst = wrong.argmax(axis=1)
-    return np.where(wrong.max(axis=1) > TOLERANCE, _SHARES[worst], 0.0)
+    return np.where(wrong.max(axis=1) > 1, _SHARES[worst], 0.0)
 
 
 def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
@@ -141,12 +143,14 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
 
 
 def _error(drawn: FloatArray, expected: FloatArray, each: bool) -> FloatArray:
-    """Largest relative difference of the amplitudes (..., n_dof)."""
+    """Largest difference of the amplitudes (..., n_dof) over what is allowed."""
     largest = expected.max(axis=-1)
+    scale = np.where(largest > 0, largest, 1.0)
+    error = np.abs(drawn.max(axis=-1) - largest) / (TOLERANCE * scale)
     if not each:
-        return np.abs(drawn.max(axis=-1) - largest) / np.where(largest > 0, largest, 1.0)
-    level = np.maximum(expected, _FAINT * largest[..., None])
-    return (np.abs(drawn - expected) / np.where(level > 0, level, 1.0)).max(axis=-1)
+        return error
+    level = _OF_EACH * np.maximum(expected, _FAINT * scale[..., None])
+    return np.maximum(error, (np.abs(drawn - expected) / level).max(axis=-1))
 
 
 def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:

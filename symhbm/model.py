@@ -327,7 +327,13 @@ def _contact_dofs(contacts: Any, n_dof: int) -> tuple[tuple[int, ...], ...]:
         raise TypeError(f"contacts={check.shown(contacts)}: expected a sequence of DOF pairs")
     result = []
     for j, dofs in enumerate(contacts):
-        pair = tuple(dofs) if isinstance(dofs, Iterable) else (dofs,)
+        # A number may be meant for a contact to the ground, or for half of the only contact.
+        if not isinstance(dofs, Iterable):
+            raise TypeError(
+                f"contacts[{j}]={check.shown(dofs)}: expected (first, second), as in [(0, 1)], or "
+                "(dof,) for a contact to the ground"
+            )
+        pair = tuple(dofs)
         if len(pair) not in (1, 2):
             raise ValueError(f"contacts[{j}]={check.shown(dofs)}: expected one or two DOFs")
         pair = tuple(check.integer(f"contacts[{j}]", dof, 0, n_dof - 1) for dof in pair)

@@ -40,7 +40,8 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
     )
     stretches = Stretches.of(points, Station(state, before), Station(state, after))
     excess = np.array([point.excess for point in points])
-    limit = np.log(_motion(problem, state[:, :-1])) - excess
+    with np.errstate(invalid="ignore", divide="ignore"):
+        limit = np.log(_motion(problem, state[:, :-1])) - excess  # NaN where nothing moves
     size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
     found: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):

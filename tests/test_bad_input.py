@@ -150,6 +150,8 @@ def test_mass_matrix_is_positive_and_symmetric():
         ([(-1, 0)], "contacts[0]=-1"),
         ([(2,)], "contacts[0]=2"),
         ([2], "contacts[0]=2"),
+        ([0, 1], "contacts[0]=0: expected (first, second)"),
+        ((0, 1), "contacts[0]=0: expected (first, second)"),
         ([(0, 0)], "contacts[0]=(0, 0)"),
         ([(1, 0), (1, 1.0)], "contacts[1]=(1, 1.0)"),
         ([(0, 1, 2)], "contacts[0]=(0, 1, 2)"),

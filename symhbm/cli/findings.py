@@ -196,7 +196,9 @@ def _trust(dataset: xr.Dataset) -> Lines:
     if "verification" in dataset.attrs:
         report = json.loads(dataset.attrs["verification"])
         verdict = "passed" if report["passed"] else "a bound is broken"
-        yield "verification", f"{verdict}, {report['n_checked']} points checked"
+        text = f"{verdict}, {report['n_checked']} points checked"
+        n_peaks = report.get("n_peaks", 0)
+        yield "verification", f"{text}, {count(n_peaks, 'peak')}" if n_peaks else text
 
 
 def _solved(dataset: xr.Dataset, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -72,7 +72,7 @@ def response(
     >>> figure.savefig("response.png")
     """
     about, dof = check_curves(dataset, dof)
-    check_anything(dataset, dataset["amplitude"])
+    check_anything(dataset, "amplitude")
     swept = [str(d) for d in dataset["amplitude"].dims if d not in (about.along, "dof", "solution")]
     n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])

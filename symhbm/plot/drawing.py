@@ -18,6 +18,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm import check
 from symhbm.names import PARAMETERS, VARIABLES
+from symhbm.schema import check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -91,22 +92,25 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    for name in names:
-        check.known(name, [str(n) for n in dataset.variables], "variable of the dataset")
+    check_held(dataset, *names)
 
 
-def check_anything(dataset: xr.Dataset, values: xr.DataArray) -> None:
-    """Raise ValueError where no value of a dataset is known, with what its curves ended with."""
-    if bool(np.isfinite(values).any()):
-        return
+def check_anything(dataset: xr.Dataset, name: str) -> None:
+    """Raise ValueError where a variable holds no number."""
+    if not np.isfinite(dataset[name]).any():
+        raise nothing_to_draw(dataset)
+
+
+def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
+    """The error of a dataset without a converged point: it tells how its curves ended."""
     ends: Counter[str] = Counter()
     if "status" in dataset.variables:
-        ends.update(map(str, dataset["status"].values.ravel()))
-    told = "".join(f"; status of {count}: {status}" for status, count in ends.most_common(3))
-    more = f"; and {len(ends) - 3} others" if len(ends) > 3 else ""
-    raise ValueError(
-        f"dataset: expected a converged point, there is nothing to draw, all values of "
-        f"{values.name} are NaN{told}{more}"
+        ends.update(str(end) for end in dataset["status"].values.ravel())
+    reasons = "".join(f"; {count} ended with: {end}" for end, count in ends.most_common(3))
+    if len(ends) > 3:
+        reasons += f"; and others, {len(ends)} reasons in all"
+    return ValueError(
+        f"dataset: expected a converged point, there is none, and so nothing to draw{reasons}"
     )
 
 

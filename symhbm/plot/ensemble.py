@@ -73,7 +73,7 @@ def envelope(
     check.known("sample", [str(dim) for dim in dataset.dims], "dimension of the dataset")
     dataset = one_solution(dataset)
     check_dims(dataset["amplitude"], ("sample", about.along, "dof"), "one ensemble")
-    check_anything(dataset, dataset["amplitude"])
+    check_anything(dataset, "amplitude")
     edges = check.array("quantiles", quantiles, "non-negative")
     if edges.shape != (2,) or not edges[0] < edges[1] <= 1:
         raise ValueError(
@@ -140,7 +140,7 @@ def _tuned(tuned: xr.Dataset, about: Moving, dof: int | None) -> tuple[FloatArra
     try:
         other, dof = check_curves(tuned, dof)
         check_dims(tuned["amplitude"], (other.along, "dof", "solution"), "one curve")
-        check_anything(tuned, tuned["amplitude"])
+        check_anything(tuned, "amplitude")
         tuned = one_solution(tuned)
     except (KeyError, TypeError, ValueError) as error:
         raise type(error)(f"tuned: {error.args[0]}") from None

@@ -170,7 +170,7 @@ def line_of(curve: xr.Dataset, about: Moving, dof: int | None) -> Line:
     if "stability" in curve.variables:
         unstable = curve["stability"].values[inside] == 0
     amplitude = of_points("amplitude")
-    if "amplitude_slope" in curve.variables:
+    if "amplitude_slope" in curve.variables and curve["amplitude_slope"].notnull().any():
         sides = "amplitude_slope_before", "amplitude_slope"
         before, after = (of_points(name if name in curve else sides[1]) for name in sides)
         return Line(value[inside], amplitude, before, after, unstable)

@@ -64,7 +64,7 @@ def stick_map(
         dims = [str(d) for d in dataset["stick_fraction"].dims]
         check.known(dim, dims, "dimension of stick_fraction")
     dataset = one_solution(dataset)
-    check_anything(dataset, dataset["stick_fraction"])
+    check_anything(dataset, "stick_fraction")
     over = _swept(dataset, about, over)
     fraction, title = _chosen(dataset, contact)
     values = numbers_along(dataset, over)
