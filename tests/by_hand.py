@@ -83,9 +83,9 @@ class Structure:
 
     def highest(self, low, high, count=300):
         """The largest amplitude of any degree of freedom in a band [Hz], and its frequency [Hz]."""
-        best = 0.0, 0.0
         grid = np.linspace(low, high, count)
         level = np.abs(self.responses(2 * np.pi * grid)).max(axis=1)
+        best = float(level.max()), float(grid[np.argmax(level)])
         inside = np.flatnonzero((level[1:-1] >= level[:-2]) & (level[1:-1] >= level[2:])) + 1
         for i in inside[level[inside] > 0.8 * level.max()]:
             centre, width = grid[i], grid[1] - grid[0]
