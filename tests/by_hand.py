@@ -68,15 +68,15 @@ class Structure:
             step = np.linalg.solve(jacobian, right[..., None])[..., 0]
             step = step[:, :n] + 1j * step[:, n:]
             norm, share = np.linalg.norm(residual, axis=1), np.ones(len(omega))
+            before = x
             for _ in range(25):
-                trial = x + share[:, None] * step
-                new, derivative = self._balance(omega, trial)
-                worse = np.linalg.norm(new, axis=1) > (1 - 1e-4 * share) * norm
+                x = before + share[:, None] * step
+                residual, jacobian = self._balance(omega, x)
+                worse = np.linalg.norm(residual, axis=1) > (1 - 1e-4 * share) * norm
                 worse &= norm > goal
                 if not worse.any():
                     break
                 share = np.where(worse, share / 2, share)
-            x, residual, jacobian = trial, new, derivative
             if np.linalg.norm(residual, axis=1).max() <= goal:
                 return x
         raise AssertionError("the responses by hand have not converged")
@@ -93,5 +93,5 @@ class Structure:
                 near = np.linspace(centre - width, centre + width, 21)
                 top = np.abs(self.responses(2 * np.pi * near)).max(axis=1)
                 centre, width = near[np.argmax(top)], width / 8
-            best = max(best, (float(top.max()), float(centre)))
+                best = max(best, (float(top.max()), float(centre)))
         return best
