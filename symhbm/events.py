@@ -19,6 +19,8 @@ _PRECISION = 1e-8
 """Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
 """Cosine of the angle by which a path has turned at which no cubic follows it."""
+_ASTRAY = 0.3
+"""Distance from the cubic over that of its ends at which a solution is not the one looked for."""
 
 
 class EventKind(StrEnum):
@@ -137,14 +139,28 @@ def first_limit(
                 return None
         way = _Way(base, over, scale)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
-        limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
-        if landed is None or not 0 < way.share(landed.point) < 1.0001:
+        landed = _landed(corrector, base, way, contact, share)
+        if landed is None:
             return None
         if not landed.crosses:
             near = np.abs(landed.excess) <= ON_LIMIT
             return landed, near & (base.slip == base.slip[contact])
         over = landed
+    return None
+
+
+def _landed(
+    corrector: Corrector, base: PathPoint, way: "_Way", contact: int, share: float
+) -> Corrected | None:
+    """The solution on the limit of a contact next to a share of the way, None if it is elsewhere.
+
+    Newton's method may run to another crossing of the same limit, before or beyond.
+    """
+    limit = AtLimit(corrector.curve, contact, base.scale)
+    for guess in (way.state(share), way.chord(contact)):
+        landed = corrector.correct(guess, base.scale, limit, base.slip, _PRECISION)
+        if landed is not None and way.holds(landed.point, corrector.curve.single_valued):
+            return landed
     return None
 
 
@@ -161,13 +177,27 @@ class _Way:
         slopes = self._length * base.after, self._speed * over.direction * scale
         self._slopes = (chord, chord) if self._turned else slopes
 
-    def share(self, point: FloatArray) -> float:
-        """How far along the tangent at its begin a point lies."""
-        return float(self._normal.dot((point - self._base.state) / self._scale)) / self._length
+    def holds(self, point: FloatArray, single_valued: bool) -> bool:
+        """Whether a point lies between both ends, and about where the cubic is."""
+        offset = (point - self._base.state) / self._scale
+        share = float(self._normal.dot(offset)) / self._length
+        if not 0 < share < 1.0001:
+            return False
+        travel = self._over.point[-1] - self._base.value
+        if single_valued and travel and not 0 < (point[-1] - self._base.value) / travel < 1.0001:
+            return False
+        chord = (self._over.point - self._base.state) / self._scale
+        expected = (self.state(share) - self._base.state) / self._scale
+        return length_of(offset - expected) <= _ASTRAY * length_of(chord)
 
     def state(self, share: float) -> FloatArray:
         """The state at a share of the way."""
         return cubic(self._base.state, self._over.point, self._slopes, share)
+
+    def chord(self, contact: int) -> FloatArray:
+        """The state at which a contact would reach its limit if all went straight."""
+        left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
+        return self._base.state + left / (left - right) * (self._over.point - self._base.state)
 
     def limit(self, contact: int) -> float:
         """Share at which a contact first reaches its limit, on the other side of it at the end."""
