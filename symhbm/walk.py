@@ -150,9 +150,8 @@ class Walk:
             self.rejected += path.rejected
             if path.status != Status.REACHED_END:
                 return None
-        ends = here.slip, there.slip
-        same = any(np.array_equal(walked[-1].slip, slip) for slip in ends)
-        return walked[1:-1] if same else None
+        # A contact that is in another state up to the next point changed it there, to round-off.
+        return walked[1:-1] if np.array_equal(walked[-1].slip, here.slip) else None
 
     def _has_others(self, point: PathPoint) -> bool:
         """Whether another solution is found at the value of a point."""
