@@ -178,11 +178,11 @@ class Equations:
         rows = self.rows(model, name)
         places = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)
         one, other = sp.coo_array(factor), sp.coo_array(factor != 0)
-        place = sp.kron(places, other, "csc")
+        place = sp.csc_array(sp.kron(places, other))
         stored = sp.csc_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
-        values = sp.kron(stored, one, "csc").data
-        entries = self._symbol[name][(place.data - 1).astype(int).tolist()] * ca.DM(values)
-        whole = ca.SX(sparsity_of(place), entries)
+        values = sp.csc_array(sp.kron(stored, one)).data
+        entries = ca.vec(self._symbol[name][(place.data - 1).astype(int).tolist()])
+        whole = ca.SX(sparsity_of(place), entries * ca.DM(values))
         if len(self.dofs) == model.n_dof:
             return whole
         return ca.mtimes(whole, constant(self.expansion))

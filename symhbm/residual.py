@@ -361,8 +361,8 @@ def _advise(model: Model) -> None:
     if entries <= LARGE or _FEW * touched > model.n_dof:
         return
     warnings.warn(
-        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch {touched}, and "
-        f"{entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
+        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch {touched}, "
+        f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
         "excitation, frequency, harmonics, dofs=...) gives the same responses of what contacts "
         "touch and of dofs, and each point in milliseconds",
