@@ -23,15 +23,17 @@ class Maxima:
     """Maxima of the largest response or of ``each``, by the number of the point before them.
 
     ``lost`` counts those that could not be solved for; ``other_states`` has values at which a
-    contact is in another state than at both ends, by the number of the point before.
+    contact is in another state than at both ends, by the number of the point before: nothing is
+    told of that stretch, unless ``regardless`` of such states.
     """
 
-    def __init__(self, corrector: Corrector, each: bool):
+    def __init__(self, corrector: Corrector, each: bool, regardless: bool = False):
         self.lost = 0
         self.other_states: dict[int, float] = {}
         self._corrector = corrector
         self._problem = corrector.curve.problem
         self._each = each
+        self._regardless = regardless
         self._found: dict[int, list[Crest]] = {}
 
     def between(self, stretches: Stretches[Slopes]) -> dict[int, list[Crest]]:
@@ -105,7 +107,7 @@ class Maxima:
         """A solution by which to divide one stretch, None where no other is to be found."""
         path = stretch.path(self._corrector, known.measured)
         found = path.solve_between(float(_middle(stretch.roots)))
-        if found is not None and path.other_states:
+        if found is not None and path.other_states and not self._regardless:
             self.other_states[int(stretch.number)] = float(found.state[-1])
             return None
         return found

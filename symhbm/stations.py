@@ -19,6 +19,8 @@ from symhbm.newton import newton
 
 _ACROSS = 0.5
 """Part of a tangent along the mean of those at both ends below which planes do not tell places."""
+_CLEARLY = 1e-7
+"""Motion beyond its limit, relatively, of a contact that is in another state."""
 _NEAR = 0.01
 """Distance as a share of the way below which a tangent tells more than the cubic."""
 
@@ -179,8 +181,8 @@ class Between:
             return None
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
-        slip = result.evaluation.friction.slip
-        self.other_states |= bool(np.any(slip != self.slip))
+        slip, excess = result.evaluation.friction.slip, result.evaluation.friction.excess
+        self.other_states |= bool(np.any((slip != self.slip) & (np.abs(excess) > _CLEARLY)))
         return self._with_tangent(state, row, slip)
 
     def _with_tangent(
