@@ -60,8 +60,9 @@ def frf(
     at : (n,), ascending
         Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
         ``solution`` another where cubic springs may make several: those on one connected branch,
-        the path from the first frequency to the last, which need not be all. By default the result
-        holds the points of the path along ``point``.
+        the path from the first frequency to the last, which need not be all. Peaks lie beside the
+        values of a grid, and above its largest amplitude: ``peak_frequency`` tells where. By
+        default the result holds the points of the path along ``point``, peaks among them.
     over
         Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
@@ -182,7 +183,7 @@ def follow(
         Its first and last value (SI units).
     at : (n,), ascending
         Values at which the response is wanted; the parameter then is a dimension, and ``solution``
-        another where cubic springs may make several, as in `frf`.
+        another where cubic springs may make several, as in `frf`. Peaks lie beside them.
     over
         Other parameters to sweep, as in `frf`.
     frequency
