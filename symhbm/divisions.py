@@ -64,7 +64,8 @@ class Stretches(NamedTuple, Generic[At]):
 
     def take(self, index: Any) -> Self:
         """Some of them."""
-        return type(self)(*(values[index] for values in self))
+        columns: Any = (values[index] for values in self)
+        return type(self)(*columns)
 
     def parts(self, most: int) -> list[Self]:
         """The same in parts of so many at most."""
@@ -96,9 +97,9 @@ class Stretches(NamedTuple, Generic[At]):
     @classmethod
     def joined(cls, several: Sequence[Self]) -> Self:
         """Several in one."""
-        columns = []
+        columns: Any = []
         for column in zip(*several, strict=True):
-            is_station = isinstance(column[0], Station)
+            is_station: Any = isinstance(column[0], Station)
             columns.append(column[0].joined(column) if is_station else np.concatenate(column))
         return cls(*columns)
 

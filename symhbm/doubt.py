@@ -4,7 +4,7 @@ The cubic through the two points before a stretch, or after it, tells what the f
 stretch should be like. As far as it is not like that, the path has more to it than a cubic.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,18 +36,18 @@ class Known(NamedTuple):
         return Known(station, self.value, -self.rate)
 
 
-def slope_errors(measured: Measure, scale: FloatArray, *known: Known) -> FloatArray:
+def slope_errors(measured: Measure, scale: FloatArray, *known: Any) -> FloatArray:
     """Errors that interpolated slopes may have, by the length, (..., n).
 
     ``known``: before a stretch, at both its ends and after it, NaN where there is nothing or an
     event stands between.
     """
-    return CAUTION * _SLOPE * _unforeseen(measured, scale, *known, _BEND / (CAUTION * _SLOPE))
+    return CAUTION * _SLOPE * _unforeseen(measured, scale, *known)
 
 
-def value_errors(measured: Measure, scale: FloatArray, *known: Known) -> FloatArray:
+def value_errors(measured: Measure, scale: FloatArray, *known: Any) -> FloatArray:
     """Errors that interpolated values may have, (..., n); arguments as of `slope_errors`."""
-    error = _unforeseen(measured, scale, *known, _BEND / (CAUTION * _SLOPE))
+    error = _unforeseen(measured, scale, *known)
     return CAUTION * _VALUE * np.abs(measured.length) * error
 
 
@@ -58,7 +58,6 @@ def _unforeseen(
     left: Known,
     right: Known,
     after: Known,
-    bend: float,
 ) -> FloatArray:
     """Slopes at an end that neighbours do not foretell, weighed by how far these reach."""
     normal, length = measured.normal, np.where(measured.length == 0, 1.0, measured.length)
@@ -67,7 +66,7 @@ def _unforeseen(
     slopes = [each.rate / ahead(each.station, normal, scale) for each in (left, right)]
     alone = 1.5 * ((right.value - left.value) / length - (slopes[0] + slopes[1]) / 2)
     largest = np.fmax(np.abs(onward), np.abs(back))
-    return np.where(np.isnan(largest), bend * np.abs(alone), largest)
+    return np.where(np.isnan(largest), _BEND / (CAUTION * _SLOPE) * np.abs(alone), largest)
 
 
 def _not_foretold(

@@ -62,7 +62,8 @@ class Maxima:
             if middle is not None:
                 middles[k] = middle
             elif int(stretch.number) not in self.other_states:
-                crests[k] = self._settled(stretch, here, True) if found is None else found
+                alone = self._settled(stretch, here, True) if found is None else found
+                crests[k] = alone or []
         for k in [] if last else self._hiding(stretches, crests):
             middle = self._middle(stretches.take(k), known.take(k))
             if middle is not None:

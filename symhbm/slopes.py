@@ -97,8 +97,8 @@ class Turning(NamedTuple):
 
     def take(self, index: Any) -> Self:
         """That of some stretches."""
-        arrays = (values[index] for values in self[:-1])
-        return type(self)(*arrays, self.measured.take(index))
+        columns: Any = [values[index] for values in self[:-1]] + [self.measured.take(index)]
+        return type(self)(*columns)
 
 
 def turning(

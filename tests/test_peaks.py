@@ -70,7 +70,7 @@ def plate(seed):
 def curves(problem, band):
     """By direction, for the largest response and each."""
     found = {}
-    for way, ends in (("up", band), ("down", band[::-1])):
+    for way, ends in (("up", band), ("down", (band[1], band[0]))):
         for peaks in ("largest", "each"):
             curve = sh.frf(problem, ends, peaks=peaks, sector=False, progress=False)
             assert str(curve.status.values) == REACHED_END
@@ -142,7 +142,7 @@ def test_rings_have_the_same_peaks_from_both_ends(seed):
 def test_a_plate_whose_contacts_change_for_a_moment():
     """Downwards a step passed over an end and an onset of slip, with a corner 4 % high."""
     problem, band = plate(12)
-    up, down = (sh.frf(problem, ends, progress=False) for ends in (band, band[::-1]))
+    up, down = (sh.frf(problem, ends, progress=False) for ends in (band, (band[1], band[0])))
     for curve in (up, down):
         assert str(curve.status.values) == REACHED_END
         assert np.abs(curve.peak_frequency.values / 16.7139749957864 - 1).min() < 1e-9
@@ -168,7 +168,7 @@ def test_every_peak_is_a_point(peaks, downwards):
     """Where no end of the band is higher, the largest stored amplitude is the largest peak's."""
     for seed in (1, 3, 5, 8):
         problem, band = ring(seed)
-        band = band[::-1] if downwards else band
+        band = (band[1], band[0]) if downwards else band
         curve = sh.frf(problem, band, peaks=peaks, sector=False, progress=False)
         assert curve.sizes["point"] == int(curve.n_points)
         stored = curve.amplitude.values
