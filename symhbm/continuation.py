@@ -193,13 +193,13 @@ class Path:
             found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, passed)
             if found is None:
                 return None
+        found = self._orient(found)
         over = found if found.crosses else brief_crossing(self.corrector, base, found, scale)
         if over is not None:
             point = self._land(base, over, scale)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
-        found = self._orient(found)
         steep = not self._curve.single_valued and abs(found.direction[-1]) < STEEP
         if steep or np.dot(found.direction, base.after / scale) <= 0:
             # The tangent is that of the iterate before: on a steep flank that may not do.
@@ -263,7 +263,7 @@ class Path:
 
     def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
         """Solve for the first limit crossed between ``base`` and ``over``, and flip the state."""
-        found = first_limit(self.corrector, base, over, scale)
+        found = first_limit(self.corrector, base, over, scale, self._orientation)
         if found is None:
             return None
         landed, flipped = found

@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
+from symhbm.constraints import (
+    BEYOND,
+    ON_LIMIT,
+    AtLimit,
+    Corrected,
+    Hyperplane,
+    crossed,
+    unit_parameter,
+)
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
@@ -18,9 +26,11 @@ _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
 """Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
-"""Cosine of the angle by which a path has turned at which no cubic follows it."""
-_ASTRAY = 0.3
-"""Distance from the cubic over that of its ends at which a solution is not the one looked for."""
+"""Cosine of the angle by which a path has turned from which the parameter tells its direction."""
+_FLAT = 1e-3
+"""Part of a tangent along a way below which a cubic does not follow the path."""
+_END = 1.0001
+"""Share of a way up to which limits are taken to be on it."""
 
 
 class EventKind(StrEnum):
@@ -122,12 +132,13 @@ class PathPoint(NamedTuple):
 
 
 def first_limit(
-    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray
+    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray, orientation: int
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
     """Solve for the first limit crossed between ``base`` and ``over``.
 
-    Returns the solution and which contacts change state there (n_contacts,), None if the step has
-    to be shorter for the limit to be told apart.
+    ``orientation`` is the sign of tangents along the path. Returns the solution and which contacts
+    change state there (n_contacts,), None if the step has to be shorter for the limit to be told
+    apart.
     """
     for _ in range(1 + len(base.excess)):
         beyond = np.flatnonzero(crossed(over.excess, base.slip)).tolist()
@@ -137,10 +148,12 @@ def first_limit(
             # a part of the step: its limit at the start is not the crossing to find.
             if not BEYOND < abs(first) < np.inf or first * last > 0:
                 return None
-        way = _Way(base, over, scale)
+        ahead = over if over.sign == orientation else over.turned()
+        way = _Way(base, ahead, scale, corrector.curve.single_valued)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
-        landed = _landed(corrector, base, way, contact, share)
-        if landed is None:
+        limit = AtLimit(corrector.curve, contact, scale)
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
+        if landed is None or not way.has(landed.point):
             return None
         if not landed.crosses:
             near = np.abs(landed.excess) <= ON_LIMIT
@@ -149,63 +162,51 @@ def first_limit(
     return None
 
 
-def _landed(
-    corrector: Corrector, base: PathPoint, way: "_Way", contact: int, share: float
-) -> Corrected | None:
-    """The solution on the limit of a contact next to a share of the way, None if it is elsewhere.
-
-    Newton's method may run to another crossing of the same limit, before or beyond.
-    """
-    limit = AtLimit(corrector.curve, contact, base.scale)
-    for guess in (way.state(share), way.chord(contact)):
-        landed = corrector.correct(guess, base.scale, limit, base.slip, _PRECISION)
-        if landed is not None and way.holds(landed.point, corrector.curve.single_valued):
-            return landed
-    return None
-
-
 class _Way:
     """The cubics of state and excess from a point to one beyond it, with the rates at both."""
 
-    def __init__(self, base: PathPoint, over: Corrected, scale: FloatArray):
-        self._base, self._over, self._normal = base, over, base.after / scale
+    def __init__(
+        self, base: PathPoint, over: Corrected, scale: FloatArray, single_valued: bool
+    ) -> None:
+        self._base, self._over, self._scale = base, over, scale
         chord = over.point - base.state
-        self._length = float(self._normal.dot(chord / scale))
-        ahead = float(self._normal.dot(over.direction))
-        self._scale, self._turned = scale, abs(ahead) < _SHARP
-        self._speed = 0.0 if self._turned else self._length / ahead
-        slopes = self._length * base.after, self._speed * over.direction * scale
-        self._slopes = (chord, chord) if self._turned else slopes
+        begin, end = base.after / scale, over.direction
+        normal = begin
+        self._single_valued = single_valued
+        if single_valued and normal.dot(end) < _SHARP:
+            # Where a path turns back on itself, only the parameter tells how far along it one is.
+            normal = np.copysign(unit_parameter(len(chord)), begin[-1])
+        self._normal = normal
+        self._length = float(normal.dot(chord / scale))
+        speeds = float(normal.dot(begin)), float(normal.dot(end))
+        self._slopes, self._steps = (chord, chord), None
+        if min(speeds) >= _FLAT:
+            first, last = self._steps = self._length / speeds[0], self._length / speeds[1]
+            self._slopes = first * base.after, last * end * scale
 
-    def holds(self, point: FloatArray, single_valued: bool) -> bool:
-        """Whether a point lies between both ends, and about where the cubic is."""
-        offset = (point - self._base.state) / self._scale
-        share = float(self._normal.dot(offset)) / self._length
-        if not 0 < share < 1.0001:
-            return False
+    def has(self, point: FloatArray) -> bool:
+        """Whether a point of the path lies on the way."""
+        share = self._normal.dot((point - self._base.state) / self._scale) / self._length
         travel = self._over.point[-1] - self._base.value
-        if single_valued and travel and not 0 < (point[-1] - self._base.value) / travel < 1.0001:
-            return False
-        chord = (self._over.point - self._base.state) / self._scale
-        expected = (self.state(share) - self._base.state) / self._scale
-        return length_of(offset - expected) <= _ASTRAY * length_of(chord)
+        if self._single_valued and travel:
+            # Newton's method may run to another crossing of the same limit.
+            part = (point[-1] - self._base.value) / travel
+            return bool(0 < share < _END and 0 < part < _END)
+        return bool(0 < share < _END)
 
     def state(self, share: float) -> FloatArray:
         """The state at a share of the way."""
         return cubic(self._base.state, self._over.point, self._slopes, share)
 
-    def chord(self, contact: int) -> FloatArray:
-        """The state at which a contact would reach its limit if all went straight."""
-        left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
-        return self._base.state + left / (left - right) * (self._over.point - self._base.state)
-
     def limit(self, contact: int) -> float:
         """Share at which a contact first reaches its limit, on the other side of it at the end."""
         left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
-        first, last = self._base.rate[contact], self._over.rate[contact]
-        slopes = float(self._length * first), float(self._speed * last)
-        chord = right - left, right - left
-        return first_zero(left, right, chord if self._turned else slopes)
+        slopes = right - left, right - left
+        if self._steps is not None:
+            first, last = self._steps
+            rates = float(self._base.rate[contact]), float(self._over.rate[contact])
+            slopes = first * rates[0], last * rates[1]
+        return first_zero(left, right, slopes)
 
 
 def brief_crossing(

@@ -78,7 +78,9 @@ def frf(
         anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
         period.
     peaks
-        Of the largest response of all degrees of freedom, or of ``"each"`` of them.
+        Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
+        rises by 1 % of the largest response over the valleys beside it is found, and most of those
+        that rise by less. Without ``at`` each is also a point of the path.
     sector
         Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
         under an engine order), and give the results of all; ``n_sectors`` tells their number. Not

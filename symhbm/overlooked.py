@@ -62,9 +62,7 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
                     middles.append(middle)
         if not divided:
             break
-        middle = Station(
-            *(np.array([getattr(m, n) for m in middles]) for n in ("state", "direction"))
-        )
+        middle = Station.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
         stretches = Stretches.joined(divided).divided(np.array(shares), middle, scale)
     return found

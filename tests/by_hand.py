@@ -68,24 +68,24 @@ class Structure:
             step = np.linalg.solve(jacobian, right[..., None])[..., 0]
             step = step[:, :n] + 1j * step[:, n:]
             norm, share = np.linalg.norm(residual, axis=1), np.ones(len(omega))
+            before = x
             for _ in range(25):
-                trial = x + share[:, None] * step
-                new, derivative = self._balance(omega, trial)
-                worse = np.linalg.norm(new, axis=1) > (1 - 1e-4 * share) * norm
+                x = before + share[:, None] * step
+                residual, jacobian = self._balance(omega, x)
+                worse = np.linalg.norm(residual, axis=1) > (1 - 1e-4 * share) * norm
                 worse &= norm > goal
                 if not worse.any():
                     break
                 share = np.where(worse, share / 2, share)
-            x, residual, jacobian = trial, new, derivative
             if np.linalg.norm(residual, axis=1).max() <= goal:
                 return x
         raise AssertionError("the responses by hand have not converged")
 
     def highest(self, low, high, count=300):
         """The largest amplitude of any degree of freedom in a band [Hz], and its frequency [Hz]."""
-        best = 0.0, 0.0
         grid = np.linspace(low, high, count)
         level = np.abs(self.responses(2 * np.pi * grid)).max(axis=1)
+        best = float(level.max()), float(grid[np.argmax(level)])
         inside = np.flatnonzero((level[1:-1] >= level[:-2]) & (level[1:-1] >= level[2:])) + 1
         for i in inside[level[inside] > 0.8 * level.max()]:
             centre, width = grid[i], grid[1] - grid[0]
@@ -93,5 +93,5 @@ class Structure:
                 near = np.linspace(centre - width, centre + width, 21)
                 top = np.abs(self.responses(2 * np.pi * near)).max(axis=1)
                 centre, width = near[np.argmax(top)], width / 8
-            best = max(best, (float(top.max()), float(centre)))
+                best = max(best, (float(top.max()), float(centre)))
         return best
