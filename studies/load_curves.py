@@ -55,8 +55,8 @@ def peaks_between(
     i = np.minimum(place.astype(int), len(load) - 2)
     share = share + (place - i)
     width = np.log(load[i + 1] / load[i])
-    ends = tuple(width * load[j] * slope[j] for j in (i, i + 1))
-    found = amplitude_between(amplitude[i], amplitude[i + 1], ends, share)
+    first, last = (width * load[j] * slope[j] for j in (i, i + 1))
+    found = amplitude_between(amplitude[i], amplitude[i + 1], (first, last), share)
     return load[i] * np.exp(width * share), decibels(found)
 
 

@@ -99,8 +99,9 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
         A NetCDF file, or a working file; ``.nc`` may be left out.
     lazy
         Leave the numbers of a NetCDF file where they are until they are used; by default they are
-        read into memory. The checksum of the whole file is compared first in either case (0.5 s
-        for 700 MB); a file that changes later raises ArchiveError where its numbers are used.
+        read into memory. The checksum of the whole file is compared first in either case (700 MB
+        take 0.5 s, or as long as the disk takes to read them); a file that changes later raises
+        ArchiveError where its numbers are used.
 
     Raises
     ------

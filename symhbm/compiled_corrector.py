@@ -19,6 +19,7 @@ from symhbm.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
 from symhbm.fourier import FloatArray
+from symhbm.linear import DENSE_LIMIT
 from symhbm.native import native
 from symhbm.newton_graph import DONE, correction, tangent
 from symhbm.point_system import SCALARS, point_system
@@ -97,8 +98,13 @@ class CompiledCorrector:
 
 
 def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
-    """The compiled corrector of a curve, None for one that needs Python."""
+    """The compiled corrector of a curve, None for one that needs Python.
+
+    Large sparse matrices are factorised faster there: CasADi keeps the order of the unknowns.
+    """
     if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
+        return None
+    if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
         return None
     return CompiledCorrector(curve) if curve.problem.in_closed_form else None
 

@@ -12,7 +12,7 @@ from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic_slope
 from symhbm.stations import Measure, Station, ahead
 
-CAUTION = 16.0
+CAUTION = 8.0
 """What the fourth derivative may be over that which the neighbours tell."""
 _SLOPE, _VALUE = 0.0962, 1 / 32
 """Largest errors of the slope and the value of a cubic between its points, if its fourth derivative

@@ -172,8 +172,8 @@ class _Way:
         chord = over.point - base.state
         begin, end = base.after / scale, over.direction
         normal = begin
-        self._by_parameter = single_valued and normal.dot(end) < _SHARP
-        if self._by_parameter:
+        self._single_valued = single_valued
+        if single_valued and normal.dot(end) < _SHARP:
             # Where a path turns back on itself, only the parameter tells how far along it one is.
             normal = np.copysign(unit_parameter(len(chord)), begin[-1])
         self._normal = normal
@@ -187,6 +187,11 @@ class _Way:
     def has(self, point: FloatArray) -> bool:
         """Whether a point of the path lies on the way."""
         share = self._normal.dot((point - self._base.state) / self._scale) / self._length
+        travel = self._over.point[-1] - self._base.value
+        if self._single_valued and travel:
+            # Newton's method may run to another crossing of the same limit.
+            part = (point[-1] - self._base.value) / travel
+            return bool(0 < share < _END and 0 < part < _END)
         return bool(0 < share < _END)
 
     def state(self, share: float) -> FloatArray:

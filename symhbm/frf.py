@@ -41,6 +41,7 @@ def frf(
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
+    verifiable: bool = True,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
@@ -59,8 +60,9 @@ def frf(
     at : (n,), ascending
         Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
         ``solution`` another where cubic springs may make several: those on one connected branch,
-        the path from the first frequency to the last, which need not be all. By default the result
-        holds the points of the path along ``point``.
+        the path from the first frequency to the last, which need not be all. Peaks lie beside the
+        values of a grid, and above its largest amplitude: ``peak_frequency`` tells where. By
+        default the result holds the points of the path along ``point``, peaks among them.
     over
         Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
         dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
@@ -76,7 +78,9 @@ def frf(
         anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
         period.
     peaks
-        Of the largest response of all degrees of freedom, or of ``"each"`` of them.
+        Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
+        rises by 1 % of the largest response over the valleys beside it is found, and most of those
+        that rise by less. Without ``at`` each is also a point of the path.
     sector
         Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
         under an engine order), and give the results of all; ``n_sectors`` tells their number. Not
@@ -84,7 +88,10 @@ def frf(
     keep
         Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
         tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
-        all.
+        all. The attribute ``left_out`` names the others.
+    verifiable
+        Keep as well what `symhbm.verify` needs of the peaks: where and how large they are, and
+        their Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
     archive
         NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
         in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
@@ -140,7 +147,7 @@ def frf(
     problem.check_frequencies("frequency", band)
     task = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
@@ -159,6 +166,7 @@ def follow(
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
+    verifiable: bool = True,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
@@ -177,15 +185,17 @@ def follow(
         Its first and last value (SI units).
     at : (n,), ascending
         Values at which the response is wanted; the parameter then is a dimension, and ``solution``
-        another where cubic springs may make several, as in `frf`.
+        another where cubic springs may make several, as in `frf`. Peaks lie beside them.
     over
         Other parameters to sweep, as in `frf`.
     frequency
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, sector, keep, archive, executor, throw, progress, max_points
+    accuracy, stability, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
+    archive, executor, throw, progress, max_points
+        As in `frf`.
 
     Returns
     -------
@@ -232,7 +242,7 @@ def follow(
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options |= dict(sector=sector, max_points=max_points, keep=keep)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
 
@@ -261,15 +271,16 @@ def _run(
         band = described["band"] if hertz is None else (hertz, hertz)
         warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
+    accuracy = check_accuracy(problem, options["accuracy"])
     task = Task(
         **described,
         each=peaks == "each",
         may_fold=may_fold,
         stability=check_stability(problem, options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
-        accuracy=check_accuracy(problem, options["accuracy"]),
+        accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
-        keep=check_keep(options["keep"]),
+        keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
     )
     task.curve(problem)
     return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)

@@ -40,8 +40,8 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
     )
     stretches = Stretches.of(points, Station(state, before), Station(state, after))
     excess = np.array([point.excess for point in points])
-    with np.errstate(divide="ignore", invalid="ignore"):  # a contact at rest has no limit
-        limit = np.log(_motion(problem, state[:, :-1])) - excess
+    with np.errstate(invalid="ignore", divide="ignore"):
+        limit = np.log(_motion(problem, state[:, :-1])) - excess  # NaN where nothing moves
     size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
     found: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):
@@ -62,9 +62,7 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
                     middles.append(middle)
         if not divided:
             break
-        middle = Station(
-            *(np.array([getattr(m, n) for m in middles]) for n in ("state", "direction"))
-        )
+        middle = Station.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
         stretches = Stretches.joined(divided).divided(np.array(shares), middle, scale)
     return found

@@ -56,8 +56,13 @@ class Located(NamedTuple):
     other_states: dict[int, float]
 
 
-def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = False) -> Located:
-    """Peaks between the first and the last of ``points``: of the largest or of each response."""
+def locate_peaks(
+    points: list[PathPoint], corrector: Corrector, each: bool = False, regardless: bool = False
+) -> Located:
+    """Peaks between the first and the last of ``points``: of the largest or of each response.
+
+    ``regardless`` of contacts that seem to be in another state in between.
+    """
     if len(points) < 2:
         return Located([], {}, 0, {})
     found = _Peaks(corrector, each)
@@ -70,7 +75,7 @@ def locate_peaks(points: list[PathPoint], corrector: Corrector, each: bool = Fal
     for i, here in enumerate(points[1:-1], 1):
         if here.events:
             found.at_event(before[i], after[i])
-    maxima = Maxima(corrector, each)
+    maxima = Maxima(corrector, each, regardless)
     crests = maxima.between(Stretches.of(points, before, after))
     between = {}
     for i, several in crests.items():

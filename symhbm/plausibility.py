@@ -19,8 +19,9 @@ DOUBT = "is this what was meant"
 """How the warning begins."""
 _UNSYMMETRIC = 1e-6
 """Difference of two entries of a stiffness matrix, relative to the largest, that is round-off."""
-_FAR, _ABOVE = 5.0, 2.0
-"""Ratio of frequencies from which a band is far from a resonance, and above the highest one."""
+_FAR, _ABOVE, _ALONE = 5.0, 2.0, 20.0
+"""Ratio of frequencies from which a band is far from resonances, a band is above all of them, and
+one frequency is."""
 _DENSE = 300
 _STEPS = 4
 
@@ -106,7 +107,7 @@ def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) 
         return ""  # cubic springs move resonances as far as the motion is large
     low, high = min(band), max(band)
     of_one, reach = low == high, max(_FAR, *harmonics)
-    if of_one and low <= _FAR * _highest(model):
+    if of_one and low <= _ALONE * _highest(model):
         return ""
     if model.n_dof > _DENSE:
         lower, upper = np.array([_lowest(model, high)]), np.array([_highest(model)])
@@ -115,7 +116,8 @@ def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) 
         lower, upper = _resonances(model, high)
         beyond = upper * _ABOVE < low
     below, above = upper * _FAR < low, lower > reach * high
-    far = below.all() if of_one else (below | above).all() or beyond.all()
+    alone = upper * _ALONE < low
+    far = alone.all() if of_one else (below | above).all() or beyond.all()
     distance = np.where(upper < low, low / np.maximum(upper, 1e-300), lower / high)
     closest = int(np.argmin(distance))
     nearest = upper[closest] if upper[closest] < low else lower[closest]

@@ -19,8 +19,10 @@ from symhbm.one_harmonic import places
 
 SCALARS = 6
 """Values in front of those of the contacts, see `point_system`."""
-_FEW = 100
-"""Contacts up to which terms that are shared are looked for, which takes longer than linearly."""
+_FEW, _SPARSE = 100, 10_000
+"""Contacts, and entries of the Jacobian, up to which terms that are shared are looked for.
+
+That takes longer than linearly."""
 _MOST_FILL = 20_000
 """Entries of the factors of the structure up to which resonances are counted at every point."""
 
@@ -91,7 +93,7 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         springs.T,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if structure is None and n_contacts <= _FEW:
+    if structure is None and n_contacts <= _FEW and jacobian.nnz() <= _SPARSE:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)

@@ -1,5 +1,6 @@
 """Ensembles of curves as datasets: in memory, or in archives that outlive their process."""
 
+import json
 import os
 import sys
 import warnings
@@ -13,6 +14,7 @@ import xarray as xr
 
 from symhbm import check, schema, tables
 from symhbm.archive import bytes_of, call_of, existing, load, path_of, rebuild
+from symhbm.audit import OF_PEAKS
 from symhbm.branch import Branch, Task, blank_branch
 from symhbm.ensemble import compute
 from symhbm.merge import merge
@@ -31,13 +33,22 @@ def check_executor(executor: object) -> None:
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
 
 
-def check_keep(keep: Iterable[str] | None) -> tuple[str, ...] | None:
-    """Names to keep, sorted, None for all; TypeError unless they are names."""
+def check_keep(
+    keep: Iterable[str] | None, verifiable: bool, name: str, accuracy: float | None
+) -> tuple[str, ...] | None:
+    """Names to keep, sorted, None for all; TypeError unless they are names.
+
+    With those that the peaks of what goes along ``name`` can be ``verifiable`` by.
+    """
+    verifiable = check.flag("verifiable", verifiable)
     if keep is None:
         return None
     names = [keep] if isinstance(keep, str) or not isinstance(keep, Iterable) else [*keep]
     if isinstance(keep, str) or not all(isinstance(name, str) for name in names):
         raise TypeError(f"keep={check.shown(keep)}: expected a sequence of names")
+    if verifiable:
+        more = () if accuracy is None else ("highest_harmonic",)
+        names += [f"peak_{each}" for each in (name, *OF_PEAKS, *more)]
     return tuple(sorted(set(names)))
 
 
@@ -63,6 +74,9 @@ def run(
         check.known(
             name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
         )
+    if task.keep is not None:
+        kept = {tables.name_of(key, task) for key in tables.flat(blank)}
+        call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
     if archive is None:
         with Spool() as spool, _noted(lambda: _lost(len(spool), sweep.size)):
             for found in compute(problem, sweep, task, blank, executor, progress):
@@ -78,10 +92,10 @@ def run(
                 _check_same(call, call_of(store), file)
                 store.remove()
         return complete
-    kept, empty = bytes_of(call), tables.encode(tables.flat(blank))
+    written, empty = bytes_of(call), tables.encode(tables.flat(blank))
     with Store(file) as store:
         if store.call is None:
-            store.begin(kept, sweep.size, empty)
+            store.begin(written, sweep.size, empty)
         _check_same(call, call_of(store), file)
         return _finished(store, target, call, problem, blank, executor, progress)
 

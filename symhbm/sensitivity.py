@@ -21,7 +21,7 @@ from symhbm.peak_conditions import Conditions, solve
 from symhbm.peaks import Peak, PeakKind
 from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
-from symhbm.schema import recall
+from symhbm.schema import recall, without
 from symhbm.second_order import SecondOrder
 from symhbm.slopes import TIE
 from symhbm.summit import Summit
@@ -130,7 +130,7 @@ class _StoredPeaks:
         if missing:
             raise ArchiveError(
                 "dataset: expected a result of frf with its peaks over the frequency, got one "
-                f"without {', '.join(missing)}"
+                f"{without(dataset, missing)}"
             )
         if self.problem.samples is not None:
             raise ArchiveError(

@@ -87,6 +87,14 @@ class Turning(NamedTuple):
     error: FloatArray
     measured: Measure
 
+    def falls_from(self) -> NDArray[np.bool_]:
+        """Whether each amplitude does not but fall from a maximum at the left end, (..., n_dof)."""
+        return (self.slopes + _SPREAD[:, None] * self.error[..., None, :])[..., 1:-1, :].max(-2) < 0
+
+    def rises_to(self) -> NDArray[np.bool_]:
+        """Whether each amplitude does not but rise to a maximum at the right end, (..., n_dof)."""
+        return (self.slopes - _SPREAD[:, None] * self.error[..., None, :])[..., 1:-1, :].min(-2) > 0
+
     def take(self, index: Any) -> Self:
         """That of some stretches."""
         arrays = (values[index] for values in self[:-1])
@@ -146,6 +154,8 @@ def turning(
     # Next to a root of slip the slope may turn and turn back closer than any interpolant tells.
     at_root = np.where(roots[..., None], climb[..., [0, -1], :], np.inf).min(axis=-2)
     unclear |= ~other & (at_root < _NEARLY * level)
+    changes = np.count_nonzero((slopes[..., 1:, :] > 0) != (slopes[..., :-1, :] > 0), axis=-2)
+    unclear |= changes > other
     return Turning(turns, unclear & moving, np.any(contends, axis=0), slopes, error, measured)
 
 

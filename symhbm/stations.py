@@ -19,6 +19,8 @@ from symhbm.newton import newton
 
 _ACROSS = 0.5
 """Part of a tangent along the mean of those at both ends below which planes do not tell places."""
+_CLEARLY = 1e-7
+"""Motion beyond its limit, relatively, of a contact that is in another state."""
 _NEAR = 0.01
 """Distance as a share of the way below which a tangent tells more than the cubic."""
 
@@ -36,6 +38,12 @@ class Station:
     def bare(self) -> "Station":
         """Solution and tangent alone."""
         return Station(self.state, self.direction)
+
+    @classmethod
+    def stacked(cls, several: Sequence[Self]) -> Self:
+        """Single ones in one."""
+        names = [field.name for field in fields(cls)]
+        return cls(*(np.array([getattr(each, name) for each in several]) for name in names))
 
     @classmethod
     def joined(cls, several: Sequence[Self]) -> Self:
@@ -127,7 +135,12 @@ class Between:
         ends = self.left.state, self.right.state, self._slopes, share[:, None]
         return cubic(*ends), cubic_slope(*ends)
 
-    def solve(self, share: float, near: tuple[float, Station] | None = None) -> Station | None:
+    def solve(
+        self,
+        share: float,
+        near: tuple[float, Station] | None = None,
+        precision: float = 1e-10,
+    ) -> Station | None:
         """The solution at a share of the way, None where there is none to be found.
 
         ``near`` may be another share and the solution there. At an end it is the end itself, with
@@ -145,7 +158,7 @@ class Between:
             guess[-1] = np.clip(guess[-1], *sorted((left[-1], right[-1])))
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
-        found = self.corrector.correct(guess, self.scale, plane, self.slip, precision=1e-10)
+        found = self.corrector.correct(guess, self.scale, plane, self.slip, precision)
         if found is None or not self._holds(found):
             return None
         return Station(found.point, found.direction * self.scale)
@@ -155,7 +168,7 @@ class Between:
 
         Where planes across the path do not tell, at a value of the parameter, contacts free.
         """
-        found = self.solve(share)
+        found = self.solve(share, precision=1e-6)
         if found is not None or not self.curve.single_valued:
             return found
         (guess, *_), _ = self.interpolate(np.array([share]))
@@ -168,8 +181,8 @@ class Between:
             return None
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
-        slip = result.evaluation.friction.slip
-        self.other_states |= bool(np.any(slip != self.slip))
+        slip, excess = result.evaluation.friction.slip, result.evaluation.friction.excess
+        self.other_states |= bool(np.any((slip != self.slip) & (np.abs(excess) > _CLEARLY)))
         return self._with_tangent(state, row, slip)
 
     def _with_tangent(

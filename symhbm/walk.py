@@ -127,9 +127,14 @@ class Walk:
             if i not in located.other_states:
                 continue
             there = points[i + 1]
-            passed = self._walked_anew(here, there, located.other_states[i])
-            if passed is None or depth == _MAX_DEPTH:
-                lost += 1
+            value = located.other_states[i]
+            passed = self._walked_anew(here, there, value) if depth < _MAX_DEPTH else None
+            if passed is None:
+                # That state is one of round-off, next to the limit.
+                alone = locate_peaks([here, there], self.corrector, self.each, regardless=True)
+                path += alone.between.get(0, ())
+                peaks += alone.peaks
+                lost += alone.lost + len(alone.other_states)
                 continue
             inner, others, missing = self._located([here, *passed, there], depth + 1)
             path += inner[1:-1]
@@ -150,9 +155,8 @@ class Walk:
             self.rejected += path.rejected
             if path.status != Status.REACHED_END:
                 return None
-        ends = here.slip, there.slip
-        same = any(np.array_equal(walked[-1].slip, slip) for slip in ends)
-        return walked[1:-1] if same else None
+        # A contact that is in another state up to the next point changed it there, to round-off.
+        return walked[1:-1] if np.array_equal(walked[-1].slip, here.slip) else None
 
     def _has_others(self, point: PathPoint) -> bool:
         """Whether another solution is found at the value of a point."""

@@ -172,6 +172,11 @@ def attended(_):
         return os.getpid()
 
 
+def interruptible():
+    """Hear an interrupt, also where the tests themselves run in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def started(method, doing, folder):
     """A process with a pool of two workers, and their numbers."""
     script = folder / "script.py"
@@ -184,6 +189,7 @@ def started(method, doing, folder):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=interruptible,
     )
     assert process.stdout is not None
     return process, [int(number) for number in process.stdout.readline().split()]
@@ -260,7 +266,13 @@ def test_the_command_line_is_interrupted_in_one_line(tmp_path, monkeypatch):
     path = tmp_path / "x.nc"
     interrupted(monkeypatch, 1, lambda: call(range(1, 3001), archive=path))
     command = [sys.executable, "-m", "symhbm", "resume", path, "--workers", "1"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=interruptible,
+    )
     end = time.monotonic() + 60
     while time.monotonic() < end:
         if "1 of its 3000 " not in _said(path):

@@ -159,6 +159,7 @@ def test_a_band_between_resonances_and_that_of_a_superharmonic():
 
 def test_one_frequency_may_be_static():
     assert not said(lambda: sh.solve(blade(), 1e-3))
+    assert not said(lambda: sh.solve(blade(), 350.0))
     text = said(lambda: sh.solve(blade(), 1200.0))
     assert "frequency=1200 Hz lies 53.3 times above" in text
 
@@ -220,7 +221,7 @@ def test_natural_frequencies_of_a_large_structure():
     assert exact[0] <= lowest < 1.5 * exact[0]
     assert exact[-1] / 2 < highest <= 1.01 * exact[-1]
     problem = sh.HarmonicBalance(model, sh.PointForce(n // 2))
-    assert "lies 9" in said(lambda: sh.solve(problem, 9.1 * highest))
+    assert "lies 21" in said(lambda: sh.solve(problem, 21.0 * highest))
     assert not said(lambda: sh.solve(problem, 20.0))
     small = sh.Model(np.eye(3), 0 * np.eye(3), chain.toarray()[:3, :3])
     expected = 200 * np.sin(np.arange(1, 4) * np.pi / 8) / (2 * np.pi)

@@ -1,5 +1,6 @@
 """Pictures are right between the points of a dataset, and none is empty."""
 
+import importlib
 from itertools import pairwise
 
 import matplotlib as mpl
@@ -15,6 +16,7 @@ import matplotlib.pyplot as plt
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from studies.closed_form import one_blade
 from symhbm import tables
 from symhbm.cli.commands import main
 from symhbm.drawn import amplitude_between
@@ -325,3 +327,74 @@ def test_the_command_line_draws_no_empty_picture(failed, tmp_path, kind):
     assert result.exit_code != 0
     assert "no response was found" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["failed.nc"]
+
+
+# Studies: all that draw responses, as they are drawn in full
+
+SWEPT = {
+    "fig03_single_blade": ("normal_load", 0),
+    "fig08_engine_orders": ("engine_order", 0),
+    "fig09_contact_stiffness": ("contact_stiffness", 0),
+    "fig10_friction_coefficient": ("friction_coefficient", 0),
+    "fig11_normal_load": ("normal_load", 0),
+    "optimal_normal_load_single_blade": ("normal_load", 1),
+}
+"""The parameter that tells lines of a study apart, and the axes with its responses."""
+
+
+def drawn(name):
+    """Module, dataset and axes of a study."""
+    study = importlib.import_module(f"studies.{name}")
+    dataset = study.compute(progress=False)
+    return study, dataset, study.draw(dataset).axes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEPT)
+def test_responses_of_studies_are_drawn_where_they_are(name):
+    dim, place = SWEPT[name]
+    _, dataset, axes = drawn(name)
+    lines = long_lines(axes[place])
+    assert len(lines) == dataset.sizes[dim]
+    for i, line in enumerate(lines):
+        assert off_paper(line, dataset.isel({dim: i})) < CLOSE, dataset[dim].values[i]
+
+
+@pytest.mark.slow
+def test_blades_of_the_disk_with_a_point_force_are_drawn_where_they_are():
+    study, dataset, (ax, *_) = drawn("fig06_point_force")
+    curves = [(study.STUCK_LOAD, 0), *((study.NORMAL_LOAD, blade) for blade in study.BLADES)]
+    for line, (load, blade) in zip(long_lines(ax), curves, strict=True):
+        assert off_paper(line, dataset.sel(normal_load=load), dof=blade) < CLOSE, (load, blade)
+
+
+@pytest.mark.slow
+def test_mistuned_disks_are_drawn_where_they_are():
+    study, dataset, (left, right, *_) = drawn("fig12_mistuned_disk")
+    order = [*dataset.sample.values[dataset.sample.values != study.TUNED], study.TUNED]
+    for sample, line in zip(order, long_lines(left), strict=True):
+        assert off_paper(line, dataset.sel(sample=sample)) < CLOSE, sample
+    worst = dataset.sel(sample=study.worst_sample(dataset))
+    *blades, tuned = long_lines(right)
+    for blade, line in enumerate(blades):
+        assert off_paper(line, worst, dof=blade) < CLOSE, blade
+    assert off_paper(tuned, dataset.sel(sample=study.TUNED)) < CLOSE
+
+
+@pytest.mark.slow
+def test_the_tuned_disk_is_drawn_where_it_is_beside_an_ensemble():
+    study, _, axes = drawn("fig13_amplification")
+    tuned = sh.frf(study.fig12.problem(), study.fig12.BAND, progress=False)
+    for ax in axes[: len(study.BLADES)]:
+        assert off_paper(long_lines(ax)[-1], tuned) < CLOSE
+
+
+@pytest.mark.slow
+def test_peaks_over_the_load_are_drawn_where_they_are():
+    """The closed form of one blade tells them at any load."""
+    study, dataset, (_, ax, *_) = drawn("fig11_normal_load")
+    line = long_lines(ax)[0]
+    loads = np.union1d(np.geomspace(*study.LOADS, 2000), line.get_xdata())
+    curve = dataset.isel(normal_load=0)
+    peaks = [one_blade(curve, normal_load=load).peak()[0] for load in loads]
+    assert farthest(ax, (loads, level(np.array(peaks))), line.get_data()) < CLOSE

@@ -379,7 +379,7 @@ def test_contacts_at_rest():
 
 
 def test_no_peaks():
-    found = sh.sensitivity(frf(BLADE, (1, 2)))
+    found = sh.sensitivity(frf(BLADE, (5, 8)))
     assert found.sizes["peak"] == 0
     assert found.peak_amplitude_by_normal_load.shape == (0, 1, 1)
 
@@ -443,7 +443,8 @@ def test_other_datasets_are_refused():
         sh.sensitivity(3)
     with pytest.raises(sh.ArchiveError, match="not written by symhbm"):
         sh.sensitivity(xr.Dataset())
-    kept = frf(BLADE, (15, 30), keep=["amplitude", "peak_frequency"])
+    names = ["amplitude", "peak_frequency"]
+    kept = frf(BLADE, (15, 30), keep=names, verifiable=False)
     with pytest.raises(
         sh.ArchiveError, match="without peak_amplitude, peak_dof, peak_kind, peak_c"
     ):

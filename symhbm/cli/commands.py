@@ -176,13 +176,14 @@ def verify(
     output: Path | None,
     overwrite: bool,
 ) -> int:
-    """Recompute every point of ARCHIVE from itself alone.
+    """Recompute every point and every peak of ARCHIVE from itself alone.
 
     The exit code is 1 where a bound is broken. Nothing that is stored is believed: residual and
     energy balance are recomputed from the Fourier coefficients, the friction by marching a
     slider, and some points are compared with the exact periodic motion, which shows what the
-    harmonics left out amount to. The table has the worst value of each figure (all relative), its
-    bound, whether that holds, and where.
+    harmonics left out amount to. Of an archive without the coefficients of its points the peaks
+    are recomputed, as far as those were kept. The table has the worst value of each figure (all
+    relative), its bound, whether that holds, and where.
 
     \b
     Examples:

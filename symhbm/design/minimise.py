@@ -187,7 +187,7 @@ def minimise_peak(
     dims = dict(zip(sweep.dims, sweep.shape, strict=True))
     result = result.merge(report(program, cases, found, dims))
     hulls = sorted({band for each in bands for band in each})
-    text = certificate(program, found, hulls, sweep.size)
+    text = certificate(program, found, hulls, sweep.size, cases.unique)
     if unknown is not None:
         result = result.merge(_fresh(program, cases, found, unknown, bands))
         text += (

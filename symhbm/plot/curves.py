@@ -205,7 +205,13 @@ def _marks(ax: Axes, marks: Marks, color: Any) -> None:
 def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(name))
-    which = "largest response" if dof is None else f"response of DOF {dof}"
+    kept = dataset.variables.get("structure_dof")
+    if kept is None:
+        which = "largest response" if dof is None else f"response of DOF {dof}"
+    elif dof is None:
+        which = f"largest response of {kept.size} kept DOFs"
+    else:
+        which = f"response of DOF {int(kept.values[dof])} (kept DOF {dof})"
     ax.set_ylabel(f"{which} [dB re 1 m]")
     values = dataset[name].values[np.isfinite(dataset[name].values)]
     if name != "frequency" and len(values) and is_wide(values):

@@ -18,6 +18,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm import check
 from symhbm.names import PARAMETERS, VARIABLES
+from symhbm.schema import check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -91,8 +92,7 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    for name in names:
-        check.known(name, [str(n) for n in dataset.variables], "variable of the dataset")
+    check_held(dataset, *names)
 
 
 def check_anything(dataset: xr.Dataset, name: str) -> None:
