@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky
 
 from symhbm.condensed_model import CondensedModel
 from symhbm.condensed_modes import condensed_modes
@@ -147,7 +147,7 @@ class Reduced(NamedTuple):
     springs: NDArray
     force: NDArray
     contact_stiffness: FloatArray
-    factor: NDArray
+    inverse: NDArray
     stiffest: float
 
 
@@ -164,10 +164,11 @@ def reduced(problem: HarmonicBalance, harmonic: int) -> Reduced:
 @lru_cache(maxsize=32)
 def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     mass, *matrices, directions = structure_matrices(problem, wave)
-    factor = cholesky(mass, lower=True)
+    # Where a triangular system has several right-hand sides, LAPACK starts threads.
+    inverse = np.linalg.inv(cholesky(mass, lower=True))
 
     def scaled(matrix: NDArray) -> NDArray:
-        return solve_triangular(factor, matrix, lower=True)
+        return inverse @ matrix
 
     damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
     shape = problem.excitation.shape(problem.model.n_dof, problem.basis)[: problem.n_dof]
@@ -177,7 +178,7 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     if not problem.model.has_cubic_springs:
         whole = stiffness + (springs * problem.contact_stiffness) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(whole)[-1]))
-    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, factor, highest)
+    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, inverse, highest)
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:

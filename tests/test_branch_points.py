@@ -5,11 +5,17 @@ one such oscillator, whose responses are roots of a cubic. Motions that differ b
 equations of a small difference are singular. Beside that all solutions are looked for at random.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq, root
 
 import symhbm as sh
+from symhbm.branch_points import find_branch_point
+from symhbm.corrector import Corrector
+from symhbm.curve import FrequencyCurve
+from symhbm.newton import newton
 from symhbm.status import Status
 
 TURN = 2 * np.pi
@@ -135,3 +141,30 @@ def test_a_structure_that_is_not_quite_symmetric_has_no_branch_points(difference
     # Each is a solution, none is told twice; detached branches hold more than the path does.
     assert np.all(matches.sum(axis=0) == 1)
     assert int(grid.n_solutions[0]) == len(here) < len(everything)
+
+
+@pytest.mark.parametrize(("difference", "meet"), [(0.0, True), (1e-6, False), (1e-3, False)])
+def test_paths_that_come_close_do_not_meet(difference, meet):
+    """Motions nearly alike before and beyond a pitchfork are one path in a symmetric pair alone."""
+    curve = FrequencyCurve(pair(0.3, 0.02, difference))
+    corrector = Corrector(curve)
+    (_, pitchfork), stations = pitchforks(0.3, 0.02), []
+    for omega in (pitchfork - 0.01, pitchfork + 0.01):
+        # The middle one of three, the force ahead of the motion by its phase.
+        amplitude = alike(omega, 0.3)[1]
+        stiffness = 1 - omega**2 + 0.75 * GAMMA * amplitude**2
+        motion = 0.3 / (stiffness + 1j * omega * DAMPING)
+        start = np.tile([motion.real, -motion.imag], 2)
+        found = newton(lambda trial, omega=omega: curve.evaluate(trial, omega), start)
+        assert found.converged
+        assert np.abs(found.unknowns - start).max() < 100 * difference + 1e-9
+        stations.append(np.append(found.unknowns, omega))
+    scale, slip = curve.scale(stations[0]), np.zeros(2, dtype=bool)
+    row = (stations[1] - stations[0]) / scale
+    tangents = [corrector.tangent(state, scale, row, slip) for state in stations]
+    assert tangents[0].sign != tangents[1].sign
+    base = SimpleNamespace(state=stations[0], after=tangents[0].direction * scale, slip=slip)
+    found = find_branch_point(corrector, base, tangents[1], scale)
+    assert (found is not None) == meet
+    if meet:
+        assert found.point[-1] == pytest.approx(pitchfork, rel=1e-5)

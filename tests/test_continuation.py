@@ -171,12 +171,12 @@ def test_events_are_those_of_short_steps(monkeypatch):
     problem = fig12.problem()
     draws = fig12.samples(problem).isel(sample=0)
     values = {str(name): draws[name].values for name in draws.data_vars}
-    problem, band = problem.with_parameters(**values), (225, 255)
+    problem, band = problem.with_parameters(**values), (50, 255)
     found = sh.frf(problem, band, throw=True, progress=False)
-    monkeypatch.setattr(continuation, "PREDICTION_ERROR", 1e-4)
+    monkeypatch.setattr(continuation, "PREDICTION_ERROR", 1e-3)
     expected = sh.frf(problem, band, throw=True, progress=False)
-    assert expected.n_points > 2 * found.n_points
-    assert expected.n_events > 10
+    assert expected.n_points > 1.3 * found.n_points
+    assert expected.n_events >= 6
     for name in ("event_contact", "event_kind"):
         assert found[name].values.tolist() == expected[name].values.tolist()
     np.testing.assert_allclose(found.event_frequency, expected.event_frequency, rtol=1e-11)

@@ -325,7 +325,7 @@ def test_a_row_that_comes_while_the_file_is_read(working, tmp_path):
 def test_a_message_of_the_database_that_is_no_text(working, tmp_path):
     file = working_file(tmp_path / "x.nc")
     file.write_bytes(working)
-    flipped(file, b"TABLE about", b"TABLE \xacbout")
+    flipped(file, b"tableresultsresults", b"table\xacesultsresults")
     with pytest.raises(sh.ArchiveError, match=r"x\.nc\.partial'.* is damaged"):
         sh.load(file)
 

@@ -83,12 +83,10 @@ def test_blades_of_figure_8_are_equal(figure_8):
 
 
 def test_work_of_the_figures(figure_3, figure_8):
-    """Linear solves, peaks and events included, and points per curve."""
-    solves = np.concatenate(
-        [(ds.linear_solves / ds.n_points).values.ravel() for ds in (figure_3, figure_8)]
-    )
-    assert np.median(solves) <= 4
-    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 80
+    """Linear solves, peaks and events included, and points, of a curve."""
+    solves = np.concatenate([ds.linear_solves.values.ravel() for ds in (figure_3, figure_8)])
+    assert np.median(solves) <= 140
+    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 58
 
 
 @pytest.mark.parametrize("engine_order", range(7))

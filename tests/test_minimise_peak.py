@@ -376,6 +376,26 @@ def test_a_slope_that_nothing_holds_is_no_optimum(distance):
     assert f"below {max(held.stationarity, 1e-16):.1e} of the response" in text
 
 
+def test_a_saddle_is_no_optimum():
+    """Where the response falls to second order nothing is found, however small its slope."""
+    held, _, _ = held_at(BEST_LOAD)
+    bent = [replace(piece, hessian=-piece.hessian) for piece in held.pieces]
+    saddle = replace(held, pieces=bent)
+    assert saddle.curvature == pytest.approx(-held.curvature, rel=1e-6)
+    assert saddle.stationarity < 1e-8
+    state = replace(survey_of_best(), pieces=bent)
+    design = Design(held.x, [state], state.height)
+    found = Found(design, saddle, [design], [Descent(design, True, saddle)])
+    assert status_of(saddle.program, found) == Status.DESIGN_STALLED
+    assert "a lower response may lie close by" in certificate(saddle.program, found, (BAND,), 1)
+
+
+def survey_of_best():
+    problem = blade()
+    space = read_space(problem, "normal_load", BOUNDS, "common")
+    return Cases(problem, parse(problem, None), space, [(BAND,)])(np.log([BEST_LOAD]))[0]
+
+
 FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))
 """Blades that move together, which no contact touches, and one engine order that is quieter."""
 STIFF = over(force_amplitude=np.array([1.0, 200.0]), stiffness=np.array([1e4, 9e4]))

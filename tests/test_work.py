@@ -144,7 +144,7 @@ class _Watched(ThreadPoolExecutor):
         self.pieces, self.sent = [], []
 
     def submit(self, fn, /, *args, **kwargs):
-        _, payload, chosen = args
+        _, payload, chosen, _ = args
         self.pieces.append(len(chosen))
         self.sent.append(0 if payload is None else len(payload))
         return super().submit(fn, *args, **kwargs)
@@ -203,7 +203,7 @@ def test_a_worker_that_does_not_know_a_problem_says_so():
     found = []
 
     def ask():
-        found.append(ensemble._work("a problem of nobody", None, [{}]))
+        found.append(ensemble._work("a problem of nobody", None, [{}], "a call"))
 
     thread = threading.Thread(target=ask)
     thread.start()

@@ -14,7 +14,7 @@ from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.plot.drawing import Moving, decibel
 
-_STRAIGHT = 0.02
+_STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
 _MAX_HALVINGS = 8
 _SAME = 1e-12
