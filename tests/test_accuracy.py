@@ -1,5 +1,6 @@
 """Accuracy as an input: what is asked for is kept, measured against the exact periodic motion."""
 
+import warnings
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 
