@@ -52,19 +52,10 @@ def ring(problem: sh.HarmonicBalance) -> StuckRing:
     )
 
 
-def grid(stuck: StuckRing) -> np.ndarray:
-    """Return frequencies [Hz] that show the resonances and antiresonances of every blade."""
-    near = np.geomspace(0.01, 3, 10)
-    about = np.add.outer(stuck.natural_frequencies(), np.concatenate([-near, near])).ravel()
-    return np.union1d(np.linspace(*BAND, 681), about)
-
-
 def compute(progress: bool = True) -> xr.Dataset:
     """Follow the response at both loads, with the peaks of every blade."""
     over = {"normal_load": [NORMAL_LOAD, STUCK_LOAD]}
-    dataset = sh.frf(
-        problem(), BAND, grid(ring(problem())), over, peaks="each", throw=True, progress=progress
-    )
+    dataset = sh.frf(problem(), BAND, over=over, peaks="each", throw=True, progress=progress)
     enough = sh.frf(problem(), BAND, accuracy=ACCURACY, throw=True, progress=False)
     about = f"at the peaks of the largest response at {NORMAL_LOAD:g} N, error {ACCURACY:g}"
     added = {

@@ -31,6 +31,7 @@ from studies.companions import (
     with_companions,
 )
 from studies.landmark import Landmark, Source
+from studies.load_curves import peaks_between
 from studies.run import run
 
 NAME = "fig11_normal_load"
@@ -38,7 +39,7 @@ ENGINE_ORDER = 6
 CONTACT_STIFFNESS = 1e5  # N/m
 NORMAL_LOADS = [10, 40, 100]  # N
 BAND = (10, 120)  # Hz
-SCAN = np.geomspace(0.3, 3000, 41)
+LOADS = (0.3, 3000)
 """Normal loads [N] of the curve of peaks, from nearly free to stuck."""
 CLOSE = 1e-5
 """Relative change of the best load at which it is found."""
@@ -51,40 +52,22 @@ def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
     )
 
 
-def peaks(loads: np.ndarray) -> xr.Dataset:
-    """Return the largest peak at each normal load [N]."""
-    over = {"normal_load": loads}
-    return largest_peak(sh.frf(problem(), BAND, over=over, progress=False, throw=True))
-
-
-def best_load(scanned: np.ndarray) -> float:
-    """Return the normal load [N] of the lowest peak, near that of the peaks ``scanned``."""
-    lowest = int(np.argmin(scanned))
-    if not 0 < lowest < len(SCAN) - 1:
-        raise ArithmeticError(f"the peak has no minimum between {SCAN[0]:g} and {SCAN[-1]:g} N")
-
-    def level(logarithm: float) -> float:
-        return float(np.log(peaks(np.exp([logarithm])).peak_amplitude[0]))
-
-    ends = np.log(SCAN[[lowest - 1, lowest + 1]])
-    found: Any = minimize_scalar(level, bounds=ends, method="bounded", options=dict(xatol=CLOSE))
-    return float(np.exp(found.x))
-
-
 def compute(progress: bool = True) -> xr.Dataset:
     """Follow the response at the loads of the source and at the best one; and peaks over loads."""
-    scanned = peaks(SCAN).peak_amplitude.values
-    best = best_load(scanned)
+    options = dict(frequency=BAND, throw=True, progress=False)
+    scan = sh.peak_curve(problem(), "normal_load", LOADS, **options)  # type: ignore[arg-type]
+    best = float(scan.minimum_normal_load[scan.minimum_amplitude.values.argmin()])
     over = {"normal_load": np.append(best, NORMAL_LOADS)}
     dataset = sh.frf(problem(), BAND, over=over, throw=True, progress=progress)
     added = {
         "best_normal_load": ((), best, "N", "normal load of the lowest peak"),
-        "scan_normal_load": ("scan", SCAN, "N", "normal load of the contact"),
-        "scan_peak_amplitude": ("scan", scanned, "m", "displacement at the largest peak"),
+        "scan_normal_load": ("scan", scan.normal_load, "N", "normal load of the contact"),
+        "scan_peak_amplitude": ("scan", scan.peak_amplitude, "m", "displacement at the peak"),
+        "scan_peak_slope": ("scan", scan.peak_amplitude_slope, "m N-1", "derivative by the load"),
     }
     return with_companions(dataset, problem(), BAND, over).assign(
         {
-            name: (dims, values, {"units": units, "long_name": long_name})
+            name: (dims, np.asarray(values), {"units": units, "long_name": long_name})
             for name, (dims, values, units, long_name) in added.items()
         }
     )
@@ -107,10 +90,8 @@ def draw(dataset: xr.Dataset) -> Figure:
             f"$F_n$ = {load:.3g} N" + (" (lowest peak)" if load == best else "") for load in loads
         ]
         left.legend(handles, labels, loc="upper left", handlelength=2.8)
-        scanned = dataset.scan_normal_load.values, dataset.scan_peak_amplitude.values
-        order = np.argsort(np.append(scanned[0], loads))
-        load = np.append(scanned[0], loads)[order]
-        level = 20 * np.log10(np.append(scanned[1], top.peak_amplitude.values)[order])
+        names = "scan_normal_load", "scan_peak_amplitude", "scan_peak_slope"
+        load, level = peaks_between(*(dataset[name].values for name in names))
         right.semilogx(load, level, color="0.6", zorder=1)
         for at, handle, peak in zip(loads, handles, top.peak_amplitude.values, strict=True):
             marker = dict(color=handle.get_color(), markeredgecolor="black", markersize=6)  # type: ignore

@@ -39,6 +39,8 @@ TUNED = -1
 ZOOM = (150, 280)  # Hz
 DISTINCT = 1.0
 """Height [dB] over the dip beside it from which a peak counts as one of its own."""
+OF_BLADES = ("frequency", "amplitude", "amplitude_slope", "amplitude_slope_before")
+"""What is drawn of the blades of the worst disk."""
 MEAN_AT_FREQUENCY, MEAN_OF_PEAKS = 14.31, 2.234
 """Amplification of the largest blade, mean of 1,000 samples (`studies.many_mistuned_disks`)."""
 WORST_OF_25 = 2.87
@@ -65,7 +67,11 @@ def of_a_few(n_samples: int) -> float:
 
 
 def compute(progress: bool = True) -> xr.Dataset:
-    """Follow the responses of the tuned disk, sample -1, and of the mistuned ones."""
+    """Follow the responses of the tuned disk, sample -1, and of the mistuned ones.
+
+    Those of the worst disk once more, with the peaks of each blade: between its points the path
+    then tells each blade's response.
+    """
     tuned = problem()
     drawn = samples(tuned)
     nominal = xr.zeros_like(drawn.isel(sample=[0])).assign_coords(sample=[TUNED])
@@ -73,7 +79,11 @@ def compute(progress: bool = True) -> xr.Dataset:
         nominal[name] = nominal[name] + tuned.parameters[str(name)]
     over = xr.concat([nominal, drawn], "sample", combine_attrs="override")
     with ProcessPoolExecutor() as pool:
-        return sh.frf(tuned, BAND, over=over, throw=True, executor=pool, progress=progress)
+        dataset = sh.frf(tuned, BAND, over=over, throw=True, executor=pool, progress=progress)
+    worst = sh.rebuild(dataset.sel(sample=worst_sample(dataset)))
+    blades = sh.frf(worst, BAND, peaks="each", throw=True, progress=False)
+    found = blades[list(OF_BLADES)].rename(point="worst_point").reset_coords()
+    return dataset.assign({f"worst_{name}": found[name].variable for name in OF_BLADES})
 
 
 def bound(dataset: xr.Dataset) -> xr.DataArray:
@@ -92,13 +102,17 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the largest response of every disk, and the worst disk blade by blade."""
     mistuned, tuned = dataset.drop_sel(sample=TUNED), dataset.sel(sample=TUNED)
     worst = worst_sample(dataset)
+    blades = xr.Dataset(
+        {name: dataset[f"worst_{name}"].rename(worst_point="point") for name in OF_BLADES},
+        attrs=dataset.attrs,
+    )
     with plt.rc_context(sh.plot.STYLE):
         figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
         sh.plot.response(mistuned, ax=left)
         sh.plot.response(tuned, ax=left)
         left.set_title(f"tuned (black) and {mistuned.sizes['sample']} mistuned disks", fontsize=10)
         for blade in range(dataset.sizes["dof"]):
-            sh.plot.response(dataset.sel(sample=worst), dof=blade, peaks=False, ax=right)
+            sh.plot.response(blades, dof=blade, peaks=False, ax=right)
         shades = plt.get_cmap("viridis")(np.linspace(0, 0.92, len(right.lines)))
         for line, color in zip(right.lines, shades, strict=True):
             line.set(color=color, linewidth=0.9)

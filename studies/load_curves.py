@@ -11,11 +11,14 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies.closed_form import OneBlade, one_blade
+from symhbm.drawn import amplitude_between
 
 PUBLISHED_LOAD = 10.0
 """Normal load [N] of the source's tuned disk in Fig. 12."""
 SPACING = 2.2
 """Least distance of the labels of curves [dB]."""
+_FINE = 8
+"""Parts of a stretch between two loads at which a peak is known."""
 
 
 def blade(dataset: xr.Dataset, order: int) -> OneBlade:
@@ -41,6 +44,22 @@ def decibels(amplitude: Any) -> np.ndarray:
     return 20 * np.log10(amplitude)
 
 
+def peaks_between(
+    load: np.ndarray, amplitude: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return loads [N] and levels [dB] of the peak over the load, cubic between those it is known.
+
+    ``slope`` is the derivative of the peak by the load [m/N].
+    """
+    place, share = np.divmod(np.arange(_FINE * (len(load) - 1) + 1) / _FINE, 1)
+    i = np.minimum(place.astype(int), len(load) - 2)
+    share = share + (place - i)
+    width = np.log(load[i + 1] / load[i])
+    first, last = (width * load[j] * slope[j] for j in (i, i + 1))
+    found = amplitude_between(amplitude[i], amplitude[i + 1], (first, last), share)
+    return load[i] * np.exp(width * share), decibels(found)
+
+
 def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
     mu = float(dataset.friction_coefficient.mean())
     loads = np.geomspace(0.4, 60, 200)
@@ -56,8 +75,8 @@ def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
         ratio = np.append(row.scan_ratio, 1.0)
         level = np.append(row.scan_peak_amplitude, lowest)
         at = np.argsort(ratio)
-        ax.plot(ratio[at] * best, decibels(level[at]), color=color, linewidth=1.6)
-        ax.plot(ratio[at] * best, decibels(level[at]), ".", color=color, markersize=4)
+        # Nothing tells where between two loads another peak takes the lead.
+        ax.plot(ratio[at] * best, decibels(level[at]), ".", color=color, markersize=6)
         ax.plot(best, decibels(lowest), "o", color=color, markeredgecolor="black", markersize=7)
         alone = dataset.sel(engine_order=order).isel(highest_harmonic=0)
         ax.plot(
@@ -86,7 +105,7 @@ def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
     )
     highest = int(dataset.highest_harmonic[-1])
     dots = dict(color="0.4", markersize=6)
-    ax.plot([], [], "-o", markeredgecolor="black", label=f"harmonics up to {highest}", **dots)  # type: ignore
+    ax.plot([], [], "o", markeredgecolor="black", label=f"harmonics up to {highest}", **dots)  # type: ignore
     look = dict(markerfacecolor="white", linewidth=1) | dots
     ax.plot([], [], "--o", label="one harmonic, closed form", **look)  # type: ignore
     ax.legend(loc="upper right")

@@ -26,7 +26,7 @@ def run(
     matplotlib.use("Agg")
     results.mkdir(parents=True, exist_ok=True)
     dataset = compute()
-    archive = sh.save(dataset, results / f"{name}.nc")
+    archive = sh.save(dataset, results / f"{name}.nc", overwrite=True)
     figure = draw(dataset)
     picture = results / f"{name}.png"
     figure.savefig(picture)

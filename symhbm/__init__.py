@@ -58,6 +58,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def __getattr__(name: str) -> Any:
     # These need matplotlib or scipy.stats, which are slow to import and not needed to compute.
     if name in ("mistuning", "plot", "statistics"):

@@ -26,32 +26,52 @@ _AT_ONCE = 64
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
 
 
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
     """Write a dataset to a NetCDF file, whole or not at all, and return the path.
 
-    An existing file is replaced only once the new one is complete.
+    Parameters
+    ----------
+    dataset
+        What to write.
+    path
+        The file; a name without a suffix gets ``.nc``.
+    overwrite
+        Replace an existing file, once the new one is complete.
 
     Raises
     ------
     TypeError
         If ``dataset`` is no Dataset.
+    FileExistsError
+        If there is such a file and ``overwrite`` is False.
     ArchiveError
         If the file cannot be written; nothing is left behind. It is an OSError and a ValueError.
     """
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    overwrite = check.flag("overwrite", overwrite)
     _check_attributes(dataset)
     target = path_of(path)
     part = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
     try:
+        if not target.is_dir():
+            target = with_suffix(target)
         if not target.name or target.is_dir() or not target.parent.is_dir():
             raise OSError("expected a file name in an existing, writable directory")
+        if target.name.endswith(SUFFIX):
+            raise OSError(f"{SUFFIX!r} is the end of the name of a working file")
+        if target.exists() and not overwrite:
+            raise FileExistsError(
+                f"path={str(target)!r}: there is such a file; overwrite=True replaces it"
+            )
         try:
             write(dataset, part)
             seal(part)
             os.replace(part, target)
         finally:
             part.unlink(missing_ok=True)
+    except FileExistsError:
+        raise
     except (OSError, RuntimeError, ValueError) as error:
         raise ArchiveError(f"path={str(target)!r}: cannot be written ({error})") from error
     return target
@@ -76,11 +96,12 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     Parameters
     ----------
     path
-        A NetCDF file, or a working file.
+        A NetCDF file, or a working file; ``.nc`` may be left out.
     lazy
         Leave the numbers of a NetCDF file where they are until they are used; by default they are
-        read into memory. The checksum of the whole file is compared first in either case (0.5 s
-        for 700 MB); a file that changes later raises ArchiveError where its numbers are used.
+        read into memory. The checksum of the whole file is compared first in either case (700 MB
+        take 0.5 s, or as long as the disk takes to read them); a file that changes later raises
+        ArchiveError where its numbers are used.
 
     Raises
     ------
@@ -90,7 +111,7 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
         If the file is damaged, is no NetCDF file, or was not written by this library. It is an
         OSError and a ValueError.
     """
-    source = path_of(path)
+    source = existing(path_of(path))
     lazy = check.flag("lazy", lazy)
     if not source.exists():
         raise FileNotFoundError(f"path={str(source)!r}: no such file{_on_the_way(source)}")
@@ -212,6 +233,19 @@ def check_schema(dataset: xr.Dataset, what: str) -> None:
         raise ArchiveError(
             f"{what}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
         )
+
+
+def with_suffix(path: Path) -> Path:
+    """The name of an archive, with ``.nc`` where it has no suffix; digits, as in 0.5, are none."""
+    named = path.name and not path.suffix[1:2].isalpha()
+    return path.with_name(f"{path.name}.nc") if named else path
+
+
+def existing(path: Path) -> Path:
+    """An archive or its working file under the name that is given or under that with ``.nc``."""
+    if path.exists() or working_file(path).exists():
+        return path
+    return with_suffix(path)
 
 
 def path_of(path: object, name: str = "path") -> Path:

@@ -4,7 +4,7 @@ What is stored is recomputed from the coefficients alone, the friction by a slid
 reversal to reversal instead of the closed forms.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +19,29 @@ class Figure(NamedTuple):
 
     bound: float | None
     long_name: str
+    needs: tuple[str, ...] = ()
 
 
+OF_PEAKS = ("coefficient", "amplitude", "dof")
+"""What peaks are verified by, without ``peak_``, beside where they are."""
+CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
+"""Contact results of a point."""
 FIGURES = {
     "residual_stored": Figure(1e-9, "residual of the stored coefficients, recomputed, relative"),
     "residual_larger": Figure(None, "residual on a larger harmonic set, relative"),
     "energy_error": Figure(1e-9, "work of the force less dissipation per cycle, relative"),
     # At the onset of slip the stick fraction moves with the root of round-off.
-    "contact_mismatch": Figure(1e-6, "stored contact results against the recomputed friction law"),
-    "amplitude_mismatch": Figure(1e-9, "stored amplitude against the recomputed one, relative"),
-    "exact_difference": Figure(None, "amplitude against the exact periodic motion, relative"),
+    "contact_mismatch": Figure(
+        1e-6, "stored contact results against the recomputed friction law", CONTACT
+    ),
+    "amplitude_mismatch": Figure(
+        1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
+    ),
+    "exact_difference": Figure(
+        None, "amplitude against the exact periodic motion, relative", ("amplitude",)
+    ),
 }
-"""The figures of a verification, all dimensionless."""
+"""The figures of a verification, all dimensionless, and what they need beside coefficients."""
 
 _EDGE = 1e-12
 """Distance from the limit of slip, in logarithms, within which round-off decides the state."""
@@ -42,27 +53,36 @@ _SPRING_SHARE = 1e-6
 
 
 def point_figures(
-    stored: dict[str, FloatArray], problem: HarmonicBalance, larger: HarmonicBalance, omega: float
+    stored: dict[str, Any], problem: HarmonicBalance, larger: HarmonicBalance, omega: float
 ) -> dict[str, float]:
     """All figures but the exact difference of one point at the angular frequency ``omega``.
 
-    ``stored`` holds its variables by the names of the dataset, ``larger`` is the same problem with
-    the harmonics of `larger_set`.
+    ``stored`` holds its variables by the names of the dataset, as far as they are there; with a
+    ``dof``, the amplitude is that of one degree of freedom. ``larger`` is the same problem with the
+    harmonics of `larger_set`.
     """
     coefficient, basis = stored["coefficient"], problem.basis
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-    amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
-    return {
+    lost, most = _marched(problem, unknowns, evaluation)
+    dissipation = stored.get("dissipation", lost)
+    figures = {
         "residual_stored": evaluation.norm,
         "residual_larger": larger.evaluate(embedded, omega).norm,
-        "energy_error": _energy_error(
-            problem, unknowns, omega, stored["dissipation"], evaluation.magnitude
-        ),
-        "contact_mismatch": _contact_mismatch(problem, unknowns, evaluation, stored),
-        "amplitude_mismatch": relative_difference(stored["amplitude"], amplitude),
+        "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
     }
+    if stored.keys() >= {*CONTACT}:
+        figures["contact_mismatch"] = _contact_mismatch(problem, evaluation, stored, lost, most)
+    if "amplitude" in stored:
+        amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
+        figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
+    return figures
+
+
+def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
+    """Relative difference of stored amplitudes, or that of one ``dof``, from those of all."""
+    return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])
 
 
 def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
@@ -106,15 +126,15 @@ def _energy_error(
     return float(abs(np.sum(force * path) - lost) / (largest or 1.0))
 
 
-def _contact_mismatch(
-    problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation, stored: dict
-) -> float:
-    """Largest difference of state (1), reversals (1), stick fraction, and dissipation over most."""
+def _marched(
+    problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation
+) -> tuple[FloatArray, FloatArray]:
+    """Dissipation of each contact by a slider marched over its reversals, and its largest scale."""
     model, friction = problem.model, evaluation.friction
     stiffness, limit = model.contact_stiffness, model.friction_coefficient * model.normal_load
     relative = problem.relative(unknowns)
     if not len(relative):
-        return 0.0
+        return np.zeros(0), np.zeros(0)
     points = turning_points(problem.basis, relative)
     # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
     value = np.column_stack([points.value, points.value[:, 0]])
@@ -130,7 +150,20 @@ def _contact_mismatch(
         path = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
         law = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
         lost = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, path)
-    most = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+    return lost, spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+
+
+def _contact_mismatch(
+    problem: HarmonicBalance,
+    evaluation: Evaluation,
+    stored: dict,
+    lost: FloatArray,
+    most: FloatArray,
+) -> float:
+    """Largest difference of state (1), reversals (1), stick fraction, and dissipation over most."""
+    friction, rubs = evaluation.friction, problem.model.contact_stiffness > 0
+    if not len(rubs):
+        return 0.0
     state = np.where(rubs, friction.slip, -1) != stored["contact_state"]
     mismatch = [
         state & ~(np.abs(friction.excess) < _EDGE),

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from symhbm.fourier import FloatArray
+
 _NEAR = 3.0
 """Sum of the half axes, over half the band, of the ellipse around it whose poles are kept."""
 _TERMS = 40
@@ -39,6 +41,11 @@ class PoleSum(NamedTuple):
         """The sum over all poles at one angular frequency [rad/s]."""
         polynomial, left, right = (at(part, 1j * s) for part in self[:3])
         return polynomial - (left / (1j * s - self.poles)) @ right
+
+    def terms(self, s: float) -> FloatArray:
+        """The sum of the absolute values of all that is added."""
+        polynomial, left, right = (np.abs(at(part, 1j * s)) for part in self[:3])
+        return polynomial + (left / np.abs(1j * s - self.poles)) @ right
 
     def of(self, chosen: NDArray[np.bool_]) -> "PoleSum":
         """The polynomial with some of the poles only."""

@@ -19,9 +19,11 @@ from symhbm.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
 from symhbm.fourier import FloatArray
+from symhbm.linear import DENSE_LIMIT
 from symhbm.native import native
 from symhbm.newton_graph import DONE, correction, tangent
 from symhbm.point_system import SCALARS, point_system
+from symhbm.resonance_count import ResonanceCount
 
 _OFTEN = 50
 """Curves of one structure after which machine code saves more time than it takes to make."""
@@ -38,6 +40,7 @@ class CompiledCorrector:
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_contacts = curve.problem.n_contacts
+        self._count = ResonanceCount(curve)
 
     def correct(
         self,
@@ -85,16 +88,23 @@ class CompiledCorrector:
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        excess, rate = values[SCALARS:].reshape(2, self._n_contacts).copy()
+        excess, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
         sign = 1 if direction[-1] >= 0 else -1
-        below = None if below < 0 else int(below)
         contacts = excess, rate, crosses > 0
-        return Corrected(point, direction, sign, norm, amplification, error, *contacts, below)
+        counted = (
+            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
+        )
+        return Corrected(point, direction, sign, norm, amplification, error, *contacts, counted)
 
 
 def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
-    """The compiled corrector of a curve, None for one that needs Python."""
+    """The compiled corrector of a curve, None for one that needs Python.
+
+    Large sparse matrices are factorised faster there: CasADi keeps the order of the unknowns.
+    """
     if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
+        return None
+    if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
         return None
     return CompiledCorrector(curve) if curve.problem.in_closed_form else None
 

@@ -180,7 +180,7 @@ class CondensedModel(Model):
         """Raises TypeError: of the whole structure only."""
         self._missing("stiffness_matrix")
 
-    def __reduce__(self):
+    def __reduce__(self) -> Any:
         own = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
         return CondensedModel, (self.structure, *own)
 
@@ -189,5 +189,7 @@ class CondensedModel(Model):
         return (
             f"Condensed{super().__repr__()}\n  kept of {self.n_whole} degrees of freedom, "
             f"{low:g} to {high:g} Hz, harmonics {self.harmonics}, "
-            f"responses exact to {self.certificate.error:.1e}"
+            f"linear responses exact to {self.certificate.error:.1e}, with friction to "
+            f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
+            f"{self.n_dof}"
         )

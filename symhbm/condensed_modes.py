@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray
+from symhbm.linear import negative_eigenvalues
 
 _BESIDE = 1e-9
 """Distance from a natural frequency of the held structure, relative, at which Z has no digits."""
@@ -39,7 +40,8 @@ def condensed_modes(
     ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
     what they take out of it [N/m].
     """
-    s, n_dof, held = _regular(model, harmonic * frequency), model.n_dof, model.seen.held
+    exciting, n_dof, held = harmonic * frequency, model.n_dof, model.seen.held
+    s = _beside(model, exciting)
     stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
     directions = model.directions.toarray()
     eigenvalues, vectors = np.linalg.eigh(_symmetric(stiffness) + _square(directions, spring))
@@ -52,12 +54,12 @@ def condensed_modes(
     detuning, width = np.zeros(whole), np.full(whole, np.nan)
     shapes = np.full((n_dof, whole), np.nan)
     near = slice(below, below + n_dof)
-    detuning[near] = eigenvalues / inertia
+    detuning[near] = eigenvalues / inertia + s - exciting
     width[near] = np.abs(_each(vectors, damping)) / inertia
     shapes[:, near] = vectors * np.sqrt(2 * s / inertia)
     # Each mode lies between two of the held structure.
-    lowest = np.concatenate([np.full(n_dof, -np.inf), held - s])
-    highest = np.concatenate([held - s, np.full(n_dof, np.inf)])
+    lowest = np.concatenate([np.full(n_dof, -np.inf), held - exciting])
+    highest = np.concatenate([held - exciting, np.full(n_dof, np.inf)])
     return CondensedModes(np.clip(detuning, lowest, highest), width, shapes)
 
 
@@ -66,14 +68,32 @@ def modes_below(model: CondensedModel, harmonic: int, frequency: float, spring: 
     s = _regular(model, harmonic * frequency)
     stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
     whole = stiffness + _square(model.directions.toarray(), spring)
-    negative = np.count_nonzero(np.linalg.eigvalsh(whole) < 0)
-    return int(negative + np.count_nonzero(model.seen.held < s))
+    return negative_eigenvalues(whole) + int(np.count_nonzero(model.seen.held < s))
 
 
 def _regular(model: CondensedModel, s: float) -> float:
     """A frequency, or one beside it where the held structure resonates and Z is infinite."""
     beside = np.abs(model.seen.held / s - 1).min(initial=1.0) < _BESIDE
     return s * (1 + 2 * _BESIDE) if beside else s
+
+
+def _beside(model: CondensedModel, s: float) -> float:
+    """A frequency, or one beside a resonance of the held structure by half the width of that.
+
+    Nearer to it ``Z`` without damping grows beyond all bounds and that with damping does not:
+    widths of modes there would be none.
+    """
+    held = model.seen.held
+    if not held.size:
+        return s
+    nearest = held[np.argmin(np.abs(held - s))]
+    to_next = np.min(np.abs(held[held != nearest] - nearest), initial=np.inf)
+    poles = model.seen.matrix.poles
+    half_width = abs(poles[np.argmin(np.abs(poles - 1j * nearest))].real)
+    distance = max(min(half_width, to_next / 4), 2 * _BESIDE * s)
+    if abs(s - nearest) >= distance:
+        return s
+    return float(nearest + np.copysign(distance, s - nearest))
 
 
 def _each(vectors: FloatArray, matrix: FloatArray) -> FloatArray:

@@ -65,8 +65,8 @@ class Corrected(NamedTuple):
     curve. ``error`` is the scaled distance from the guess; ``excess`` (n_contacts,) the logarithm
     of the motion over its limit and ``rate`` (n_contacts,) its derivative along the direction;
     ``crosses`` tells that a contact is beyond the limit of its held state; ``amplification`` is the
-    largest inertia force over the largest exciting one; ``below`` counts the resonances below the
-    frequency, None where they were not counted.
+    largest inertia force over the largest exciting one; ``below`` counts the resonances below each
+    harmonic of the frequency, None where they were not counted.
     """
 
     point: FloatArray
@@ -78,7 +78,7 @@ class Corrected(NamedTuple):
     excess: FloatArray
     rate: FloatArray
     crosses: bool
-    below: int | None = None
+    below: tuple[int, ...] | None
 
     def turned(self) -> "Corrected":
         """The same point, looking the other way."""

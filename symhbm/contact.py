@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.crossings import Motions
-from symhbm.extremes import TurningPoints, points_in_cells, turning_cells
+from symhbm.extremes import TurningPoints, points_in_cells, turning_cells, turning_points
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.friction import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
+from symhbm.loops import Loop, apart, images
 from symhbm.one_harmonic import locate_one_harmonic
 from symhbm.two_reversals import locate_two_reversals
 
@@ -99,6 +100,66 @@ def locate(
         stick_begin=stretches[0],
         stick_end=stretches[1],
     )
+
+
+def on_loop(
+    friction: LocatedFriction,
+    basis: FourierBasis,
+    motion: FloatArray,
+    contact_stiffness: float,
+    slip_limit: float,
+    loop: Loop,
+    slips: bool,
+) -> LocatedFriction:
+    """The same friction with one contact held on a loop: in stick to its end, or slipping there.
+
+    Both agree with the law, and have its derivative, up to the limit. ``motion`` (n_components,)
+    [m] is that of the contact. ArithmeticError where its force is not periodic on such a loop.
+    """
+    points = turning_points(basis, motion[None])
+    n = int(points.count[0])
+    first = int(np.argmin(apart(points.angle[0, :n], loop.begin)))
+    order = (first + np.arange(n + 1)) % n
+    angle, value = points.angle[0, order], points.value[0, order]
+    angle = angle + 2 * np.pi * (angle < angle[0])
+    angle[-1] = angle[0] + 2 * np.pi
+    count = images(basis, motion)
+    image = loop.end + 2 * np.pi * np.arange(count) / count
+    held = {int(np.argmin(apart(angle[1:], end))) for end in image}
+    force, start, side = loop.sides[0] * slip_limit, 0, loop.sides[0]
+    runs = []
+    for k in range(n):
+        trial = force + contact_stiffness * (value[k + 1] - value[k])
+        if not (slips if k in held else abs(trial) > slip_limit):
+            force = trial
+            continue
+        goal = 1 if trial > 0 else -1
+        share = (goal * slip_limit - force) / (contact_stiffness * (value[k + 1] - value[k]))
+        runs.append((start, k, share, goal - side))
+        force, start, side = goal * slip_limit, k + 1, goal
+    if start != n or side != loop.sides[0]:
+        raise ArithmeticError("the force is not periodic on this loop")
+    begin, last = (np.array([run[i] for run in runs])[None] for i in (0, 1))
+    share, jump = (np.array([run[i] for run in runs], dtype=float)[None] for i in (2, 3))
+    used = np.ones(begin.shape, dtype=bool)
+    branches = angle[last], angle[last + 1], value[last], value[last + 1]
+    end = _onset(Motions(basis, motion[None]), used, *branches, share)
+    functions = basis.values(angle[begin])
+    matrix, vector = _force(basis, _Runs(angle[begin], end, functions, jump, used))
+    if basis.mirrors:  # these are the stretches of a whole period
+        matrix, vector = matrix / 2, vector / 2
+    if basis.order[0] == 0:
+        vector[:, 0] += loop.sides[0] - 1
+    size = max(friction.stick_end.shape[1], end.shape[1]) - friction.stick_end.shape[1]
+    changes = {}
+    for name, row in (("stick_begin", angle[begin]), ("stick_end", end)):
+        changes[name] = np.pad(getattr(friction, name), ((0, 0), (0, size)), constant_values=np.nan)
+        changes[name][loop.contact] = np.nan
+        changes[name][loop.contact, : end.shape[1]] = row
+    for name, row in (("matrix", matrix), ("vector", vector)):
+        changes[name] = getattr(friction, name).copy()
+        changes[name][loop.contact] = row[0]
+    return replace(friction, **changes)
 
 
 def stick_intervals(

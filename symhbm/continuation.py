@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.branch_points import find_branch_point
 from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
@@ -28,7 +29,6 @@ from symhbm.events import (
 from symhbm.folds import find_folds
 from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
-from symhbm.linear import length_of
 from symhbm.newton import TOLERANCE
 from symhbm.predictor import Predictor
 from symhbm.resonances import Lookout
@@ -53,7 +53,8 @@ SHRUNK = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
 
-    Folds, onsets and ends of slip are points of their own. ``status`` tells why it ended,
+    ``base`` may be a point of another path to go on from, in its contact states. Folds, branch
+    points, onsets and ends of slip are points of their own. ``status`` tells why it ended,
     ``rejected`` counts the steps tried in vain.
     """
 
@@ -65,12 +66,14 @@ class Path:
         end: float,
         corrector: Corrector | None = None,
         max_points: int = 5000,
+        base: PathPoint | None = None,
     ):
         self.corrector = corrector or Corrector(curve)
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
-        self._begin = np.append(unknowns, float(start))
+        self._begin = np.append(unknowns, float(start)) if base is None else base.state
+        self._base = base
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -109,6 +112,8 @@ class Path:
             self._predictor = Predictor.through(base, point)
             accepted += 1
             usual = max(step, usual / 2)
+            if any(event.kind == EventKind.BRANCH for event in point.events):
+                self._orientation = -self._orientation
             yield point
             if point.value == self._end:
                 self.status = Status.REACHED_END
@@ -141,6 +146,12 @@ class Path:
         return accepted
 
     def _first(self) -> PathPoint | None:
+        if self._base is not None:
+            base = self._base
+            row = base.after / base.scale
+            found = self.corrector.tangent(base.state, base.scale, row, base.slip)
+            self._orientation = 0 if found is None else found.sign
+            return None if found is None else base
         evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
         if evaluation.norm > TOLERANCE:
             return None
@@ -182,19 +193,26 @@ class Path:
             found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, passed)
             if found is None:
                 return None
+        found = self._orient(found)
         over = found if found.crosses else brief_crossing(self.corrector, base, found, scale)
         if over is not None:
             point = self._land(base, over, scale)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
-        found = self._orient(found)
         steep = not self._curve.single_valued and abs(found.direction[-1]) < STEEP
         if steep or np.dot(found.direction, base.after / scale) <= 0:
             # The tangent is that of the iterate before: on a steep flank that may not do.
             anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
-            if anew is None or anew.sign != self._orientation:
-                return None  # the determinant tells that this is another branch
+            if anew is None:
+                return None
+            if anew.sign != self._orientation:
+                # Another path, unless it goes straight on through a branch point.
+                beyond = find_branch_point(self.corrector, base, anew, scale)
+                if beyond is None:
+                    return None
+                events = (Event(EventKind.BRANCH),)
+                return self._accept(beyond, scale, base.slip, events), error
             found = anew
         return self._accept(found, scale, base.slip), error
 
@@ -245,7 +263,7 @@ class Path:
 
     def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
         """Solve for the first limit crossed between ``base`` and ``over``, and flip the state."""
-        found = first_limit(self.corrector, base, over, scale)
+        found = first_limit(self.corrector, base, over, scale, self._orientation)
         if found is None:
             return None
         landed, flipped = found
@@ -273,26 +291,5 @@ class Path:
         beyond: Corrected | None = None,
     ) -> PathPoint:
         """A point of the path; ``beyond`` has the tangent after it where that is another."""
-        beyond = beyond or found
-        here = self._curve.scale(found.point)
-        ratio = scale / here
-        length = length_of(beyond.direction * ratio)
-        after = beyond.direction * scale / length
-        before = after
-        if beyond is not found:
-            before = found.direction * scale / length_of(found.direction * ratio)
         solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
-        return PathPoint(
-            state=found.point,
-            scale=here,
-            before=before,
-            after=after,
-            slip=slip,
-            excess=found.excess,
-            rate=beyond.rate / length,
-            residual_norm=found.residual_norm,
-            amplification=found.amplification,
-            below=beyond.below,
-            solves=solves,
-            events=events,
-        )
+        return PathPoint.of(self._curve, found, scale, slip, solves, events, beyond)

@@ -11,6 +11,7 @@ from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered
 from symhbm.newton import TOLERANCE
 from symhbm.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.resonance_count import ResonanceCount
 
 
 class Corrector:
@@ -20,6 +21,7 @@ class Corrector:
         self.curve = curve
         self.solves = 0
         self._compiled = compiled_corrector(curve)
+        self._count = ResonanceCount(curve)
 
     def correct(
         self,
@@ -98,6 +100,7 @@ class Corrector:
             evaluation.friction.excess,
             excess_rate(self.curve, evaluation, direction * scale),
             bool(crossed(evaluation.friction.excess, slip).any()),
+            self._count.below(point[:-1], point[-1], evaluation.friction),
         )
 
     def _step(self, evaluation: Evaluation, scale: FloatArray, row: FloatArray, value: float):

@@ -10,6 +10,8 @@ from symhbm.hermite import FloatArray, cubic
 
 _MONOTONE = 3.0
 """Slope at an end over the mean one up to which a cubic is monotone."""
+_LOWEST = 1e-3
+"""Amplitude between two points over that at both, below which it is not told without a point."""
 
 
 def amplitude_between(
@@ -27,10 +29,11 @@ def amplitude_between(
         result = _logarithmic(start, end, first, last, where)
         squares = cubic(start**2, end**2, (2 * start * first, 2 * end * last), where)
         valley = ((first < 0) & (last > 0)) | (np.minimum(start, end) <= 0)
-        result = np.where(valley, np.sqrt(np.maximum(squares, 0.0)), result)
+        floor = (_LOWEST * np.minimum(start, end)) ** 2
+        result = np.where(valley, np.sqrt(np.maximum(squares, floor)), result)
         result = np.where(np.isinf(first), _rooted(start, end, last, where), result)
         result = np.where(np.isinf(last), _rooted(end, start, -first, 1 - where), result)
-    return result
+    return np.where(where == 0, start, np.where(where == 1, end, result))
 
 
 def _logarithmic(

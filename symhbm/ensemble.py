@@ -6,6 +6,7 @@ import pickle
 import queue
 import threading
 import time
+import uuid
 import warnings
 from collections import deque
 from collections.abc import Collection, Generator, Iterator, Sequence
@@ -20,6 +21,7 @@ from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.sweep import Sweep
 from symhbm.tables import Encoded, encode, flat, reduced
+from symhbm.worker import at_work
 
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
@@ -106,6 +108,7 @@ class _Shared:
         self._sweep, self._executor = sweep, executor
         self._payload = pickle.dumps((problem, task))
         self._key = hashlib.blake2b(self._payload).hexdigest()
+        self._call = uuid.uuid4().hex
         self._workers = getattr(executor, "_max_workers", None)
         self._to_send = self._workers or 1
         self._seconds = math.inf
@@ -113,6 +116,7 @@ class _Shared:
         self._finished: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._waiting: deque[int] = deque()
         self._left: list[int] = []
+        self._interrupt: KeyboardInterrupt | None = None
 
     def outcomes(
         self, numbers: list[int]
@@ -130,6 +134,8 @@ class _Shared:
                 if not self._pending:
                     return self._left
                 yield self._next()
+                if self._interrupt:
+                    raise self._interrupt
         finally:
             for future in self._pending:
                 future.cancel()
@@ -145,7 +151,7 @@ class _Shared:
         payload = self._payload if send else None
         chosen = [self._sweep.chosen(number) for number in numbers]
         try:
-            future = self._executor.submit(_work, self._key, payload, chosen)
+            future = self._executor.submit(_work, self._key, payload, chosen, self._call)
         except Exception as error:
             self._lose(numbers, error)
             return False
@@ -155,8 +161,12 @@ class _Shared:
         return True
 
     def _next(self) -> list[tuple[int, Outcome]]:
-        """All that has come since the last time, at least one piece."""
-        futures = [self._finished.get()]
+        """All that has come since the last time, at least one piece but for an interrupt."""
+        futures: list[Future] = []
+        try:
+            futures.append(self._finished.get())
+        except KeyboardInterrupt as interrupt:
+            self._interrupt = interrupt
         while not self._finished.empty():
             futures.append(self._finished.get())
         found: list[tuple[int, Outcome]] = []
@@ -165,10 +175,15 @@ class _Shared:
             # Whatever a set itself raises is returned: this is the executor's own failure.
             try:
                 result = future.result()
+            except KeyboardInterrupt:
+                # Where it was in the worker tells the user nothing.
+                self._interrupt = self._interrupt or KeyboardInterrupt()
+                continue
             except (Exception, CancelledError) as error:
                 self._lose(numbers, error)
                 continue
             if result is None:
+                # The worker does not know the problem.
                 self._submit(numbers, send=True)
                 continue
             self._seconds, outcomes = result
@@ -195,13 +210,21 @@ _own = threading.local()
 
 
 def _work(
-    key: str, payload: bytes | None, chosen: list[dict[str, Any]]
+    key: str, payload: bytes | None, chosen: list[dict[str, Any]], call: str
 ) -> tuple[float, list[Outcome]] | None:
     """Seconds per parameter set, and what came of those that a piece of work has time for.
 
     None for a problem that is not known here.
-    Each worker compiles a problem once, from the ``payload``; threads share none.
+    Each worker compiles a problem once, from the ``payload``; threads share none. ``call`` names
+    what is not gone on with after an interrupt.
     """
+    with at_work(call):
+        return _worked(key, payload, chosen)
+
+
+def _worked(
+    key: str, payload: bytes | None, chosen: list[dict[str, Any]]
+) -> tuple[float, list[Outcome]] | None:
     known = _own.__dict__
     if key not in known:
         if payload is None:

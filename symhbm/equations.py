@@ -131,9 +131,24 @@ class Equations:
         names = list(symbol)
         inputs = list(symbol.values())
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
-        jacobian = ca.jacobian(smooth, symbol["unknowns"])
-        jacobian += self._friction_jacobian(spread.T)
-        by_parameter = ca.densify(ca.jacobian(self._balance, omega))
+        # Derivatives of what is bilinear by rule: tracing it takes longer than factorising it.
+        turned = basis.derivative_matrix
+        stiffness, damping, mass = (
+            self._spread_out(model, name, factor)
+            for name, factor in (
+                ("stiffness", np.eye(size)),
+                ("damping", turned),
+                ("mass", -turned @ turned),
+            )
+        )
+        conservative = stiffness - omega**2 * mass
+        jacobian = conservative + omega * damping + self._friction_jacobian(spread.T)
+        if cubic and n_contacts:
+            of_springs = ca.jacobian(ca.vec(springs), symbol["unknowns"])
+            jacobian += ca.mtimes(spread.T, of_springs)
+        slope = ca.mtimes(damping - 2 * omega * mass, symbol["unknowns"])
+        by_parameter = ca.densify(slope)
+        self._known = {"unknowns": jacobian, "frequency": slope}
         outputs = [self._balance, ca.mmax(total), jacobian, by_parameter]
         self._evaluate = Compiled(ca.Function("evaluate", inputs, outputs))
         self.assemble = Assembly(jacobian.sparsity())
@@ -148,12 +163,7 @@ class Equations:
             inputs = [*inputs[:-2], imposed]
             self.closed_form = ca.Function("closed_form", inputs, [*outputs, events])
             self._evaluate_closed = Compiled(self.closed_form)
-            elastic_less_inertia = ca.vec((elastic - inertia).T)
-            self.conservative = ca.Function(
-                "conservative",
-                inputs[:-1],
-                [ca.jacobian(elastic_less_inertia, symbol["unknowns"]), inertia],
-            )
+            self.conservative = ca.Function("conservative", inputs[:-1], [conservative, inertia])
         self._derivatives: dict[str, ca.Function] = {}
 
     def rows(self, model: Model, name: str) -> Any:
@@ -162,6 +172,20 @@ class Equations:
             return sp.csc_array((model.n_dof, model.n_dof))  # `CondensedForces` has them
         matrix = getattr(model, f"{name}_matrix")
         return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
+
+    def _spread_out(self, model: Model, name: str, factor: FloatArray) -> Any:
+        """A matrix of the structure that acts on components as ``factor`` does, by the unknowns."""
+        rows = self.rows(model, name)
+        places = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)
+        one, other = sp.coo_array(factor), sp.coo_array(factor != 0)
+        place = sp.csc_array(sp.kron(places, other))
+        stored = sp.csc_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
+        values = sp.csc_array(sp.kron(stored, one)).data
+        entries = ca.vec(self._symbol[name][(place.data - 1).astype(int).tolist()])
+        whole = ca.SX(sparsity_of(place), entries * ca.DM(values))
+        if len(self.dofs) == model.n_dof:
+            return whole
+        return ca.mtimes(whole, constant(self.expansion))
 
     def _friction_jacobian(self, spread: Any) -> Any:
         """Derivative of the friction forces by the unknowns: bilinear forces need no tracing."""
@@ -205,10 +229,13 @@ class Equations:
         allowed = [n for n in self._symbol if n not in ("matrix", "vector", "force_shape")]
         check.known(name, allowed, "input with a derivative")
         if name not in self._derivatives:
+            derivative = self._known.get(name)
+            if derivative is None:
+                derivative = ca.jacobian(self._balance, self._symbol[name])
             self._derivatives[name] = ca.Function(
                 f"derivative_by_{name}",
                 list(self._symbol.values()),
-                [ca.jacobian(self._balance, self._symbol[name])],
+                [derivative],
                 list(self._symbol),
                 ["jacobian"],
             )

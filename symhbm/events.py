@@ -7,14 +7,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.constraints import BEYOND, ON_LIMIT, AtLimit, Corrected, Hyperplane, crossed
+from symhbm.constraints import (
+    BEYOND,
+    ON_LIMIT,
+    AtLimit,
+    Corrected,
+    Hyperplane,
+    crossed,
+    unit_parameter,
+)
 from symhbm.corrector import Corrector
+from symhbm.curve import Curve
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_top, first_zero
+from symhbm.linear import length_of
 
 _MAX_REFINEMENTS = 8
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response: its square is what the limit is off by."""
 _SHARP = 0.1
-"""Cosine of the angle by which a path has turned at which no cubic follows it."""
+"""Cosine of the angle by which a path has turned from which the parameter tells its direction."""
+_FLAT = 1e-3
+"""Part of a tangent along a way below which a cubic does not follow the path."""
+_END = 1.0001
+"""Share of a way up to which limits are taken to be on it."""
 
 
 class EventKind(StrEnum):
@@ -23,11 +39,12 @@ class EventKind(StrEnum):
     ONSET = "onset of slip"
     END = "end of slip"
     FOLD = "fold"
+    BRANCH = "branch point"
 
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold of the path (contact -1)."""
+    """Change of state of one ``contact``; a fold or a branch point of the path (contact -1)."""
 
     kind: EventKind
     contact: int = -1
@@ -61,9 +78,47 @@ class PathPoint(NamedTuple):
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: int | None
+    below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        found: Corrected,
+        scale: FloatArray,
+        slip: NDArray[np.bool_],
+        solves: int,
+        events: tuple[Event, ...] = (),
+        beyond: Corrected | None = None,
+    ) -> "PathPoint":
+        """A point from a solution in a ``scale``.
+
+        ``beyond`` is that with the tangent after it where that is another.
+        """
+        beyond = beyond or found
+        here = curve.scale(found.point)
+        ratio = scale / here
+        length = length_of(beyond.direction * ratio)
+        after = beyond.direction * scale / length
+        before = after
+        if beyond is not found:
+            before = found.direction * scale / length_of(found.direction * ratio)
+        return cls(
+            state=found.point,
+            scale=here,
+            before=before,
+            after=after,
+            slip=slip,
+            excess=found.excess,
+            rate=beyond.rate / length,
+            residual_norm=found.residual_norm,
+            amplification=found.amplification,
+            below=beyond.below,
+            solves=solves,
+            events=events,
+        )
 
     @property
     def unknowns(self) -> FloatArray:
@@ -77,12 +132,13 @@ class PathPoint(NamedTuple):
 
 
 def first_limit(
-    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray
+    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray, orientation: int
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
     """Solve for the first limit crossed between ``base`` and ``over``.
 
-    Returns the solution and which contacts change state there (n_contacts,), None if the step has
-    to be shorter for the limit to be told apart.
+    ``orientation`` is the sign of tangents along the path. Returns the solution and which contacts
+    change state there (n_contacts,), None if the step has to be shorter for the limit to be told
+    apart.
     """
     for _ in range(1 + len(base.excess)):
         beyond = np.flatnonzero(crossed(over.excess, base.slip)).tolist()
@@ -92,11 +148,12 @@ def first_limit(
             # a part of the step: its limit at the start is not the crossing to find.
             if not BEYOND < abs(first) < np.inf or first * last > 0:
                 return None
-        way = _Way(base, over, scale)
+        ahead = over if over.sign == orientation else over.turned()
+        way = _Way(base, ahead, scale, corrector.curve.single_valued)
         share, contact = min((way.limit(contact), contact) for contact in beyond)
         limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip)
-        if landed is None or not 0 < way.share(landed.point) < 1.0001:
+        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
+        if landed is None or not way.has(landed.point):
             return None
         if not landed.crosses:
             near = np.abs(landed.excess) <= ON_LIMIT
@@ -108,19 +165,30 @@ def first_limit(
 class _Way:
     """The cubics of state and excess from a point to one beyond it, with the rates at both."""
 
-    def __init__(self, base: PathPoint, over: Corrected, scale: FloatArray):
-        self._base, self._over, self._normal = base, over, base.after / scale
+    def __init__(
+        self, base: PathPoint, over: Corrected, scale: FloatArray, single_valued: bool
+    ) -> None:
+        self._base, self._over, self._scale = base, over, scale
         chord = over.point - base.state
-        self._length = float(self._normal.dot(chord / scale))
-        ahead = float(self._normal.dot(over.direction))
-        self._scale, self._turned = scale, abs(ahead) < _SHARP
-        self._speed = 0.0 if self._turned else self._length / ahead
-        slopes = self._length * base.after, self._speed * over.direction * scale
-        self._slopes = (chord, chord) if self._turned else slopes
+        begin, end = base.after / scale, over.direction
+        normal = begin
+        self._single_valued = single_valued
+        if single_valued and normal.dot(end) < _SHARP:
+            # Where a path turns back on itself, only the parameter tells how far along it one is.
+            normal = np.copysign(unit_parameter(len(chord)), begin[-1])
+        self._normal = normal
+        self._length = float(normal.dot(chord / scale))
+        speeds = float(normal.dot(begin)), float(normal.dot(end))
+        self._slopes, self._steps = (chord, chord), None
+        if min(speeds) >= _FLAT:
+            first, last = self._steps = self._length / speeds[0], self._length / speeds[1]
+            self._slopes = first * base.after, last * end * scale
 
-    def share(self, point: FloatArray) -> float:
-        """How far along the tangent at its begin a point lies."""
-        return float(self._normal.dot((point - self._base.state) / self._scale)) / self._length
+    def has(self, point: FloatArray) -> bool:
+        """Whether a point of the path lies on the way."""
+        share = self._normal.dot((point - self._base.state) / self._scale) / self._length
+        ahead = (point[-1] - self._base.value) * self._base.after[-1] > 0
+        return bool(0 < share < _END and (ahead or not self._single_valued))
 
     def state(self, share: float) -> FloatArray:
         """The state at a share of the way."""
@@ -129,9 +197,12 @@ class _Way:
     def limit(self, contact: int) -> float:
         """Share at which a contact first reaches its limit, on the other side of it at the end."""
         left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
-        first, last = self._base.rate[contact], self._over.rate[contact]
-        slopes = float(self._length * first), float(self._speed * last)
-        return first_zero(left, right, (right - left,) * 2 if self._turned else slopes)
+        slopes = right - left, right - left
+        if self._steps is not None:
+            first, last = self._steps
+            rates = float(self._base.rate[contact]), float(self._over.rate[contact])
+            slopes = first * rates[0], last * rates[1]
+        return first_zero(left, right, slopes)
 
 
 def brief_crossing(

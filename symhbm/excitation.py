@@ -4,6 +4,8 @@ An excitation has an ``amplitude`` [N] and a ``shape``: the Fourier coefficients
 degree of freedom at unit amplitude.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
@@ -32,7 +34,7 @@ class Excitation(Protocol):
         """Coefficients at unit amplitude, ``(n_dof, n_components)``."""
         ...
 
-    def with_parameters(self, **values: Any) -> "Excitation":
+    def with_parameters(self, **values: Any) -> Excitation:
         """Copy with other values of named parameters."""
         ...
 
@@ -142,6 +144,13 @@ class HarmonicForce(_Named):
 
     ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, dimensionless
     where ``amplitude`` is in N.
+
+    Examples
+    --------
+    Unit force on the first of two degrees of freedom, and a tenth of it at the third harmonic:
+
+    >>> import symhbm as sh
+    >>> force = sh.HarmonicForce(cosine={1: [1, 0]}, sine={3: [0.1, 0]}, amplitude=2.0)
     """
 
     cosine: Mapping[int, ArrayLike] = field(default_factory=dict)

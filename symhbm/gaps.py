@@ -18,15 +18,17 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED
+from symhbm.newton import ACCEPTED, newton, slope_of
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import Slopes
 from symhbm.stations import Between, Station, measure
 
-TOLERANCE = 0.01
-"""Relative error of an amplitude that may be drawn: 0.09 dB."""
+TOLERANCE = 0.005
+"""Relative error of the largest response that may be drawn: 0.04 dB."""
+_OF_EACH = 0.01
+"""The same of the response of each degree of freedom."""
 _FAINT = 1e-3
-"""Share of the largest response below which those of single degrees of freedom may be off."""
+"""Share of the largest response below which the others may be off by more."""
 _SHARES = np.array([0.25, 0.5, 0.75])
 _MAX_DEPTH = 6
 _AT_ONCE = 2**16
@@ -53,8 +55,8 @@ def solved_between(
 ) -> dict[int, list[tuple[Station, int]]]:
     """Solutions needed between points of a path, in its order, by the number of the point before.
 
-    Each comes with the linear solves it took. The largest response is to be drawn within
-    `TOLERANCE`, or that of ``each`` degree of freedom.
+    Each comes with the linear solves it took. The largest response is to be drawn within about
+    `TOLERANCE`; that of ``each`` degree of freedom, too, where that is asked for.
     """
     found: dict[int, list[tuple[Station, int]]] = {}
     gaps = _gaps(points)
@@ -131,7 +133,7 @@ def _worst(gaps: list[_Gap], corrector: Corrector, each: bool) -> FloatArray:
         drawn = amplitude_between(*ends, slopes, np.clip(share, 0.0, 1.0))
         wrong = np.maximum(wrong, _error(drawn, expected, each))
     worst = wrong.argmax(axis=1)
-    return np.where(wrong.max(axis=1) > TOLERANCE, _SHARES[worst], 0.0)
+    return np.where(wrong.max(axis=1) > 1, _SHARES[worst], 0.0)
 
 
 def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
@@ -141,32 +143,47 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
 
 
 def _error(drawn: FloatArray, expected: FloatArray, each: bool) -> FloatArray:
-    """Largest relative difference of the amplitudes (..., n_dof)."""
+    """Largest difference of the amplitudes (..., n_dof) over what is allowed."""
     largest = expected.max(axis=-1)
+    scale = np.where(largest > 0, largest, 1.0)
+    error = np.abs(drawn.max(axis=-1) - largest) / (TOLERANCE * scale)
     if not each:
-        return np.abs(drawn.max(axis=-1) - largest) / np.where(largest > 0, largest, 1.0)
-    level = np.maximum(expected, _FAINT * largest[..., None])
-    return (np.abs(drawn - expected) / np.where(level > 0, level, 1.0)).max(axis=-1)
+        return error
+    level = _OF_EACH * np.maximum(expected, _FAINT * scale[..., None])
+    return np.maximum(error, (np.abs(drawn - expected) / level).max(axis=-1))
 
 
 def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
     """The solution at a share of the way, if it stands with all contacts free."""
-    curve, ends = corrector.curve, (gap.left, gap.right)
+    curve = corrector.curve
     if curve.single_valued:
-        width = gap.right.state[-1] - gap.left.state[-1]
-        slopes = tuple(width * end.direction / end.direction[-1] for end in ends)
-        guess = cubic(gap.left.state, gap.right.state, slopes, share)
-        scale = curve.scale(guess)
-        plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
-        corrected = corrector.correct(guess, scale, plane, before.slip)
-        if corrected is None:
-            return None
-        found = Station(corrected.point, corrected.direction * scale)
+        found = _at_value(gap, corrector, before, share)
     else:
-        along = Between(corrector, *ends, before.slip).solve(share)
-        low, high = sorted(end.state[-1] for end in ends)
-        if along is None or not low < along.state[-1] < high:
+        found = Between(corrector, gap.left, gap.right, before.slip).solve(share)
+        low, high = sorted(end.state[-1] for end in (gap.left, gap.right))
+        if found is None or not low < found.state[-1] < high:
             return None
-        found = along
+    if found is None:
+        return None
     norm = curve.evaluate(found.state[:-1], float(found.state[-1])).norm
     return found if norm <= ACCEPTED else None
+
+
+def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
+    """The solution at a share of the way over the parameter."""
+    curve, left, right = corrector.curve, gap.left, gap.right
+    width = right.state[-1] - left.state[-1]
+    slopes = tuple(width * end.direction / end.direction[-1] for end in (left, right))
+    guess = cubic(left.state, right.state, slopes, share)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
+    found = corrector.correct(guess, scale, plane, before.slip)
+    if found is not None and not found.crosses:
+        return Station(found.point, found.direction * scale)
+    value = float(guess[-1])
+    anew = newton(lambda unknowns: curve.evaluate(unknowns, value), guess[:-1])
+    corrector.solves += anew.iterations
+    if not anew.converged:
+        return None
+    direction = np.sign(width) * np.append(slope_of(anew.evaluation), 1.0)
+    return Station(np.append(anew.unknowns, value), direction)

@@ -72,11 +72,10 @@ def _is_semidefinite(scaled: Any) -> bool:
 def positive_definite(mass: FloatArray) -> FloatArray:
     """Lower Cholesky factor of a mass matrix; ValueError unless it is positive definite."""
     try:
-        factor = np.linalg.cholesky(mass)
-        definite = np.all(factor.diagonal() ** 2 > _NO_PIVOT * mass.diagonal())
+        factor = np.asarray(np.linalg.cholesky(mass), dtype=float)
     except np.linalg.LinAlgError:
-        definite = False
-    if not definite:
+        factor = np.zeros(mass.shape)
+    if np.any(factor.diagonal() ** 2 <= _NO_PIVOT * mass.diagonal()):
         raise ValueError(
             "mass_matrix: expected a positive definite matrix, as every motion needs inertia here; "
             "frf, follow and solve take degrees of freedom without"

@@ -18,9 +18,14 @@ from symhbm.model import Model
 
 _COLUMNS = 32
 """Right-hand sides solved at once: memory stays that of a few vectors."""
+_REFINED = 1e-8
+"""Relative correction of a solution whose successor would be its square, and round-off."""
+_REFINEMENTS = 5
+LONG = np.longdouble
+"""What residuals are computed in: stiff elements leave few digits of a soft structure's forces."""
 
 
-def dynamic_stiffness(parts: Sequence[Any], s: float) -> Any:
+def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
     """``K + i s C - s^2 M`` of three matrices at ``s`` [rad/s], real where nothing damps."""
     stiffness, damping, mass = parts
     real = stiffness - s**2 * mass
@@ -33,6 +38,22 @@ def factorised(matrix: Any) -> Any:
     # Columns ordered for a pattern that is symmetric, as those of structures are.
     options = dict(SymmetricMode=True)
     return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+
+
+def refined(factors: Any, exact: Any, right: Any) -> Any:
+    """Solution (n, n_columns) of ``exact @ x = right`` from `factorised` rounded equations.
+
+    In the precision of the residuals, which is that of ``exact`` and ``right``.
+    """
+    dtype = complex if np.iscomplexobj(exact) else float
+    solution = factors.solve(right.astype(dtype)).astype(exact.dtype)
+    for _ in range(_REFINEMENTS):
+        correction = factors.solve((right - exact @ solution).astype(dtype))
+        solution += correction
+        size = np.linalg.norm(solution.astype(dtype), axis=0)
+        if not np.any(np.linalg.norm(correction, axis=0) > _REFINED * size):
+            break
+    return solution
 
 
 class Interior:
@@ -55,7 +76,7 @@ class Interior:
         self._outwards = [m[:, others] for m in outer]
         self._masters = [m[:, masters].toarray() for m in outer]
         self.symmetric = all(_symmetric(matrix) for matrix in whole)
-        found = self.solve(0.0)
+        found, at_rest = self.solve(0.0)
         static = found[:, : len(masters)]
         stiffness = self._inside[0]
         rest = np.abs(stiffness @ static + self._inwards[0]).max(initial=0.0)
@@ -66,27 +87,34 @@ class Interior:
                 "ones are held; add to dofs one of each part that moves freely"
             )
         self.static = static
-        self.at_rest: FloatArray = self.seen(0.0, found).real.astype(float)
+        self.at_rest: FloatArray = at_rest.real.astype(float)
 
-    def solve(self, s: float) -> Any:
-        """Motion of the interior (n_interior, n_masters + n_forces) at ``s`` [rad/s].
+    def solve(self, s: float) -> tuple[Any, ComplexArray]:
+        """Motion of the interior and what the masters feel at ``s`` [rad/s].
 
-        Under a unit motion of each master and under each unit force.
+        Motion (n_interior, n_masters + n_forces), in the precision of residuals, under a unit
+        motion of each master and under each unit force; ``[Z, -D_mi D_ii^-1 B]``
+        (n_masters, n_masters + n_forces).
         """
-        matrix = dynamic_stiffness(self._inside, s)
-        inwards = dynamic_stiffness(self._inwards, s)
-        dtype = np.result_type(matrix, inwards)
-        right = np.full((len(self.others), self.n_columns), np.nan, dtype)
+        inside, inwards, outwards, own = (
+            dynamic_stiffness([m.astype(LONG) for m in parts], LONG(s))
+            for parts in (self._inside, self._inwards, self._outwards, self._masters)
+        )
+        inside = inside.astype(np.result_type(inside, inwards))
+        motion = np.full((len(self.others), self.n_columns), np.nan, inside.dtype)
+        feel = np.full((len(self.masters), self.n_columns), np.nan, inside.dtype)
         try:
-            factors = factorised(matrix.astype(dtype))
+            factors = factorised(inside.astype(complex if np.iscomplexobj(inside) else float))
         except RuntimeError:
-            return right
+            return motion, feel
         for first in range(0, self.n_columns, _COLUMNS):
             chosen = slice(first, first + _COLUMNS)
             block = np.hstack([-inwards[:, chosen].toarray(), self._forces_of(chosen)])
-            solution = factors.solve(block)
-            right[:, chosen] = solution + factors.solve(block - matrix @ solution)
-        return right
+            motion[:, chosen] = refined(factors, inside, block)
+        n = len(self.masters)
+        felt = outwards @ motion
+        feel[:, :n], feel[:, n:] = felt[:, :n] + own, -felt[:, n:]
+        return motion, feel
 
     def _forces_of(self, chosen: slice) -> FloatArray:
         n = len(self.masters)
@@ -97,22 +125,24 @@ class Interior:
         """Number of masters and forces."""
         return len(self.masters) + self.forces.shape[1]
 
-    def seen(self, s: float, motion: ComplexArray) -> ComplexArray:
-        """``[Z, -D_mi D_ii^-1 B]``, (n_masters, n_masters + n_forces), from what `solve` gives."""
-        result = np.asarray(dynamic_stiffness(self._outwards, s) @ motion, dtype=complex)
-        result[:, len(self.masters) :] *= -1
-        result[:, : len(self.masters)] += dynamic_stiffness(self._masters, s)
-        return result
-
-    def imbalance(self, s: float, motion: ComplexArray, load: FloatArray) -> float:
+    def imbalance(
+        self, frequencies: FloatArray, motions: ComplexArray, load: FloatArray
+    ) -> FloatArray:
         """Residual of the whole structure's equations, relative to the forces on the interior.
 
-        Of a ``motion`` (n_interior,) under the amplitudes ``load`` (n_masters + n_forces,).
+        Of ``motions`` (n_interior, n), one at each of ``frequencies`` (n,) [rad/s], under the
+        amplitudes ``load`` (n_masters + n_forces,).
         """
         n = len(self.masters)
-        push = self.forces @ load[n:] - dynamic_stiffness(self._inwards, s) @ load[:n]
-        rest = dynamic_stiffness(self._inside, s) @ motion - push
-        return float(np.linalg.norm(rest) / (np.linalg.norm(push) or 1.0))
+        powers = np.ones_like(frequencies), 1j * frequencies, -(frequencies**2)
+        push = (self.forces @ load[n:]).astype(complex)[:, None]
+        for power, inwards in zip(powers, self._inwards, strict=True):
+            push = push - (inwards @ load[:n])[:, None] * power
+        rest = -push
+        for power, inside in zip(powers, self._inside, strict=True):
+            rest += (inside @ motions) * power
+        size = np.linalg.norm(push, axis=0)
+        return np.linalg.norm(rest, axis=0) / np.where(size > 0, size, 1.0)
 
     def projected(self, basis: FloatArray) -> list[FloatArray]:
         """The structure in coordinates of the masters and of a ``basis`` (n_interior, n_basis).
@@ -120,18 +150,20 @@ class Interior:
         Coefficients of 1, ``p`` and ``p^2``, ``p = i s``, of its four blocks: masters by masters
         and forces, masters by basis, basis by masters and forces, basis by basis.
         """
-        static, forces = self.static, self.forces
+        static, forces = self.static.astype(float), self.forces
         blocks = []
         parts = zip(self._masters, self._outwards, self._inwards, self._inside, strict=True)
         for power, (own, outwards, inwards, inside) in enumerate(parts):
             elastic = power == 0
             # The static motion leaves no elastic force on the interior.
-            push = np.zeros_like(static) if elastic else inwards + inside @ static
-            moved = inside @ basis
-            pull = outwards @ basis + static.T @ moved
+            push = np.zeros_like(static)
+            if not elastic:
+                push = (inwards + _product(inside, self.static)).astype(float)
+            moved = _product(inside, basis).astype(float)
+            pull = _product(outwards, basis).astype(float) + static.T @ moved
             if elastic and self.symmetric:
                 pull = np.zeros_like(pull)
-            held = own + outwards @ static + static.T @ push
+            held = (own + _product(outwards, self.static)).astype(float) + static.T @ push
             blocks.append(
                 (
                     np.hstack([held, elastic * (static.T @ forces)]),
@@ -141,6 +173,11 @@ class Interior:
                 )
             )
         return [np.array(block) for block in zip(*blocks, strict=True)]
+
+
+def _product(matrix: Any, columns: FloatArray) -> Any:
+    """A product in the precision of residuals: of smooth motions stiff elements leave little."""
+    return matrix.astype(LONG) @ columns.astype(LONG)
 
 
 def _symmetric(matrix: Any) -> bool:

@@ -15,7 +15,7 @@ from symhbm.summit import Summit
 from symhbm.symmetry import find_symmetry
 from symhbm.walk import Walk
 
-_COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS)
+COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
 """Ends of complete curves."""
 
 
@@ -33,7 +33,7 @@ class Landscape:
     @property
     def complete(self) -> bool:
         """Whether the whole band was followed."""
-        return self.status in _COMPLETE
+        return self.status in COMPLETE
 
     @property
     def height(self) -> float:
@@ -63,7 +63,7 @@ def survey(
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
         walk = Walk(FrequencyCurve(problem), ends, max_points, each=True)
-        if walk.status not in _COMPLETE:
+        if walk.status not in COMPLETE:
             status = walk.status
         unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]
         bounded = [peak for peak in walk.peaks if peak.kind != PeakKind.UNBOUNDED]

@@ -5,12 +5,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 from scipy.sparse.linalg import splu
 
 from symhbm.fourier import FloatArray
 
-_DGETRF, _DGETRS = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
+_DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=np.float64)
+(_ZHETRF,) = get_lapack_funcs(("hetrf",), dtype=np.complex128)
 DENSE_LIMIT = 500
 """Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
 
@@ -55,6 +57,20 @@ def full(matrix: Any) -> FloatArray:
 def length_of(vector: FloatArray) -> float:
     """Euclidean norm of a vector, without what `numpy.linalg.norm` costs for a short one."""
     return sqrt(vector.dot(vector))
+
+
+def negative_eigenvalues(matrix: NDArray) -> int:
+    """Number of negative eigenvalues of a real symmetric or complex Hermitian matrix.
+
+    As many as the factor ``D`` of ``L D L^H`` has (Sylvester's law of inertia). Of its blocks of
+    two rows, marked by negative numbers, each has one of either sign (Bunch and Kaufman).
+    """
+    if len(matrix) == 1:
+        return int(matrix[0, 0].real < 0)
+    factors, rows, _ = (_ZHETRF if np.iscomplexobj(matrix) else _DSYTRF)(matrix, lower=True)
+    single = rows > 0
+    negative = np.count_nonzero(factors.diagonal().real[single] < 0)
+    return int(negative + np.count_nonzero(~single) // 2)
 
 
 class Factorisation:

@@ -69,10 +69,6 @@ def _reciprocal_condition(matrix: Any) -> float:
         factors = splu(matrix)
     except RuntimeError:  # SuperLU: exactly singular
         return 0.0
-    inverse = LinearOperator(
-        matrix.shape,
-        matvec=factors.solve,
-        rmatvec=lambda right: factors.solve(right, trans="T"),
-        dtype=float,
-    )
+    solves = dict(matvec=factors.solve, rmatvec=lambda right: factors.solve(right, trans="T"))
+    inverse = LinearOperator(matrix.shape, dtype=float, **solves)  # type: ignore[call-arg]
     return 1 / float(onenormest(inverse) * abs(matrix).sum(axis=0).max())

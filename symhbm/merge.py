@@ -48,8 +48,6 @@ def merge(store: Store, archive: Path, progress: bool) -> None:
         with netCDF4.Dataset(part, "a") as target, netCDF4.Dataset(sample) as source:
             _fill(store, layout, dataset, source, target, progress)
         seal(part)
-        with open(part, "rb+") as file:
-            os.fsync(file.fileno())
         os.replace(part, archive)
     except ArchiveError:
         raise

@@ -5,6 +5,8 @@ displacement ``y_j = w_j^T x`` of two degrees of freedom, or of one and the grou
 friction element, a cubic spring, or both side by side.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -58,6 +60,19 @@ class Model:
     no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at
     sqrt(2) times its force. The model knows degrees of freedom and no places, and cannot tell.
     Where the direction of motion is known, make that a degree of freedom.
+
+    Examples
+    --------
+    Two masses, one contact between them and one between the second and the ground:
+
+    >>> import symhbm as sh
+    >>> model = sh.Model(
+    ...     [[1, 0], [0, 1]], [[0.5, 0], [0, 0.5]], [[2e4, -1e4], [-1e4, 1e4]],
+    ...     contacts=[(0, 1), (1,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[3, 5],
+    ... )
+    >>> model.with_parameters(normal_load=4).normal_load
+    array([4., 4.])
     """
 
     mass_matrix: Any
@@ -131,7 +146,7 @@ class Model:
             named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
         return named | {name: np.asarray(getattr(self, name)) for name in CONTACT_PARAMETERS}
 
-    def with_parameters(self, **values: ArrayLike) -> "Model":
+    def with_parameters(self, **values: ArrayLike) -> Model:
         """Return a copy with other values, one or one per blade or contact, of named parameters.
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.
@@ -153,8 +168,7 @@ class Model:
         return check.one_or_each(name, value, self.n_contacts, "contact", bound)
 
     def __reduce__(self):
-        # Through the constructor: unpickled arrays would be writable.
-        return Model, tuple(getattr(self, field.name) for field in fields(self))
+        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
 
     def __repr__(self) -> str:
         kind = "lumped blade" if self.lumped else "degree of freedom"
@@ -193,6 +207,21 @@ def single_blade(
     """One blade on a ground spring with one friction damper to the ground: Fig. 1 and Eq. (1).
 
     Values in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    Model: 1 lumped blade, 1 contact
+      mass                  1 kg
+      damping               0.5 N s/m
+      stiffness             10000 N/m
+      contact_stiffness     10000 N/m
+      friction_coefficient  0.5
+      normal_load           3 N
     """
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
     matrices = [_diagonal(name, value, 1) for name, value in values.items()]
@@ -223,6 +252,16 @@ def bladed_disk(
     Contact ``j`` joins blades ``j`` and ``(j + 1) mod n_blades``. Each parameter is one value or
     one per blade or contact, in kg, N/m, N s/m, N/m, -, N, N/m^3. Raises as `Model`, and ValueError
     for fewer than 3 blades.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     3, mass=[1, 1.01, 0.99], stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> disk.contacts
+    ((0, 1), (1, 2), (2, 0))
     """
     n_blades = check.integer("n_blades", n_blades, minimum=3)
     values = dict(mass=mass, damping=damping, stiffness=stiffness)
@@ -236,6 +275,17 @@ def bladed_disk(
         cubic_stiffness=cubic_stiffness,
         lumped=True,
     )
+
+
+def _restored(values: dict[str, Any]) -> Model:
+    """The model that was pickled: it was checked when it was made, but its arrays are writable."""
+    for value in values.values():
+        array = value.data if sp.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    model = object.__new__(Model)
+    model.__dict__.update(values)
+    return model
 
 
 def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
@@ -277,7 +327,13 @@ def _contact_dofs(contacts: Any, n_dof: int) -> tuple[tuple[int, ...], ...]:
         raise TypeError(f"contacts={check.shown(contacts)}: expected a sequence of DOF pairs")
     result = []
     for j, dofs in enumerate(contacts):
-        pair = tuple(dofs) if isinstance(dofs, Iterable) else (dofs,)
+        # A number may be meant for a contact to the ground, or for half of the only contact.
+        if not isinstance(dofs, Iterable):
+            raise TypeError(
+                f"contacts[{j}]={check.shown(dofs)}: expected (first, second), as in [(0, 1)], or "
+                "(dof,) for a contact to the ground"
+            )
+        pair = tuple(dofs)
         if len(pair) not in (1, 2):
             raise ValueError(f"contacts[{j}]={check.shown(dofs)}: expected one or two DOFs")
         pair = tuple(check.integer(f"contacts[{j}]", dof, 0, n_dof - 1) for dof in pair)

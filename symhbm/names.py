@@ -61,6 +61,9 @@ VARIABLES = {
     "residual_norm": Variable(
         (), "1", "largest residual over the largest sum of absolute force terms"
     ),
+    "condensation_error": Variable(
+        (), "1", "distance of the response of what is kept from solving all equations, relative"
+    ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
     "sampling_error": Variable(
         (), "1", "error of the response by sampling the friction law, to first order, relative"
@@ -97,9 +100,11 @@ VARIABLES = {
     "minimum_frequency": Variable((), "Hz", "frequency of the peak where that is lowest"),
     "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
-    "event_kind": Variable((), "1", "onset of slip, end of slip, or fold"),
-    "event_contact": Variable((), "1", "contact that changes state, -1 at a fold"),
-    "n_points": Variable((), "1", "accepted points of the path"),
+    "event_kind": Variable((), "1", "onset of slip, end of slip, fold, or branch point"),
+    "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
+    "n_points": Variable(
+        (), "1", "points of the path, those of its peaks and between them included"
+    ),
     "n_peaks": Variable((), "1", "peaks found"),
     "n_solutions": Variable((), "1", "solutions at this value on the path, one connected branch"),
     "n_events": Variable((), "1", "events of the path"),

@@ -3,6 +3,11 @@
 Passes that are not needed are skipped, so that a correction costs the solves it takes.
 """
 
+from contextlib import suppress
+from ctypes import CDLL
+from functools import cache
+from pathlib import Path
+
 import casadi as ca
 
 from symhbm.newton import TOLERANCE
@@ -129,4 +134,17 @@ def _step(system: ca.Function) -> ca.Function:
 
 
 def _solver(system: ca.Function) -> str:
-    return "lapacklu" if system.size1_in("point") <= _DENSE_LIMIT else "csparse"
+    return _lapack() if system.size1_in("point") <= _DENSE_LIMIT else "csparse"
+
+
+@cache
+def _lapack() -> str:
+    """The solver on full matrices, on one thread where CasADi brings the library for it.
+
+    Threads share two right-hand sides of even eight equations: that changes the last digits, and
+    to wait for them takes up to a hundred times longer than the work.
+    """
+    for library in Path(ca.__file__).parent.glob("*casadi-tp-openblas*"):
+        with suppress(OSError, AttributeError):  # a file beside the library itself
+            CDLL(str(library)).openblas_set_num_threads(1)
+    return "lapacklu"

@@ -8,13 +8,11 @@ the peak, to second order for the amplitude and to first order for the frequency
 limit of a corner is held in stick, where the equations are smooth on both sides.
 """
 
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from symhbm.constraints import crossed
 from symhbm.evaluation import Evaluation
@@ -28,6 +26,11 @@ _PRECISION = 1e-9
 """Last scaled step of a solution: convergence is quadratic."""
 _STATIONARY = 1e-9
 """Largest scaled slope of the Lagrangian at a solution."""
+_CANCELLED = 1e-11
+"""What may be left of terms of a slope that cancel, over the largest: stiff contacts on a lightly
+damped structure leave 1e-12, however close a solution is."""
+_STAGNATION = 1e-8
+"""Scaled step from which steps need not get shorter: round-off of such structures."""
 _MAX_ITERATIONS = 12
 _RADIUS = 0.5
 """Longest step relative to response or frequency: beyond that lies another peak."""
@@ -49,8 +52,8 @@ class Conditions:
         self._n = problem.n_unknowns
         self._place = summit.place
         at = summit.unknowns, summit.frequency
-        evaluation = self.evaluation = problem.evaluate(*at, summit.slip)
-        self._limit_row = summit.limit(second_order, evaluation.friction.excess_gradient)
+        evaluation = self.evaluation = summit.evaluate()
+        self._limit_row = summit.limit(second_order)
         self.multipliers = multipliers = self._fitting() if multipliers is None else multipliers
         found = second_order(problem, *at, multipliers[: self._n], summit.slip, evaluation)
         self._constraints: Any = found.jacobian
@@ -95,12 +98,19 @@ class Conditions:
         slope = self._slope[: self._n + 1] * self._scale[: self._n + 1]
         return float(np.abs(slope).max() / self._scale[0])
 
+    @property
+    def is_stationary(self) -> bool:
+        """Whether what is left of these slopes is small, or as small as their terms allow."""
+        scale = self._scale[: self._n + 1]
+        terms = abs(self._constraints[:, : self._n + 1]).T @ np.abs(self.multipliers)
+        largest = float((terms * scale).max() / self._scale[0])
+        return self.stationarity <= max(_STATIONARY, _CANCELLED * largest)
+
     def step(self) -> FloatArray | None:
         """Newton step of unknowns, frequency and multipliers, None without a finite one."""
         residual = [self._slope[: self._n + 1], -self.evaluation.residual]
         if self.summit.kind != SummitKind.SMOOTH:
-            corner = self.summit.kind == SummitKind.CORNER
-            excess = self.evaluation.friction.excess[self.summit.contact] if corner else 0.0
+            excess = self.summit.excess if self.summit.kind == SummitKind.CORNER else 0.0
             residual.append(-np.array([excess]))
         try:
             return -self._solve(np.concatenate(residual))
@@ -111,7 +121,7 @@ class Conditions:
         """The conditions after a step."""
         unknowns = self.summit.unknowns + step[: self._n]
         frequency = self.summit.frequency + float(step[self._n])
-        summit = replace(self.summit, unknowns=unknowns, frequency=frequency)
+        summit = self.summit.moved(unknowns, frequency)
         return Conditions(self.second_order, summit, self.multipliers + step[self._n + 1 :])
 
     def length(self, step: FloatArray) -> float:
@@ -120,9 +130,11 @@ class Conditions:
 
     def is_maximum(self) -> bool:
         """Whether the response falls on both sides, every contact in the state held for it."""
-        summit = self.summit
-        free = self._in_states(self.evaluation.friction.excess > 0)
-        beyond = crossed(self.evaluation.friction.excess, summit.slip)
+        summit, excess = self.summit, self.evaluation.friction.excess
+        free = self.evaluation
+        if summit.kind == SummitKind.CORNER or not np.array_equal(excess > 0, summit.slip):
+            free = summit.problem.evaluate(summit.unknowns, summit.frequency)
+        beyond = crossed(excess, summit.slip)
         beyond[summit.held] = False
         if free.norm > ACCEPTED or beyond.any():
             return False
@@ -130,7 +142,7 @@ class Conditions:
             return True
         if summit.kind == SummitKind.CORNER:
             return bool(max(self.flanks) < 0)
-        along = self._tangent(summit.slip)
+        along = self._tangent(self.evaluation)
         if along is None:
             return False
         last = self._n + 1
@@ -143,30 +155,21 @@ class Conditions:
         Both are negative at a maximum, zero where there is none. A path may fold at a corner: where
         its contact sticks and where it slips need not lie on different sides in frequency.
         """
-        summit = self.summit
-        freed = summit.slip.copy()
-        freed[summit.held] = True
-        stuck, slipping = (self._flank(states) for states in (summit.slip, freed))
+        stuck, slipping = map(self._flank, (self.evaluation, self.summit.evaluate(slips=True)))
         return -stuck, slipping
 
-    def _flank(self, slip: NDArray[np.bool_]) -> float:
+    def _flank(self, at: Evaluation) -> float:
         """Relative slope of the response towards more motion of the contact of a corner."""
-        summit, along = self.summit, self._tangent(slip)
+        summit, along = self.summit, self._tangent(at)
         if along is None:
             return 0.0
         slope = along[self._place] @ summit.amplitude_slope
         heading = np.sign(self._limit_row[: self._n + 1] @ along)
         return float(heading * slope) * summit.frequency / summit.amplitude
 
-    def _in_states(self, slip: NDArray[np.bool_]) -> Evaluation:
-        """The equations with contact states ``slip`` held."""
-        if np.array_equal(slip, self.evaluation.friction.slip):
-            return self.evaluation
-        return self.summit.problem.evaluate(self.summit.unknowns, self.summit.frequency, slip)
-
-    def _tangent(self, slip: NDArray[np.bool_]) -> FloatArray | None:
-        """Derivatives of unknowns and frequency by the frequency, contact states ``slip`` held."""
-        at = self._in_states(slip)
+    @staticmethod
+    def _tangent(at: Evaluation) -> FloatArray | None:
+        """Derivatives of unknowns and frequency by the frequency."""
         change = Factorisation(at.jacobian).solve(-at.by_parameter)
         return None if change is None else np.append(change, 1.0)
 
@@ -230,8 +233,9 @@ def solve(start: Conditions, precision: float = _PRECISION) -> Conditions | None
         if step is None:
             return None
         length = here.length(step)
-        solved = here.evaluation.norm <= ACCEPTED and here.stationarity <= _STATIONARY
-        if solved and min(length, last) <= precision:
+        solved = here.evaluation.norm <= ACCEPTED and here.is_stationary
+        stagnates = last <= _STAGNATION and length > last / 2
+        if solved and (min(length, last) <= precision or stagnates):
             return here if here.is_maximum() else None
         if length > _RADIUS or (length > 2 * last and last < 1e-3):
             return None

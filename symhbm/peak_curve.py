@@ -1,5 +1,7 @@
 """The front door to the largest peak over one parameter: the load that makes it lowest, and why."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import pairwise
@@ -94,6 +96,18 @@ def peak_curve(
     SolveError
         If the curve is incomplete, unbounded or at an edge somewhere and ``throw`` is True; its
         ``result`` is the dataset.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> curve = sh.peak_curve(problem, "normal_load", (1, 10))
+    >>> curve.minimum_normal_load.values.round(6)
+    array([3.088579])
     """
     check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)

@@ -8,20 +8,20 @@ import warnings
 from collections.abc import Collection, Sequence
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from symhbm import check
 from symhbm.fourier import FloatArray
-from symhbm.model import Model
+from symhbm.model import FRICTION_PARAMETERS, Model
 
 DOUBT = "is this what was meant"
 """How the warning begins."""
 _UNSYMMETRIC = 1e-6
 """Difference of two entries of a stiffness matrix, relative to the largest, that is round-off."""
-_FAR, _ABOVE = 5.0, 2.0
-"""Ratio of frequencies from which a band is far from a resonance, and above the highest one."""
+_FAR, _ABOVE, _ALONE = 5.0, 2.0, 20.0
+"""Ratio of frequencies from which a band is far from resonances, a band is above all of them, and
+one frequency is."""
 _DENSE = 300
 _STEPS = 4
 
@@ -40,7 +40,7 @@ def warn_of_doubts(
     are static ones. Parameters that are ``moving`` have other values than those of the model.
     ``depth`` is that of the user's call.
     """
-    said = [_of_symmetry(model)]
+    said = [_of_symmetry(model), _of_effect(model, moving)]
     if not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))
     if not {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"} & {*moving}:
@@ -52,6 +52,8 @@ def warn_of_doubts(
 
 def _of_symmetry(model: Model) -> str:
     stiffness = model.stiffness_matrix
+    if model.lumped:
+        return ""  # a diagonal
     difference = abs(stiffness - stiffness.T).tocoo()
     largest = abs(stiffness).max() if stiffness.nnz else 0.0
     if not difference.nnz or difference.max() <= _UNSYMMETRIC * largest:
@@ -61,7 +63,24 @@ def _of_symmetry(model: Model) -> str:
     one, other = check.told_apart(stiffness[i, j], stiffness[j, i])
     return (
         f"stiffness_matrix is not symmetric: entry {i, j} is {one}, entry {j, i} is {other}; "
-        "springs are symmetric, what is skew belongs into damping_matrix if it is gyroscopic"
+        "springs are symmetric unless they do work around a cycle, and what is gyroscopic belongs "
+        "into damping_matrix"
+    )
+
+
+def _of_effect(model: Model, moving: Collection[str]) -> str:
+    """A friction parameter that moves and does nothing, as another one is 0 all the time."""
+    nothing = [
+        name
+        for name in FRICTION_PARAMETERS
+        if name not in moving and not np.any(getattr(model, name))
+    ]
+    idle = [name for name in FRICTION_PARAMETERS if name in moving]
+    if not (nothing and idle and model.n_contacts):
+        return ""
+    has, are = ("has" if len(idle) == 1 else "have"), ("is" if len(nothing) == 1 else "are")
+    return (
+        f"{' and '.join(idle)} {has} no effect, as {' and '.join(nothing)} {are} 0 at every contact"
     )
 
 
@@ -88,20 +107,20 @@ def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) 
         return ""  # cubic springs move resonances as far as the motion is large
     low, high = min(band), max(band)
     of_one, reach = low == high, max(_FAR, *harmonics)
+    if of_one and low <= _ALONE * _highest(model):
+        return ""
     if model.n_dof > _DENSE:
-        lower, upper = _bounds(model, high)
-        far = upper * _FAR < low or (lower > reach * high and not of_one)
-        nearest = upper if upper < low else lower
+        lower, upper = np.array([_lowest(model, high)]), np.array([_highest(model)])
+        beyond = upper * _FAR < low  # the highest one is not known well
     else:
         lower, upper = _resonances(model, high)
-        if not len(lower):
-            return ""
-        below, above = upper * _FAR < low, lower > reach * high
-        far = bool(np.all(upper * _ABOVE < low)) if not of_one else bool(np.all(below))
-        far = far or (bool(np.all(below | above)) and not of_one)
-        distance = np.where(upper < low, low / np.maximum(upper, 1e-300), lower / high)
-        closest = int(np.argmin(distance))
-        nearest = upper[closest] if upper[closest] < low else lower[closest]
+        beyond = upper * _ABOVE < low
+    below, above = upper * _FAR < low, lower > reach * high
+    alone = upper * _ALONE < low
+    far = alone.all() if of_one else (below | above).all() or beyond.all()
+    distance = np.where(upper < low, low / np.maximum(upper, 1e-300), lower / high)
+    closest = int(np.argmin(distance))
+    nearest = upper[closest] if upper[closest] < low else lower[closest]
     if not far or not np.isfinite(nearest):
         return ""
     side, edge = ("above", low) if nearest < low else ("below", high)
@@ -113,47 +132,47 @@ def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) 
     )
 
 
-def _matrices(model: Model) -> tuple[sp.csc_array, sp.csc_array, sp.csc_array]:
-    """Mass, and symmetric stiffness with all contacts free and with all held by their springs."""
-    stiffness = 0.5 * (model.stiffness_matrix + model.stiffness_matrix.T)
-    springs = model.directions.T @ sp.diags_array(model.contact_stiffness) @ model.directions
-    return model.mass_matrix, stiffness.tocsc(), (stiffness + springs).tocsc()
-
-
 def _resonances(model: Model, hertz: float) -> tuple[FloatArray, FloatArray]:
-    """Between which frequencies [Hz] each mode lies, as contacts slip or stick; none if unknown."""
-    mass, *stiffnesses = (matrix.toarray() for matrix in _matrices(model))
+    """Between which frequencies [Hz] each mode lies, as contacts slip or stick."""
+    mass, free = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
+    free = 0.5 * (free + free.T)
+    directions = model.directions.toarray()
+    held = free + (directions.T * model.contact_stiffness) @ directions
     # About a band, so that neither free bodies nor motions without inertia are singular.
     shift = (2 * np.pi * hertz) ** 2
     found = []
-    for stiffness in stiffnesses:
+    for stiffness in (free, held):
         try:
             shares = eigh(mass, stiffness + shift * mass, eigvals_only=True)[::-1]
-        except np.linalg.LinAlgError:
-            return np.array([]), np.array([])
-        with np.errstate(divide="ignore"):
-            squares = 1 / np.maximum(shares, 0.0) - shift
+        except np.linalg.LinAlgError:  # an indefinite stiffness: anything may resonate
+            return np.zeros(model.n_dof), np.full(model.n_dof, np.inf)
+        tiny = np.finfo(float).tiny
+        squares = np.where(shares > tiny, 1 / np.maximum(shares, tiny) - shift, np.inf)
         found.append(np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi))
     return found[0], found[1]
 
 
-def _bounds(model: Model, hertz: float) -> tuple[float, float]:
-    """Lowest natural frequency or more, and highest or less [Hz], of a large structure.
+def _highest(model: Model) -> float:
+    """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
+    inertia = model.mass_matrix.diagonal()
+    springs = (abs(model.directions)).T @ model.contact_stiffness
+    stiffness, moving = model.stiffness_matrix.diagonal() + springs, inertia > 0
+    if not moving.all():
+        return np.inf
+    return float(np.sqrt(np.max(stiffness / inertia)) / (2 * np.pi))
 
-    The quotient of Rayleigh after some inverse iterations, and that of single degrees of freedom.
-    """
-    mass, free, held = _matrices(model)
-    inertia = mass.diagonal()
-    moving = inertia > 0
-    highest = np.max(held.diagonal()[moving] / inertia[moving], initial=0.0)
+
+def _lowest(model: Model, hertz: float) -> float:
+    """The lowest natural frequency [Hz] or more: the quotient of Rayleigh of inverse iterations."""
+    mass = model.mass_matrix
+    stiffness = 0.5 * (model.stiffness_matrix + model.stiffness_matrix.T)
     try:
-        factors = splu((free + (2 * np.pi * hertz) ** 2 * mass).tocsc())
+        factors = splu((stiffness + (2 * np.pi * hertz) ** 2 * mass).tocsc())
     except RuntimeError:  # SuperLU: exactly singular
-        return 0.0, np.inf
+        return 0.0
     motion = np.random.default_rng(0).uniform(0.5, 1.5, model.n_dof)
     for _ in range(_STEPS):
         motion = factors.solve(mass @ motion)
         motion /= np.abs(motion).max()
-    lowest = motion @ (free @ motion) / (motion @ (mass @ motion))
-    lowest, highest = (np.sqrt(max(float(square), 0.0)) for square in (lowest, highest))
-    return lowest / (2 * np.pi), highest / (2 * np.pi)
+    square = motion @ (stiffness @ motion) / (motion @ (mass @ motion))
+    return float(np.sqrt(max(square, 0.0)) / (2 * np.pi))

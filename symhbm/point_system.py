@@ -12,16 +12,17 @@ from symhbm.compiled import constant
 from symhbm.condensed_forces import CondensedForces
 from symhbm.condensed_graph import condensed_graph
 from symhbm.constraints import BEYOND
+from symhbm.contact_springs import spring_kernel
 from symhbm.curve import WEAKEST
 from symhbm.equations import Equations
 from symhbm.one_harmonic import places
 
 SCALARS = 6
 """Values in front of those of the contacts, see `point_system`."""
-LEADING = 0.5
-"""Share of a harmonic in the square of a motion from which it leads."""
-_FEW = 100
-"""Contacts up to which terms that are shared are looked for, which takes longer than linearly."""
+_FEW, _SPARSE = 100, 10_000
+"""Contacts, and entries of the Jacobian, up to which terms that are shared are looked for.
+
+That takes longer than linearly."""
 _MOST_FILL = 20_000
 """Entries of the factors of the structure up to which resonances are counted at every point."""
 
@@ -33,9 +34,10 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, ``normal`` then being
     0), ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
     ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
-    residual, value of the constraint, amplification, distance from the guess, resonances below
-    (-1 where they are not counted), whether a contact is beyond its limit, and the excess of all;
-    ``limits``, the derivatives of the excess by the scaled unknowns (n_contacts, n_unknowns).
+    residual, value of the constraint, amplification, distance from the guess, twice the resonances
+    below (-1 where they are not counted), whether a contact is beyond its limit, and the excess and
+    the stiffness of all; ``limits``, the derivatives of the excess by the scaled unknowns
+    (n_contacts, n_unknowns).
     """
     sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
     n, n_contacts = sizes[0], len(equations.contacts)
@@ -51,10 +53,11 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         *at, symbol["imposed"]
     )
     amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
+    springs = _springs(equations, point[:n], parameters, events)
     if structure is None:
         conservative, inertia = equations.conservative(*at)
         inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
-        below = _resonances_below(equations, conservative, events, at)
+        below = _resonances_below(equations, conservative, springs)
     else:
         forces, terms, stiffness, slopes, inertia = condensed_graph(structure)(
             point[:n], point[n], parameters[-2]
@@ -87,9 +90,10 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         below,
         _crosses(excess, symbol["imposed"]),
         excess,
+        springs.T,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if structure is None and n_contacts <= _FEW:
+    if structure is None and n_contacts <= _FEW and jacobian.nnz() <= _SPARSE:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
@@ -113,32 +117,31 @@ def _distance(equations: Equations, point: Any, other: Any) -> Any:
     return ca.sqrt(ca.sum1(moved**2) + (point[-1] - other[-1]) ** 2)
 
 
-def _resonances_below(equations: Equations, conservative: Any, events: Any, at: list[Any]) -> Any:
+def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events: Any) -> Any:
+    """Stiffness of the contacts in their harmonic motion, a row."""
+    size = equations.basis.n_components
+    parameter = dict(zip(equations.parameter_names, parameters, strict=True))
+    motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
+    limit = parameter["friction_coefficient"] * parameter["normal_load"]
+    kernel, place, found = spring_kernel(equations.basis), places(size), []
+    for j, packed in enumerate(ca.horzsplit(events)):
+        matrix = ca.reshape(packed[place["matrix"]], size, size)
+        given = motion[:, j], matrix, packed[place["vector"]]
+        found.append(kernel(*given, parameter["contact_stiffness"][j], limit[j], 0)[0])
+    return ca.horzcat(*found)
+
+
+def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:
     """Twice the number of natural frequencies below the exciting one, -1 if that takes long.
 
-    With the contacts at the stiffness of their harmonic motion, see `symhbm.resonances`: the number
-    of negative pivots of the dynamic stiffness (Sylvester).
+    The number of negative pivots of the dynamic stiffness (Sylvester).
     """
-    size = equations.basis.n_components
-    parameter = dict(zip(equations.parameter_names, at[2:], strict=True))
-    motion = ca.reshape(ca.mtimes(constant(equations.directions), at[0]), size, -1)
-    springs = []
-    for j, packed in enumerate(ca.horzsplit(events)):
-        stiffness = parameter["contact_stiffness"][j]
-        limit = parameter["friction_coefficient"][j] * parameter["normal_load"][j]
-        block = stiffness * ca.reshape(packed[places(size)["matrix"]], size, size)
-        y, force = motion[:, j], ca.mtimes(block, motion[:, j])
-        force += limit * packed[places(size)["vector"]]
-        square, total = ca.sumsqr(y[-2:]), ca.sumsqr(y)
-        leads = square > LEADING * total
-        along = ca.dot(force[-2:], y[-2:]) / ca.if_else(leads, square, 1)
-        beside = (block[-2, -2] + block[-1, -1]) / 2
-        spring = ca.fmin(ca.fmax(ca.if_else(leads, along, beside), 0), stiffness)
-        springs.append(ca.vertcat(ca.SX(size - 2, 1), spring, spring))
-    spread = constant(equations.directions)
     whole = conservative
-    if springs:
-        whole += ca.mtimes([spread.T, ca.diag(ca.vertcat(*springs)), spread])
+    if len(equations.contacts):
+        spread = constant(equations.directions)
+        rest = ca.SX(equations.basis.n_components - 2, springs.shape[1])
+        each = ca.vertcat(rest, springs, springs)
+        whole += ca.mtimes([spread.T, ca.diag(ca.vec(each)), spread])
     moving = np.flatnonzero(np.tile(equations.basis.order > 0, len(equations.dofs))).tolist()
     whole = whole[moving, moving]
     whole = (whole + whole.T) / 2

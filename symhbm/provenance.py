@@ -26,6 +26,12 @@ REFERENCE = (
 DRAWN = "drawn"
 """Attribute of a swept parameter that tells how its values were drawn."""
 LABELS = ("dof", "contact", "harmonic", "component")
+OF_STRUCTURE = "structure_dof"
+"""Coordinate of condensed structures: which degrees of freedom are kept."""
+LARGEST_OF = "largest_of"
+"""Attribute of datasets of condensed structures: among what responses are largest."""
+OF_LARGEST = {"peak_amplitude", "peak_dof"}
+"""Variables that depend on what is kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 
@@ -58,7 +64,18 @@ class Parts:
         parts = self.variables | self.coordinates
         made = {name: _variable(part) for name, part in parts.items()}
         labels = None if self.sizes is None else _labels(*self.sizes)
+        if LARGEST_OF in self.attributes:
+            for name in OF_LARGEST & {*made}:
+                made[name] = _of_kept(made[name], self.attributes[LARGEST_OF])
         return xr.Dataset(made, labels, self.attributes).set_coords([*self.coordinates])
+
+
+def _of_kept(variable: Any, kept: str) -> Any:
+    """A variable whose long name tells that only what is kept was looked at."""
+    about = str(variable.attrs["long_name"])
+    changed = variable.copy(deep=False)
+    changed.attrs["long_name"] = about if kept in about else f"{about}, of the {kept}"
+    return changed
 
 
 def _variable(part: Any) -> Any:
@@ -119,7 +136,7 @@ def with_provenance(
         variables[target] = (dims, np.array(value), attributes)
     if isinstance(problem.model, CondensedModel):
         about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
-        coordinates["structure_dof"] = ("dof", problem.model.dofs, about)
+        coordinates[OF_STRUCTURE] = ("dof", problem.model.dofs, about)
     elif not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
@@ -143,6 +160,8 @@ def with_provenance(
         if followed.accuracy is not None:
             about_all["accuracy"] = followed.accuracy
     model = problem.model
+    if isinstance(model, CondensedModel):
+        about_all[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
     return Parts(variables, coordinates, about_all, sizes)
 

@@ -7,7 +7,8 @@ from symhbm import check
 from symhbm.condensed_model import CondensedModel
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
-from symhbm.interior import dynamic_stiffness, factorised
+from symhbm.interior import LONG, dynamic_stiffness, factorised, refined
+from symhbm.linear import Factorisation, length_of
 from symhbm.names import meaning
 from symhbm.point import RADIANS, by_harmonic
 from symhbm.residual import HarmonicBalance, check_problem
@@ -30,9 +31,11 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
-    degrees of freedom, ``frequency`` [Hz], and ``residual_norm``: the largest residual of all
-    equations of the whole structure, contacts included, over the largest sum of absolute force
-    terms.
+    degrees of freedom, ``frequency`` [Hz], and two measures of all equations of the whole
+    structure, contacts included: ``residual_norm``, their largest residual over the largest sum of
+    absolute force terms, and ``condensation_error``, how far the response of what is kept is from
+    solving them: the length of a step of Newton's method over that of the response. It tells how
+    exact this one response is, slipping contacts and resonances included.
 
     Raises
     ------
@@ -52,12 +55,13 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         if name in point.variables and point[name].shape in ((), np.shape(value))
     }
     problem = problem.with_parameters(**stored)
-    coefficients, norm = recovered(problem, kept.ravel(), RADIANS * frequency)
+    coefficients, norm, error = recovered(problem, kept.ravel(), RADIANS * frequency)
     basis = problem.basis
     variables = {
         "coefficient": by_harmonic(basis, coefficients),
         "amplitude": largest_displacement(basis, coefficients)[0],
         "residual_norm": np.float64(norm),
+        "condensation_error": np.float64(error),
         "frequency": np.float64(frequency),
     }
     about = {name: meaning(name) for name in variables}
@@ -73,8 +77,8 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
 
 def recovered(
     problem: HarmonicBalance, unknowns: FloatArray, frequency: float
-) -> tuple[FloatArray, float]:
-    """Coefficients (n_dof of all, n_components) [m] and the residual norm of all equations.
+) -> tuple[FloatArray, float, float]:
+    """Coefficients (n_dof of all, n_components) [m], residual norm and error, see `recover`.
 
     From the ``unknowns`` (n_unknowns,) [m] of a condensed problem at an angular ``frequency``.
     """
@@ -83,8 +87,10 @@ def recovered(
     structure, masters = model.structure, model.dofs
     others = np.setdiff1d(np.arange(structure.n_dof), masters)
     parts = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
+    exact = [matrix.tocsr().astype(LONG) for matrix in parts]
     force = problem.excitation.amplitude * problem.excitation.shape(structure.n_dof, basis)
-    level, contacts = np.abs(force), problem.contact_forces(unknowns)
+    evaluation, contacts = problem.evaluate(unknowns, frequency), problem.contact_forces(unknowns)
+    level = np.abs(force)
     level[masters] += np.abs(contacts)
     force[masters] -= contacts
     motion = np.zeros_like(force)
@@ -95,23 +101,27 @@ def recovered(
         at = slice(first, first + 1 + (n > 0))
         sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
-        stiffness, x, push = dynamic_stiffness(parts, s), motion[:, at] @ sign, force[:, at] @ sign
-        inside = stiffness[others][:, others].astype(complex)
-        right = push[others] - (stiffness[others][:, masters] @ x[masters])
+        stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
+        x, push = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
+        rows = stiffness[others]
+        inside = rows[:, others]
         try:
-            factors = factorised(inside)
+            factors = factorised(inside.astype(complex))
         except RuntimeError:
             raise ValueError(
                 f"point: {s / RADIANS:g} Hz is a resonance of the structure with what is kept held"
             ) from None
-        x[others] = factors.solve(right)
-        x[others] += factors.solve(right - inside @ x[others])
+        right = push[others] - rows[:, masters] @ x[masters]
+        x[others] = refined(factors, inside, right[:, None])[:, 0]
         left = stiffness @ x - push
         motion[:, at] = np.column_stack([x.real, -x.imag])[:, : len(sign)]
         rest[:, at] = np.column_stack([left.real, -left.imag])[:, : len(sign)]
         terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in parts]
         level[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
-    return motion, float(np.abs(rest).max() / (level.max() or 1.0))
+    norm = float(np.abs(rest).max() / (level.max() or 1.0))
+    step = Factorisation(evaluation.jacobian).solve(rest[masters].ravel())
+    size = length_of(unknowns) or 1.0
+    return motion, norm, np.nan if step is None else length_of(step) / size
 
 
 def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:

@@ -1,5 +1,6 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -21,6 +22,10 @@ from symhbm.sampled import locate_sampled
 from symhbm.symmetry import Symmetry, find_symmetry
 from symhbm.unknowns import Unknowns
 
+LARGE = 100_000
+"""Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
+_FEW = 4
+"""Degrees of freedom for each one that contacts touch, from which condensing is worth it."""
 _COMMON = {*CONTACT_PARAMETERS, "force_amplitude"}
 """Parameters whose values are compared sector by sector wherever they are set."""
 
@@ -60,6 +65,17 @@ class HarmonicBalance(Unknowns):
     angular frequency [rad/s] and all physical parameters; ``mass``, ``damping`` and ``stiffness``
     are the stored entries of the matrices in column order, which for a lumped model is one value
     per blade. Its inputs ``matrix`` and ``vector`` are the located contact events.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem.with_parameters(normal_load=5, force_amplitude=2.0).parameters["normal_load"]
+    array([5.])
     """
 
     def __init__(
@@ -86,6 +102,8 @@ class HarmonicBalance(Unknowns):
             if symmetry is not None:
                 raise ValueError("symmetry: expected None for a condensed structure")
             self._structure = CondensedForces(model, excitation, self.basis)
+        else:
+            _advise(model)
         # Shared by all copies of this problem: each is compiled once.
         self._compiled: dict[tuple, Equations] = {}
         self._equations = self._compile(model.has_cubic_springs)
@@ -334,6 +352,22 @@ class HarmonicBalance(Unknowns):
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
         )
+
+
+def _advise(model: Model) -> None:
+    """Say of a large structure with few contacts that it is better condensed."""
+    entries = int(model.stiffness_matrix.nnz)
+    touched = len({dof for contact in model.contacts for dof in contact})
+    if entries <= LARGE or _FEW * touched > model.n_dof:
+        return
+    warnings.warn(
+        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch {touched}, "
+        f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
+        "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
+        "excitation, frequency, harmonics, dofs=...) gives the same responses of what contacts "
+        "touch and of dofs, and each point in milliseconds",
+        stacklevel=3,
+    )
 
 
 def check_problem(problem: object, whole: bool = False) -> None:

@@ -4,29 +4,30 @@ Where the response is smooth, steps are long, and a lightly damped mode may lie 
 The modes of the structure with its contacts at their present stiffness tell where to look.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky
 
 from symhbm.condensed_model import CondensedModel
-from symhbm.condensed_modes import condensed_modes, modes_below
+from symhbm.condensed_modes import condensed_modes
 from symhbm.constraints import Corrected
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.friction import LocatedFriction
-from symhbm.point_system import LEADING
 from symhbm.residual import HarmonicBalance
+from symhbm.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
 
-LARGEST_SIZE = 300
-"""Number of degrees of freedom above which modes cost more than the path."""
 SEEN = 2.0
 """Distance from a resonance ahead, in half widths, at which the path feels it."""
 AT = 0.3
 """Distance from a resonance behind, in half widths, at which a point stands for it."""
+_SPANNED = 3.0
+"""Half widths from one flank of a resonance to the other beyond which its top is looked at."""
 _FAINT = 1e-9
 """Resonant response, relative to the response, of a mode that nothing excites."""
 
@@ -53,17 +54,18 @@ def modes(
     size = float(np.linalg.norm(unknowns))
     found = []
     nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs
-    for n in (n for n in problem.harmonics if n > 0):
+    harmonics = [n for n in problem.harmonics if n > 0]
+    springs = springs_of(problem, unknowns, friction)
+    for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
         if isinstance(problem.model, CondensedModel):
-            contacts = _contacts(problem, unknowns, friction, [cosine, sine])
             found.append(_condensed(problem, n, frequency, contacts, size, nonlinear))
             continue
         try:
             structure = reduced(problem, n)
         except np.linalg.LinAlgError:
             return None  # a motion without inertia: no coordinates of unit mass
-        natural, width, shapes = _resonances(problem, unknowns, frequency, friction, n)
+        natural, width, shapes = _resonances(structure, n * frequency, *contacts)
         force = structure.force[:, cosine] - 1j * structure.force[:, sine]
         drive = np.abs(shapes.conj().T @ force)
         loud = drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
@@ -77,7 +79,7 @@ def _condensed(
     problem: HarmonicBalance,
     harmonic: int,
     frequency: float,
-    contacts: tuple[FloatArray, FloatArray],
+    contacts: Sequence[FloatArray],
     size: float,
     nonlinear: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
@@ -100,22 +102,19 @@ class Lookout:
     def __init__(self, curve: Curve):
         self._curve = curve
         self._known: list[tuple[FloatArray, Modes | None]] = []
-        self._counted: list[tuple[FloatArray, tuple[int, ...]]] = []
 
     def first_passed(self, base: PathPoint, found: Corrected) -> float | None:
         """Share of the way from a point to the next of the first resonance that neither shows."""
-        below = base.below, found.below
-        if isinstance(self._curve.problem.model, CondensedModel):
-            below = self._below(base.state, base.slip), self._below(found.point, base.slip)
-        if below[0] is not None and below[0] == below[1]:
-            return None  # as many natural frequencies below: none was passed
+        if base.below is None or base.below == found.below:
+            return None  # as many natural frequencies below each harmonic: none was passed
         before = self._at(base.state, base.slip)
         after = self._at(found.point, base.slip)
         if before is None or after is None:
             return None
         left, right = before.detuning, after.detuning
         width = np.minimum(before.width, after.width)
-        passed = (left * right < 0) & (np.abs(left) > SEEN * width) & (np.abs(right) > AT * width)
+        passed = (left * right < 0) & (np.abs(right) > AT * width)
+        passed &= (np.abs(left) > SEEN * width) | (np.abs(left - right) > _SPANNED * width)
         passed &= before.excited | after.excited
         if not passed.any():
             return None
@@ -123,27 +122,6 @@ class Lookout:
         # The flank first, then the top: a mode may add on one side what it takes on the other.
         aim = np.where(distance > 2 * SEEN * width, distance - 1.5 * SEEN * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
-
-    def _below(self, state: FloatArray, slip: NDArray[np.bool_]) -> tuple[int, ...]:
-        """Numbers of modes of a condensed structure below each harmonic."""
-        for known, count in self._counted:
-            if np.array_equal(known, state):
-                return count
-        problem, frequency = self._curve.at(float(state[-1]))
-        friction, model = problem.locate(state[:-1], slip), problem.model
-        assert isinstance(model, CondensedModel)
-        count = tuple(
-            modes_below(
-                model,
-                n,
-                frequency,
-                _contacts(problem, state[:-1], friction, _columns(problem, n))[0],
-            )
-            for n in problem.harmonics
-            if n > 0
-        )
-        self._counted = [(state, count), *self._counted[:2]]
-        return count
 
     def _at(self, state: FloatArray, slip: NDArray[np.bool_]) -> Modes | None:
         for known, found in self._known:
@@ -169,7 +147,7 @@ class Reduced(NamedTuple):
     springs: NDArray
     force: NDArray
     contact_stiffness: FloatArray
-    factor: NDArray
+    inverse: NDArray
     stiffest: float
 
 
@@ -185,11 +163,12 @@ def reduced(problem: HarmonicBalance, harmonic: int) -> Reduced:
 
 @lru_cache(maxsize=32)
 def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
-    mass, *matrices, directions = _structure(problem, wave)
-    factor = cholesky(mass, lower=True)
+    mass, *matrices, directions = structure_matrices(problem, wave)
+    # Where a triangular system has several right-hand sides, LAPACK starts threads.
+    inverse = np.linalg.inv(cholesky(mass, lower=True))
 
     def scaled(matrix: NDArray) -> NDArray:
-        return solve_triangular(factor, matrix, lower=True)
+        return inverse @ matrix
 
     damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
     shape = problem.excitation.shape(problem.model.n_dof, problem.basis)[: problem.n_dof]
@@ -199,22 +178,7 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     if not problem.model.has_cubic_springs:
         whole = stiffness + (springs * problem.contact_stiffness) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(whole)[-1]))
-    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, factor, highest)
-
-
-def _structure(problem: HarmonicBalance, wave: int) -> list[NDArray]:
-    """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
-
-    Of one sector, complex, as they act on a ``wave`` around the disk.
-    """
-    names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
-    whole = [getattr(problem.model, name) for name in names]
-    symmetry = problem.symmetry
-    if symmetry is None:
-        return [matrix.toarray() for matrix in whole]
-    phases = symmetry.phases(wave)
-    rows = [*(np.arange(symmetry.n_dof),) * 3, symmetry.contacts]
-    return [(matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)]
+    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, inverse, highest)
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
@@ -222,44 +186,13 @@ def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
 
 
 def _resonances(
-    problem: HarmonicBalance,
-    unknowns: FloatArray,
-    frequency: float,
-    friction: LocatedFriction,
-    harmonic: int,
+    structure: Reduced, frequency: float, spring: FloatArray, loss: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray]:
-    """Natural frequencies, half widths [rad/s] and shapes with the contacts as one harmonic has."""
-    stiffness, damping, springs, *_ = reduced(problem, harmonic)
-    spring, loss = _contacts(problem, unknowns, friction, _columns(problem, harmonic))
-    squares, shapes = np.linalg.eigh(stiffness + (springs * spring) @ springs.conj().T)
+    """Natural frequencies, half widths [rad/s] and shapes with contacts of one harmonic."""
+    springs = structure.springs
+    whole = structure.stiffness + (springs * spring) @ springs.conj().T
+    squares, shapes = np.linalg.eigh(whole)
     natural = np.sqrt(np.maximum(squares, 1e-300))
-    viscous = damping + (springs * loss / (harmonic * frequency)) @ springs.conj().T
+    viscous = structure.damping + (springs * loss / frequency) @ springs.conj().T
     width = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes).real / 2
     return natural, width, shapes
-
-
-def _contacts(
-    problem: HarmonicBalance, unknowns: FloatArray, friction: LocatedFriction, column: list[int]
-) -> tuple[FloatArray, FloatArray]:
-    """Stiffness of the contacts in one harmonic and what they take out of it [N/m], (n_contacts,).
-
-    In the mean over its motion where that harmonic leads it, else for a small motion beside it:
-    what the other harmonics make a contact do is a force, and no stiffness.
-    """
-    stiffness = problem.contact_stiffness[:, None]
-    relative = problem.relative(unknowns)
-    y = relative[:, column]
-    force = stiffness * np.einsum("cij,cj->ci", friction.matrix, relative)
-    force += problem.slip_limit[:, None] * friction.vector
-    square, total = np.sum(y**2, axis=1), np.sum(relative**2, axis=1)
-    leads = square > LEADING * total
-    safe = np.where(leads, square, 1.0)
-    in_phase = np.sum(force[:, column] * y, axis=1) / safe
-    out_of_phase = (force[:, column[0]] * y[:, 1] - force[:, column[1]] * y[:, 0]) / safe
-    block = stiffness[:, None] * friction.matrix[:, column][:, :, column]
-    share = np.where(leads, in_phase, (block[:, 0, 0] + block[:, 1, 1]) / 2)
-    loss = np.where(leads, out_of_phase, (block[:, 0, 1] - block[:, 1, 0]) / 2)
-    # The mean stiffness of a cube to its own motion is half that to a motion beside it.
-    cubic = problem.cubic_stiffness * (0.75 * square + 1.5 * (total - square))
-    spring = np.clip(share, 0.0, problem.contact_stiffness) + cubic
-    return spring, np.maximum(loss, 0.0)

@@ -1,7 +1,7 @@
 """Labelled datasets from response curves: the names and dimensions of an archive."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from functools import lru_cache
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from symhbm import check
 from symhbm.branch import Task
 from symhbm.names import PARAMETERS, SLOPES, VARIABLES, derivative, meaning
 from symhbm.point import Table
@@ -43,6 +44,29 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
         of_result = [label for label in value.coords if label in RESERVED - {*value.dims}]
         values[name] = value.drop_vars(of_result)
     return Sweep.of(values), Task(**task)
+
+
+def left_out(dataset: xr.Dataset) -> list[str]:
+    """Names of results that were computed and not kept."""
+    return json.loads(dataset.attrs.get("left_out", "[]"))
+
+
+def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
+    """Words on what a dataset does not hold, and which of it was computed and not kept."""
+    lacking = list(names)
+    by_keep = [name for name in lacking if name in left_out(dataset)]
+    words = f"without {', '.join(lacking)}"
+    if by_keep == lacking:
+        return f"{words}, left out by keep="
+    return f"{words}; {', '.join(by_keep)} left out by keep=" if by_keep else words
+
+
+def check_held(dataset: xr.Dataset, *names: str, what: str = "dataset") -> None:
+    """Raise KeyError that says why for the first variable a dataset does not hold."""
+    for name in names:
+        if name in left_out(dataset) and name not in dataset.variables:
+            raise KeyError(f"{name!r} was left out by keep=; compute with keep=[..., {name!r}]")
+        check.known(name, [str(each) for each in dataset.variables], f"variable of the {what}")
 
 
 def differences(one: xr.Dataset, other: xr.Dataset) -> list[str]:

@@ -3,6 +3,7 @@
 Readers of NetCDF pass over what follows their data; a program that changes the file cuts it off.
 """
 
+import os
 import re
 import zlib
 from pathlib import Path
@@ -17,10 +18,13 @@ _END_ADDRESS = {0: 40, 1: 44, 2: 28, 3: 28}
 
 
 def seal(path: Path) -> None:
-    """Append the checksum of a file to it."""
+    """Append the checksum of a file to it, and wait for the disk."""
     with path.open("rb+") as file:
         checksum = _checksum(file, path.stat().st_size)
         file.write(_MARK + b"%08x\n" % checksum)
+        file.flush()
+        # Before it is given its name, which outlives a loss of power.
+        os.fsync(file.fileno())
 
 
 def is_damaged(path: Path) -> bool:

@@ -21,7 +21,7 @@ from symhbm.peak_conditions import Conditions, solve
 from symhbm.peaks import Peak, PeakKind
 from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
-from symhbm.schema import recall
+from symhbm.schema import recall, without
 from symhbm.second_order import SecondOrder
 from symhbm.slopes import TIE
 from symhbm.summit import Summit
@@ -76,11 +76,16 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
-    The contact whose normal load changes the highest peak of all most:
-
-    >>> highest = response.isel(peak=response.peak_amplitude.argmax("peak"))
-    >>> by_load = symhbm.sensitivity(highest).peak_amplitude_by_normal_load
-    >>> abs(by_load).max("peaking_dof").idxmax("contact")
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30))
+    >>> by_load = sh.sensitivity(response).peak_amplitude_by_normal_load
+    >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
+    array([0.])
     """
     stored = _StoredPeaks(dataset)
     status = np.full(stored.shape, "", dtype=object)
@@ -125,7 +130,7 @@ class _StoredPeaks:
         if missing:
             raise ArchiveError(
                 "dataset: expected a result of frf with its peaks over the frequency, got one "
-                f"without {', '.join(missing)}"
+                f"{without(dataset, missing)}"
             )
         if self.problem.samples is not None:
             raise ArchiveError(
@@ -220,7 +225,8 @@ def _derivatives(
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
     summit = Summit.at_peak(problem, peak)
-    for text, contacts in ((TOGETHER, summit.together and summit.held), (STILL, _still(summit))):
+    together = {summit.contact, *summit.together} if summit.together else set()
+    for text, contacts in ((TOGETHER, together), (STILL, _still(summit))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}
     found: _Derivatives = {}

@@ -66,6 +66,17 @@ def solve(
         solver, a harmonic is even, or friction is sampled.
     SolveError
         If nothing converged and ``throw`` is True.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.solve(problem, 19.5).amplitude.values.round(8)
+    array([0.00030797])
     """
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")

@@ -27,6 +27,9 @@ class Spool:
             self._places[number] = same, self._file.tell(), len(data)
             self._file.write(data)
 
+    def __len__(self) -> int:
+        return len(self._places)
+
     def stacked(self) -> Table:
         """All tables in the order of their numbers, as one."""
         layout: Layout = tables.common(map(tables.stored_layout, self._layouts))

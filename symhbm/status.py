@@ -22,6 +22,11 @@ class Status(StrEnum):
         "which this path does not visit; the points are valid; try a wider band, at whose ends "
         "the response is unique"
     )
+    BRANCH_POINTS = (
+        "the end of the band was reached, but other solutions branch off on the way "
+        "(event_kind is branch point there), which this path does not visit; the points are valid; "
+        "to visit them, make the structure or the force a little less symmetric"
+    )
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond the last of them"

@@ -83,9 +83,7 @@ class Store:
         for number, layout, content, checksum in rows:
             self._check_row(number, layout, content, checksum)
             self._count(number, layout, checksum)
-        # A row of a damaged file may be there twice.
-        twice = self._rows != len(self.done) + 1
-        if twice or self._about("rows") != _counted(self._rows, self._total):
+        if self._about("rows") != _counted(self._rows, self._total):
             raise self._damaged("the number of parameter sets is not as it was written")
         self._execute("COMMIT")
         if write:

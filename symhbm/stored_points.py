@@ -1,4 +1,4 @@
-"""The points of an archive and the problems they were computed from."""
+"""The points or peaks of an archive and the problems they were computed from."""
 
 import json
 from typing import Any
@@ -8,60 +8,134 @@ import xarray as xr
 
 from symhbm import check
 from symhbm.archive import ArchiveError, rebuild
-from symhbm.audit import FIGURES, larger_set, point_figures, relative_difference, unknowns_of
+from symhbm.audit import (
+    CONTACT,
+    FIGURES,
+    OF_PEAKS,
+    amplitude_difference,
+    larger_set,
+    point_figures,
+    unknowns_of,
+)
 from symhbm.fourier import FloatArray
 from symhbm.names import VARIABLES
 from symhbm.periodic_motion import periodic_motion
 from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
+from symhbm.schema import left_out, without
 
-_STORED = ("coefficient", "amplitude", "contact_state", "stick_fraction", "dissipation")
-_STORED += ("reversals", "converged", "residual_norm")
+_OF_POINTS = ("coefficient", "amplitude", *CONTACT)
+_COEFFICIENT = VARIABLES["coefficient"].inner
+
+
+def stored_parts(dataset: xr.Dataset) -> list["StoredPoints"]:
+    """The points of a dataset, if they can be verified, and then its peaks, if those can be.
+
+    Raises TypeError for anything else, and ArchiveError where there are neither.
+    """
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    problem = rebuild(dataset)
+    prefixes = [
+        prefix
+        for prefix in ("", "peak_")
+        if not [name for name in _needed(dataset, prefix) if name not in dataset.variables]
+    ]
+    if not prefixes:
+        lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
+        if {*lacking} <= {*left_out(dataset)}:
+            raise ArchiveError(
+                f"dataset: nothing to verify, {', '.join(missing(dataset))} were left out by "
+                "keep=; with verifiable=True its peaks can be verified"
+            )
+        raise ArchiveError(
+            "dataset: expected a result of frf, follow or solve with all it is verified by, "
+            f"got one {without(dataset, lacking)}"
+        )
+    return [StoredPoints(dataset, problem, prefix) for prefix in prefixes]
+
+
+def missing(dataset: xr.Dataset) -> list[str]:
+    """Variables without which something of a dataset is not verified."""
+    wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
+    # Where nothing was left out there may be no peaks.
+    absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
+    return [n for n in absent if n in left_out(dataset) or n in _OF_POINTS]
+
+
+def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
+    """Variables without which no point or peak is verified."""
+    count = "n_peaks" if prefix else "residual_norm"
+    return f"{prefix}coefficient", *_places(_followed(dataset), prefix).values(), count
+
+
+def _followed(dataset: xr.Dataset) -> dict[str, Any]:
+    return json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+
+
+def _places(followed: dict[str, Any], prefix: str) -> dict[str, str]:
+    """The variables that tell the frequency and the parameter that is followed, by its name."""
+    name = followed["name"]
+    return {"frequency": "frequency"} | {name: prefix + name}
 
 
 class StoredPoints:
-    """The points of a dataset and their problems; an index has one entry per dimension of them."""
+    """The points of a dataset and their problems; an index has one entry per dimension of them.
 
-    def __init__(self, dataset: xr.Dataset):
-        if not isinstance(dataset, xr.Dataset):
-            raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-        self.problem = rebuild(dataset)
-        missing = [name for name in (*_STORED, "frequency") if name not in dataset.variables]
-        if missing:
-            raise ArchiveError(
-                f"dataset: expected a result of frf, follow or solve with all it is verified by, "
-                f"got one without {', '.join(missing)}"
-            )
-        self.followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
-        inner = ("point", self.followed["name"], "solution")
-        dims = [str(dim) for dim in dataset["converged"].dims]
+    ``prefix`` is that of the names of variables: none, or ``"peak_"`` for its peaks. Raises
+    ArchiveError where dimensions are missing or of other sizes than the problem has.
+    """
+
+    def __init__(self, dataset: xr.Dataset, problem: HarmonicBalance, prefix: str = ""):
+        self.problem, self.dataset, self.prefix = problem, dataset, prefix
+        self.followed = _followed(dataset)
+        wanted = {name: prefix + name for name in (OF_PEAKS if prefix else _OF_POINTS)}
+        held = {key: name for key, name in wanted.items() if name in dataset.variables}
+        coefficient, places = dataset[held["coefficient"]], _places(self.followed, prefix)
+        inner = ("peak",) if prefix else ("point", self.followed["name"], "solution")
+        dims = [str(dim) for dim in coefficient.dims if dim not in _COEFFICIENT]
         self.outer = [dim for dim in dims if dim not in inner]
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
-        self.dataset = dataset
         try:
             self.stored = {
-                name: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
-                for name in _STORED
+                key: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
+                for key, name in held.items()
             }
+            like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)
             self.moving = {
-                name: dataset[name].broadcast_like(dataset["converged"]).transpose(*self.dims)
-                for name in dict.fromkeys(("frequency", self.followed["name"]))
+                name: dataset[place].broadcast_like(like).transpose(*self.dims)
+                for name, place in places.items()
             }
         except ValueError as error:
             raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
-        n_dof, harmonics = self.problem.model.n_dof, self.problem.harmonics
+        n_dof, harmonics = problem.model.n_dof, problem.harmonics
         expected = {"dof": n_dof, "harmonic": len(harmonics), "component": 2}
-        sizes = {name: dataset["coefficient"].sizes[name] for name in expected}
+        sizes = {name: coefficient.sizes[name] for name in expected}
         if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
             raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
         # Flags do not hide what is stored.
-        finite = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
-        self.solved = np.asarray(self.stored["converged"], dtype=bool) | finite
-        self._highest = dataset.get("highest_harmonic")
+        self.solved = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
+        if not prefix and "converged" in dataset.variables:
+            converged = dataset["converged"].transpose(*self.dims).values
+            self.solved |= np.asarray(converged, dtype=bool)
+        self._highest = dataset.get(f"{prefix}highest_harmonic")
         if self._highest is not None:
             self._highest = self._highest.transpose(*self.dims).values
-        self._sets: dict[tuple[int, ...], HarmonicBalance] = {harmonics: self.problem}
+        self._sets: dict[tuple[int, ...], HarmonicBalance] = {harmonics: problem}
         self.place: tuple[int, ...] | None = None
+
+    @property
+    def known(self) -> list[str]:
+        """The figures that can be computed."""
+        return [name for name, about in FIGURES.items() if {*about.needs} <= self.stored.keys()]
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """The largest stored amplitude of each point, 0 where none is stored."""
+        if "amplitude" not in self.stored:
+            return np.zeros(self.solved.shape)
+        values = self.stored["amplitude"]
+        return values if self.prefix else values.max(axis=-1, initial=0.0)
 
     def problem_at(self, index: tuple[int, ...]) -> tuple[HarmonicBalance, float]:
         """The problem and the angular frequency of one point."""
@@ -79,7 +153,7 @@ class StoredPoints:
 
     def figures(self, index: tuple[int, ...]) -> dict[str, float]:
         """All figures of one point but the exact difference; infinite where there is none."""
-        figures = dict.fromkeys(name for name in FIGURES if name != "exact_difference")
+        figures = dict.fromkeys(name for name in self.known if name != "exact_difference")
         harmonics = self._harmonics(index)
         stored = {name: values[index] for name, values in self.stored.items()}
         stored["coefficient"] = stored["coefficient"][:, : len(harmonics)]
@@ -91,7 +165,7 @@ class StoredPoints:
                     self._with(problem, each) for each in (harmonics, larger_set(harmonics))
                 )
                 figures |= point_figures(stored, same, larger, omega)
-        except (ValueError, ArithmeticError):
+        except (ValueError, ArithmeticError, IndexError):
             pass
         return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
 
@@ -126,7 +200,8 @@ class StoredPoints:
             return np.nan
         if not motion.converged:
             return np.nan
-        return relative_difference(self.stored["amplitude"][index], motion.amplitude)
+        stored = {key: values[index] for key, values in self.stored.items()}
+        return amplitude_difference(stored, motion.amplitude)
 
     def ranked(self, points: list[tuple], scores: tuple[FloatArray, ...]) -> list[tuple]:
         """Points in the order of interest: the highest score of each curve, then the others."""

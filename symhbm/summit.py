@@ -2,11 +2,12 @@
 
 At a *smooth* summit the slope of the amplitude vanishes, at a *corner* one contact is on its limit,
 an *edge* is the end of the band. A contact on the limit of a corner is held in stick, where the
-equations are smooth on both sides. Variables are unknowns, frequency and the parameters of a
+equations are smooth on both sides; the limit may be that of a small loop within its hysteresis, see
+`symhbm.loops`. Variables are unknowns, frequency and the parameters of a
 `SecondOrder`, in this order.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -16,9 +17,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.constraints import ON_LIMIT
+from symhbm.contact import on_loop
+from symhbm.evaluation import Evaluation
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
+from symhbm.loops import Loop, loops_near_limit
 from symhbm.peaks import Peak, PeakKind
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder, turning_hessian
@@ -42,7 +46,8 @@ class Summit:
 
     ``frequency`` is in rad/s. ``contact`` is the one on its limit at a corner, -1 at others;
     ``together``, further contacts on their limits there, with which there is no derivative but by
-    parameters that keep them together. ``slip`` (n_contacts,) are the states held.
+    parameters that keep them together. ``slip`` (n_contacts,) are the states held. ``loop`` is the
+    one on its limit where the contact slips elsewhere.
     """
 
     problem: HarmonicBalance
@@ -53,20 +58,28 @@ class Summit:
     slip: NDArray[np.bool_]
     contact: int = -1
     together: tuple[int, ...] = ()
+    loop: Loop | None = None
 
     @classmethod
     def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Summit":
         """The summit at a located peak that is not unbounded."""
         friction = problem.locate(peak.unknowns)
-        slip, contact, together = friction.slip.copy(), -1, ()
+        slip, contact, together, loop = friction.slip.copy(), -1, (), None
         if peak.kind == PeakKind.CORNER:
             distance = np.abs(friction.excess)
-            on_limit = np.flatnonzero(distance <= max(10 * ON_LIMIT, distance.min()))
-            contact, *others = on_limit.tolist()
+            near = max(10 * ON_LIMIT, distance.min())
+            on_limit = np.flatnonzero(distance <= near).tolist()
+            loops = _loops(problem, peak.unknowns, slip) if near > 10 * ON_LIMIT else []
+            if loops and loops[0][0] < near:
+                loop = loops[0][1]
+                on_limit = [each.contact for far, each in loops if far <= 10 * ON_LIMIT]
+                on_limit = on_limit or [loop.contact]
+            else:
+                slip[on_limit] = False
+            contact, *others = on_limit
             together = tuple(others)
-            slip[on_limit] = False
-        kind = SummitKind(str(peak.kind))
-        return cls(problem, kind, peak.dof, peak.unknowns, peak.value, slip, contact, together)
+        kind, at = SummitKind(str(peak.kind)), (peak.unknowns, peak.value)
+        return cls(problem, kind, peak.dof, *at, slip, contact, together, loop)
 
     @classmethod
     def at_edge(
@@ -78,8 +91,39 @@ class Summit:
 
     @property
     def held(self) -> list[int]:
-        """The contacts on their limits."""
-        return [j for j in (self.contact, *self.together) if j >= 0]
+        """The contacts on the limit between stick and slip, not those on that of a loop."""
+        on_limit = (self.contact, *self.together) if self.loop is None else ()
+        return [j for j in on_limit if j >= 0]
+
+    def evaluate(self, slips: bool = False) -> Evaluation:
+        """The equations there, at a corner on the side on which the contact sticks, or ``slips``.
+
+        Both are continued smoothly past the limit.
+        """
+        problem, at = self.problem, (self.unknowns, self.frequency)
+        if self.loop is None:
+            states = self.slip.copy()
+            states[self.held if slips else []] = True
+            return problem.evaluate(*at, states)
+        contact = self.loop.contact
+        friction = on_loop(
+            problem.locate(self.unknowns, self.slip),
+            problem.basis,
+            problem.relative(self.unknowns)[contact],
+            problem.contact_stiffness[contact],
+            problem.slip_limit[contact],
+            self.loop,
+            slips,
+        )
+        return problem.evaluate(*at, self.slip, friction)
+
+    def moved(self, unknowns: FloatArray, frequency: float) -> "Summit":
+        """The same summit elsewhere."""
+        loop = self.loop
+        if loop is not None:
+            motion = self.problem.relative(unknowns)[loop.contact]
+            loop = loop.on(self.problem.basis, motion)
+        return replace(self, unknowns=unknowns, frequency=frequency, loop=loop)
 
     @property
     def place(self) -> slice:
@@ -119,35 +163,26 @@ class Summit:
         block = np.outer(slope, slope) / abs(bend @ self.motion)
         return _placed(block, np.arange(self.place.start, self.place.stop), size)
 
-    def limit(self, second_order: SecondOrder, excess_gradient: FloatArray) -> FloatArray:
-        """Derivative by all variables of the limit of a corner, or of an edge; else zero.
+    @property
+    def excess(self) -> float:
+        """How far the contact of a corner is beyond its limit, relatively."""
+        return self._limit[0]
 
-        ``excess_gradient`` (n_contacts, n_components) is that of `LocatedFriction`.
-        """
+    def limit(self, second_order: SecondOrder) -> FloatArray:
+        """Derivative by all variables of the limit of a corner, or of an edge; else zero."""
         row = np.zeros(second_order.n_variables)
         if self.kind == SummitKind.EDGE:
             row[self.problem.n_unknowns] = 1 / self.frequency
         elif self.kind == SummitKind.CORNER:
-            gradient = excess_gradient[self.contact]
-            row[: self.problem.n_unknowns] = self.problem.expand(self.contact, gradient)
+            row[: self.problem.n_unknowns] = self.problem.expand(self.contact, self._limit[1])
             for place, sign, value in self._limit_parameters(second_order):
                 row[place] = sign / value
         return row
 
     def limit_curvature(self, second_order: SecondOrder) -> Any:
         """Second derivative by all variables of the limit of a corner, dense or sparse by size."""
-        problem, contact = self.problem, self.contact
-        basis = problem.basis
-        motion = problem.relative(self.unknowns)[[contact]]
-        points = turning_points(basis, motion)
-        lowest = points.lowest[0]
-        spread = points.value[0, 0] - points.value[0, lowest]
-        angle = points.angle[0, [0, lowest]]
-        high, low = basis.values(angle)
-        gradient = (high - low) / spread
-        bend_high, bend_low = turning_hessian(basis, motion[[0, 0]], angle)
-        block = (bend_high - bend_low) / spread - np.outer(gradient, gradient)
-        rows = problem.expand(contact, np.eye(len(block)))
+        block = self._limit[2]
+        rows = self.problem.expand(self.contact, np.eye(len(block)))
         near = np.flatnonzero(rows.any(axis=0))
         parameters = self._limit_parameters(second_order)
         places = np.array([*near, *(place for place, _, _ in parameters)])
@@ -155,8 +190,36 @@ class Summit:
         curvature[: len(near), : len(near)] = rows[:, near].T @ block @ rows[:, near]
         return _placed(curvature, places, second_order.n_variables)
 
+    @cached_property
+    def _limit(self) -> tuple[float, FloatArray, FloatArray]:
+        """The limit of a corner, and its derivatives by the motion of the contact.
+
+        The logarithm of the travel between two turning points over ``2 mu F_n / k_d``; of a loop
+        that returns to the same limit, the travel itself.
+        """
+        problem, contact, loop = self.problem, self.contact, self.loop
+        basis, motion = problem.basis, problem.relative(self.unknowns)[[contact]]
+        points = turning_points(basis, motion)
+        angle = points.angle[0, [0, points.lowest[0]]]
+        if loop is not None:
+            around = loop.on(basis, motion[0])
+            angle = np.array([around.end, around.begin])[:: loop.sides[1]]
+        high, low = basis.values(angle)
+        spread = float((high - low) @ motion[0])
+        gradient = high - low
+        bend_high, bend_low = turning_hessian(basis, motion[[0, 0]], angle)
+        curvature = bend_high - bend_low
+        if loop is not None and loop.returns:
+            whole = points.value[0, 0] - points.value[0, points.lowest[0]]
+            return spread / whole, gradient / whole, curvature / whole
+        size = problem.contact_stiffness[contact] * spread / (2 * problem.slip_limit[contact])
+        gradient, curvature = gradient / spread, curvature / spread
+        return float(np.log(size)), gradient, curvature - np.outer(gradient, gradient)
+
     def _limit_parameters(self, second_order: SecondOrder) -> list[tuple[int, float, float]]:
         """Place, exponent and value of the parameters of the limit of a corner."""
+        if self.loop is not None and self.loop.returns:
+            return []
         problem, contact, values = self.problem, self.contact, self.problem.parameters
         return [
             (second_order.places[name].start + contact, sign, float(own[contact]))
@@ -164,6 +227,24 @@ class Summit:
             if name in second_order.places
             for own in (problem.own(name, values[name]),)
         ]
+
+
+def _loops(
+    problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_]
+) -> list[tuple[float, Loop]]:
+    """The loops of all contacts that slip, those closest to their limits first."""
+    motion, stiffness, limit = (
+        problem.relative(unknowns),
+        problem.contact_stiffness,
+        problem.slip_limit,
+    )
+    sliding = np.flatnonzero(slip & (stiffness > 0) & (limit > 0)).tolist()
+    found = [
+        loop
+        for j in sliding
+        for loop in loops_near_limit(problem.basis, motion[j], j, stiffness[j], limit[j])
+    ]
+    return sorted(found, key=lambda each: each[0])
 
 
 def _placed(block: FloatArray, place: NDArray[np.intp], size: int) -> Any:

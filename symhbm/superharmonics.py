@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from symhbm.contact import stick_intervals
 from symhbm.fourier import FloatArray, FourierBasis
 from symhbm.residual import HarmonicBalance
-from symhbm.resonances import LARGEST_SIZE, Reduced, reduced
+from symhbm.resonance_count import LARGEST_SIZE
+from symhbm.resonances import Reduced, reduced
 
 
 class Superharmonics(NamedTuple):
@@ -119,6 +119,6 @@ def _modes(
     travel = springs.conj().T @ vectors
     squares = squares + (held.T - mean) @ np.abs(travel) ** 2
     width = np.einsum("ik,ij,jk->k", vectors.conj(), structure.damping, vectors).real / 2
-    shape = solve_triangular(structure.factor, vectors, lower=True, trans=2)
+    shape = structure.inverse.conj().T @ vectors
     drive = np.abs(force.T @ travel.conj())
     return np.sqrt(np.maximum(squares, 0.0)), width, shape, drive

@@ -104,6 +104,8 @@ def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
     result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
     for number, table in enumerate(tables):
         for name, stacked in result.items():
+            if name not in table:
+                continue  # of a version that did not know it
             array = table[name]
             if name.endswith("coefficient"):
                 array = _widened(array, stacked.shape[-2])

@@ -64,6 +64,18 @@ def transient(
         For bad arguments, and for a mass matrix that is not positive definite.
     SolveError
         If nothing converged and ``throw`` is True.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> motion = sh.transient(problem, 19.5)
+    >>> motion.amplitude.values.round(8)
+    array([0.0003079])
     """
     check_problem(problem, whole=True)
     frequency = check.scalar("frequency", frequency, "positive")

@@ -4,7 +4,7 @@ Nothing is needed but the dataset.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +13,9 @@ from tqdm import tqdm
 
 from symhbm import check
 from symhbm.audit import FIGURES
-from symhbm.stored_points import StoredPoints
+from symhbm.fourier import FloatArray
+from symhbm.schema import left_out
+from symhbm.stored_points import StoredPoints, missing, stored_parts
 
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
@@ -28,6 +30,8 @@ def verify(
     progress: bool = True,
 ) -> xr.Dataset:
     """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from itself alone.
+
+    Every point and every peak is; events, angles of slip, stability and estimated errors are not.
 
     Parameters
     ----------
@@ -46,10 +50,12 @@ def verify(
 
     Returns
     -------
-    Copy of the dataset with the variables of `FIGURES` (all dimensionless) over its points, NaN
-    where there is no solution or none was asked for, infinite where a figure cannot be computed;
-    the attribute ``verification`` holds the worst of each as JSON. A bound on a figure that no
-    point has is broken: what was not checked does not pass.
+    Copy of the dataset with the variables of `FIGURES` (all dimensionless) over its points, and
+    with ``peak_`` before their names over its peaks. They are NaN where there is no solution or
+    none was asked for, infinite where a figure cannot be computed. The attribute ``verification``
+    holds the worst of each as JSON, and under ``missing`` the variables without which something is
+    not verified: where ``keep`` left out the coefficients of points, the peaks alone are. A bound
+    on a figure that no point has is broken: what was not checked does not pass.
 
     Raises
     ------
@@ -58,48 +64,102 @@ def verify(
         the problem cannot be rebuilt.
     KeyError
         For a bound of an unknown figure.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> verified = sh.verify(sh.frf(problem, (10, 30)), exact="none")
+    >>> verified.residual_stored.max().item() < 1e-9
+    True
     """
     limits = _limits(bounds)
     n_points = _count("points", points, {"all": None}, minimum=1)
     n_exact = _count("exact", exact, {"all": None, "none": 0}, minimum=0)
-    archive = StoredPoints(dataset)
-    solved = chosen = [tuple(row) for row in np.argwhere(archive.solved).tolist()]
-    if n_points is not None and n_points < len(solved):
-        chosen = [solved[i] for i in np.linspace(0, len(solved) - 1, n_points).round().astype(int)]
-    figures = {name: np.full(archive.solved.shape, np.nan) for name in FIGURES}
+    parts = stored_parts(dataset)
+    chosen = [[tuple(row) for row in np.argwhere(part.solved).tolist()] for part in parts]
+    n_solved = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
+    if n_points is not None and n_points < n_solved.get("", 0):
+        places = np.linspace(0, n_solved[""] - 1, n_points).round().astype(int)
+        chosen[0] = [chosen[0][i] for i in places]
+    # Peaks are compared with exact motions where there is nothing else.
+    exactly, n_wanted = parts[0], 0
+    if "exact_difference" in exactly.known:
+        n_wanted = min(len(chosen[0]) if n_exact is None else n_exact, len(chosen[0]))
+    found: dict[str, tuple[StoredPoints, FloatArray]] = {}
     failed = 0
-    total = len(chosen) + min(len(chosen) if n_exact is None else n_exact, len(chosen))
     with tqdm(
-        total=total, unit="point", delay=_BAR_DELAY, disable=not progress, leave=False
+        total=sum(map(len, chosen)) + n_wanted,
+        unit="point",
+        delay=_BAR_DELAY,
+        disable=not progress,
+        leave=False,
     ) as bar:
-        for index in chosen:
-            for name, value in archive.figures(index).items():
-                figures[name][index] = value
-            bar.update()
-        scores = figures["residual_larger"], archive.stored["amplitude"].max(axis=-1, initial=0.0)
-        wanted = archive.ranked(chosen, scores)[:n_exact]
-        for index in wanted:
-            difference = archive.exact_difference(index)
-            figures["exact_difference"][index] = difference
+        for part, indices in zip(parts, chosen, strict=True):
+            known = [n for n in part.known if n != "exact_difference" or part is exactly]
+            figures = {name: np.full(part.solved.shape, np.nan) for name in known}
+            found |= {part.prefix + name: (part, values) for name, values in figures.items()}
+            for index in indices:
+                for name, value in part.figures(index).items():
+                    figures[name][index] = value
+                bar.update()
+        scores = found[f"{exactly.prefix}residual_larger"][1], exactly.amplitude
+        for index in exactly.ranked(chosen[0], scores)[:n_wanted]:
+            difference = exactly.exact_difference(index)
+            found[f"{exactly.prefix}exact_difference"][1][index] = difference
             failed += bool(np.isnan(difference))
             bar.update()
-    worst = {name: archive.worst(figures[name], limits[name]) for name in FIGURES}
+    worst = _worst(found, limits, {*(bounds or {})})
+    n_checked = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
     report = {
-        "passed": not any(entry["broken"] for entry in worst.values()),
-        "n_checked": len(chosen),
-        "n_unchecked": len(solved) - len(chosen),
-        "n_skipped": archive.solved.size - len(solved),
-        "n_exact": len(wanted) - failed,
+        "passed": any(chosen) and not any(entry["broken"] for entry in worst.values()),
+        "n_checked": n_checked.get("", 0),
+        "n_unchecked": n_solved.get("", 0) - n_checked.get("", 0),
+        "n_skipped": sum(part.solved.size for part in parts if not part.prefix)
+        - n_solved.get("", 0),
+        "n_peaks": n_checked.get("peak_", 0),
+        "n_exact": n_wanted - failed,
         "n_exact_failed": failed,
+        "missing": missing(dataset),
         "figures": worst,
     }
     result = dataset.assign(
         {
-            name: (archive.dims, figures[name], {"units": "1", "long_name": about.long_name})
-            for name, about in FIGURES.items()
+            name: (part.dims, values, _attributes(name, part.prefix))
+            for name, (part, values) in found.items()
+            if name in worst
         }
     )
     return result.assign_attrs(verification=json.dumps(report))
+
+
+def _worst(
+    found: dict[str, tuple[StoredPoints, FloatArray]],
+    limits: dict[str, float | None],
+    asked: set[str],
+) -> dict[str, dict[str, Any]]:
+    """The worst of each figure by name; one with a bound ``asked`` for that nothing has is broken.
+
+    There may be no peaks, and few of them, or points, are compared with the exact motion.
+    """
+    worst = {}
+    for name, (part, values) in found.items():
+        if not part.prefix or not np.isnan(values).all():
+            worst[name] = part.worst(values, limits[name.removeprefix(part.prefix)])
+    for name in asked:
+        if not {name, f"peak_{name}"} & worst.keys():
+            nothing = {"worst": None, "at": {}, "n_broken": 0}
+            worst[name] = nothing | {"bound": limits[name], "broken": limits[name] is not None}
+    return worst
+
+
+def _attributes(name: str, prefix: str) -> dict[str, str]:
+    about = FIGURES[name.removeprefix(prefix)].long_name
+    return {"units": "1", "long_name": f"{about}, at the peak" if prefix else about}
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -121,11 +181,30 @@ def summary(dataset: xr.Dataset) -> str:
     width = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(map(str.ljust, row, width)).rstrip() for row in rows]
     failures = f" ({report['n_exact_failed']} impossible)" if report["n_exact_failed"] else ""
-    lines.append(
-        f"{report['n_checked']} points checked, {report['n_exact']} against the exact motion"
-        f"{failures}; {report['n_unchecked']} not asked for, {report['n_skipped']} without solution"
-    )
+    exactly = f"{report['n_exact']} against the exact motion{failures}"
+    # Archives of earlier versions say nothing of peaks.
+    peaks = [f"{report['n_peaks']} peaks checked"] if report.get("n_peaks") else []
+    n_points = report["n_checked"] + report["n_unchecked"] + report["n_skipped"]
+    if n_points or not peaks:
+        lines.append(
+            f"{report['n_checked']} points checked, {exactly}; {report['n_unchecked']} not asked "
+            f"for, {report['n_skipped']} empty or without solution"
+        )
+        lines += peaks
+    else:
+        lines.append(f"{peaks[0]}, {exactly}")
+    for names, why in _why_missing(dataset, report.get("missing", [])):
+        lines.append(f"not verified for want of {', '.join(names)}: {why}")
     return "\n".join(lines)
+
+
+def _why_missing(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], str]]:
+    by_keep = [name for name in names if name in left_out(dataset)]
+    others = [name for name in names if name not in by_keep]
+    if by_keep:
+        yield by_keep, "left out by keep="
+    if others:
+        yield others, "not in the dataset"
 
 
 def _short(value: Any) -> str:

@@ -15,13 +15,17 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
-from symhbm.peaks import Peak, find_peaks, unbounded_peak
+from symhbm.overlooked import overlooked
+from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
 from symhbm.status import Status
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances from a pole, relative to that of the last point before it, to take a path up at."""
+
+_MAX_DEPTH = 4
+"""How often a stretch is walked anew for events that were passed over."""
 
 
 class Walk:
@@ -51,7 +55,7 @@ class Walk:
         self._go(*band, max_points, guess)
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        lost = 0
+        lost, room = 0, max_points
         found = self._solve_anew(start) if guess is None else self._newton(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
@@ -59,14 +63,14 @@ class Walk:
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
-            room = max_points - len(self.points)
             path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
             segment = list(path)
-            self.points += segment
+            room -= len(segment)
             self.rejected += path.rejected
             self.status = path.status
-            peaks, missing = find_peaks(segment, self.corrector, self.each)
-            self.peaks += peaks
+            points, peaks, missing = self._located(self._completed(segment))
+            self.points += points
+            self.peaks += sorted(peaks, key=lambda peak: (self.each * peak.dof, peak.value))
             lost += missing
             if path.status != Status.UNBOUNDED:
                 break
@@ -95,6 +99,64 @@ class Walk:
         complete = self.status == Status.REACHED_END and not self.curve.single_valued
         if complete and any(self._has_others(self.points[end]) for end in (0, -1)):
             self.status = Status.OTHER_SOLUTIONS
+        if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
+            self.status = Status.BRANCH_POINTS
+
+    def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
+        """A path with the events that its steps passed over."""
+        passed = overlooked(points, self.corrector) if self.curve.single_valued else {}
+        path = []
+        for i, here in enumerate(points):
+            path.append(here)
+            if i in passed and depth < _MAX_DEPTH:
+                between = self._walked_anew(here, points[i + 1], passed[i]) or []
+                path += self._completed([here, *between, points[i + 1]], depth + 1)[1:-1]
+        return path
+
+    def _located(
+        self, points: list[PathPoint], depth: int = 0
+    ) -> tuple[list[PathPoint], list[Peak], int]:
+        """A path with its peaks among its points, the peaks, and the number of those not found.
+
+        Where they tell of events that were passed over, the path is walked anew.
+        """
+        located = locate_peaks(points, self.corrector, self.each)
+        path, peaks, lost = [], located.peaks, located.lost
+        for i, here in enumerate(points):
+            path += [here, *located.between.get(i, ())]
+            if i not in located.other_states:
+                continue
+            there = points[i + 1]
+            value = located.other_states[i]
+            passed = self._walked_anew(here, there, value) if depth < _MAX_DEPTH else None
+            if passed is None:
+                # That state is one of round-off, next to the limit.
+                alone = locate_peaks([here, there], self.corrector, self.each, regardless=True)
+                path += alone.between.get(0, ())
+                peaks += alone.peaks
+                lost += alone.lost + len(alone.other_states)
+                continue
+            inner, others, missing = self._located([here, *passed, there], depth + 1)
+            path += inner[1:-1]
+            peaks += others
+            lost += missing
+        return path, peaks, lost
+
+    def _walked_anew(
+        self, here: PathPoint, there: PathPoint, value: float
+    ) -> list[PathPoint] | None:
+        """The points between two others, with one at a ``value`` that the path passed over."""
+        walked = [here]
+        for end in (value, there.value):
+            path = Path(
+                self.curve, here.unknowns, walked[-1].value, end, self.corrector, base=walked[-1]
+            )
+            walked += list(path)[1:]
+            self.rejected += path.rejected
+            if path.status != Status.REACHED_END:
+                return None
+        # A contact that is in another state up to the next point changed it there, to round-off.
+        return walked[1:-1] if np.array_equal(walked[-1].slip, here.slip) else None
 
     def _has_others(self, point: PathPoint) -> bool:
         """Whether another solution is found at the value of a point."""

@@ -101,14 +101,48 @@ def test_a_part_is_saved_as_well(tmp_path, case):
     ds = dataset(case)
     for choice in (1, slice(1), [1, 0]):
         part = ds.isel({swept_dims(ds)[0]: choice})
-        xr.testing.assert_identical(sh.load(sh.save(part, tmp_path / "part.nc")), part)
+        xr.testing.assert_identical(
+            sh.load(sh.save(part, tmp_path / "part.nc", overwrite=True)), part
+        )
 
 
-def test_save_replaces_an_archive_and_returns_its_path(tmp_path):
+def test_save_replaces_an_archive_if_asked_and_returns_its_path(tmp_path):
     path = tmp_path / "archive.nc"
     assert sh.save(dataset("path"), str(path)) == path
-    assert sh.save(dataset("point"), path) == path
+    with pytest.raises(
+        FileExistsError, match=r"archive\.nc': there is such a file; overwrite=True"
+    ):
+        sh.save(dataset("point"), path)
+    xr.testing.assert_identical(sh.load(path), dataset("path"))
+    assert sh.save(dataset("point"), path, overwrite=True) == path
     xr.testing.assert_identical(sh.load(str(path)), dataset("point"))
+    with pytest.raises(TypeError, match="overwrite='yes'"):
+        sh.save(dataset("point"), path, overwrite="yes")
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("archive", "archive.nc"),
+        ("load_0.5", "load_0.5.nc"),
+        ("archive.nc", "archive.nc"),
+        ("archive.cdf", "archive.cdf"),
+        (".hidden", ".hidden.nc"),
+    ],
+)
+def test_a_name_without_a_suffix(name, written, tmp_path):
+    path = sh.save(dataset("point"), tmp_path / name)
+    assert path == tmp_path / written
+    assert [file.name for file in tmp_path.iterdir()] == [written]
+    for given in (name, written):
+        xr.testing.assert_identical(sh.load(tmp_path / given), dataset("point"))
+    with pytest.raises(FileExistsError):
+        sh.save(dataset("point"), tmp_path / name)
+
+
+def test_a_working_file_is_not_written_over(tmp_path):
+    with pytest.raises(sh.ArchiveError, match=r"'\.partial' is the end of the name of a working"):
+        sh.save(dataset("point"), tmp_path / "archive.nc.partial", overwrite=True)
 
 
 def test_the_file_is_open_to_others(tmp_path):

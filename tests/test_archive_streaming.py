@@ -1,6 +1,7 @@
 """Archives that outlive their process: nothing is lost, computed twice, or other than in memory."""
 
 import itertools
+import json
 import math
 import os
 import shutil
@@ -251,7 +252,7 @@ def test_any_other_file_is_refused(tmp_path):
     path.write_text("no archive")
     with pytest.raises(sh.ArchiveError, match="no NetCDF file"):
         call("path", archive=path)
-    sh.save(sh.solve(BLADE, 20.0), path)
+    sh.save(sh.solve(BLADE, 20.0), path, overwrite=True)
     with pytest.raises(sh.ArchiveError, match="another computation"):
         call("path", archive=path)
     path.unlink()
@@ -295,27 +296,35 @@ def test_results_are_kept_however_they_come(tmp_path, monkeypatch):
 def test_kept_names_alone_are_stored(tmp_path):
     whole, kept = in_memory("grid"), in_memory("kept")
     names = {"amplitude", "peak_frequency", "event_kind", "status", "converged"}
+    # What the peaks are verified by.
+    names |= {"peak_amplitude", "peak_dof", "peak_coefficient"}
     names |= {"contact_model_valid", "residual_norm", "n_points", "n_peaks", "n_events"}
     names |= {"rejected_steps", "linear_solves", "n_sectors"}
     parameters = set(BLADE.parameters) - {"normal_load"} | {"normal_load_nominal"}
     assert set(kept.data_vars) == names | parameters
     for name in kept.variables:
         xr.testing.assert_identical(kept[name], whole[name])
+    assert "left_out" not in whole.attrs
     sh.save(kept, tmp_path / "kept.nc")
     xr.testing.assert_identical(sh.load(tmp_path / "kept.nc"), kept)
     sh.plot.response(kept)
-    with pytest.raises(sh.ArchiveError, match=r"without coefficient, contact_state"):
-        sh.verify(kept)
+    assert json.loads(sh.verify(kept, progress=False).attrs["verification"])["passed"]
+    left = {*json.loads(kept.attrs["left_out"])}
+    assert left == {*whole.data_vars} - {*kept.data_vars} > {"coefficient", "event_frequency"}
     assert sh.rebuild(kept).harmonics == (1,)
     moved = sh.follow(
         BLADE, "normal_load", (0.5, 9), frequency=19.5, keep=["event_normal_load"], progress=False
     )
     assert moved.event_normal_load.size
     assert "event_kind" not in moved
-    none = sh.frf(BLADE, BAND, at=GRID, keep=[], progress=False)
-    assert set(none.data_vars) == names - {"amplitude", "peak_frequency", "event_kind"} | set(
+    assert {"peak_normal_load", "peak_coefficient"} < {*moved.data_vars}
+    none = sh.frf(BLADE, BAND, at=GRID, keep=[], verifiable=False, progress=False)
+    peaks = {name for name in names if name.startswith("peak_")}
+    assert set(none.data_vars) == names - {"amplitude", "event_kind"} - peaks | set(
         BLADE.parameters
     )
+    with pytest.raises(TypeError, match="verifiable='no'"):
+        sh.frf(BLADE, BAND, keep=[], verifiable="no")
 
 
 def test_unknown_names_to_keep(tmp_path):

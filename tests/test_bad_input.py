@@ -150,6 +150,8 @@ def test_mass_matrix_is_positive_and_symmetric():
         ([(-1, 0)], "contacts[0]=-1"),
         ([(2,)], "contacts[0]=2"),
         ([2], "contacts[0]=2"),
+        ([0, 1], "contacts[0]=0: expected (first, second)"),
+        ((0, 1), "contacts[0]=0: expected (first, second)"),
         ([(0, 0)], "contacts[0]=(0, 0)"),
         ([(1, 0), (1, 1.0)], "contacts[1]=(1, 1.0)"),
         ([(0, 1, 2)], "contacts[0]=(0, 1, 2)"),
@@ -569,7 +571,7 @@ def test_dataset_of_the_wrong_type(folder, value):
 def test_path_that_cannot_be_written(folder, dataset, path):
     before = content(folder)
     with refused("path=", path[:70], kind=sh.ArchiveError, allowed="expected|cannot be written"):
-        sh.save(dataset, path)
+        sh.save(dataset, path, overwrite=True)
     assert content(folder) == before
 
 
@@ -595,7 +597,7 @@ def test_write_that_fails(folder, dataset, monkeypatch, name, error):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
     with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-        sh.save(dataset, name)
+        sh.save(dataset, name, overwrite=True)
     assert content(folder) == before
 
 
@@ -609,7 +611,7 @@ def test_full_disk(folder, dataset, name):
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limits[1]))
     try:
         with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
-            sh.save(large, name)
+            sh.save(large, name, overwrite=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert content(folder) == before
@@ -623,7 +625,7 @@ def test_write_that_is_interrupted(folder, dataset, monkeypatch):
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        sh.save(dataset, "archive.nc")
+        sh.save(dataset, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 
@@ -636,7 +638,7 @@ def test_attribute_that_netcdf_cannot_hold(folder, dataset, value, of_variable):
     (broken.amplitude if of_variable else broken).attrs["remark"] = value
     before = content(folder)
     with refused("remark", repr(value)):
-        sh.save(broken, "archive.nc")
+        sh.save(broken, "archive.nc", overwrite=True)
     assert content(folder) == before
 
 

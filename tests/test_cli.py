@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 import tomllib
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -60,7 +61,9 @@ CASES = {
 
 @cache
 def dataset(case):
-    return CASES[case]()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="2 of 2 curves are incomplete")  # "short"
+        return CASES[case]()
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +185,7 @@ def unfinished(ds):
     return ds
 
 
-def interrupted(target, monkeypatch, at=GRID):
+def interrupted(target, monkeypatch, at=GRID, **options):
     """A run of three curves that was stopped after two of them."""
     add = Store.add
 
@@ -195,7 +198,7 @@ def interrupted(target, monkeypatch, at=GRID):
     with monkeypatch.context() as patch:
         patch.setattr(Store, "add", stopping)
         with pytest.raises(KeyboardInterrupt):
-            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target)
+            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target, **options)
     return target.with_name("run.nc.partial")
 
 
@@ -450,7 +453,8 @@ def test_resume(tmp_path, monkeypatch):
         assert (code, err) == (0, "")
         assert out == f"2 of 3 curves were there, 1 computed, 0 of all are incomplete\n{target}\n"
         xr.testing.assert_identical(
-            sh.load(target), sh.load(sh.save(dataset("grid"), tmp_path / "whole.nc"))
+            sh.load(target),
+            sh.load(sh.save(dataset("grid"), tmp_path / "whole.nc", overwrite=True)),
         )
         assert "nothing to resume" in run("resume", target)[1]
         target.unlink()
@@ -464,6 +468,18 @@ def test_resume(tmp_path, monkeypatch):
     code, out, err = run("resume", target)
     assert (code, out) == (130, "")
     assert f"kept in {partial}" in err
+
+
+def test_warnings_are_lines_without_code(tmp_path, monkeypatch):
+    target = tmp_path / "run.nc"
+    interrupted(target, monkeypatch, max_points=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        code, out, err = run("resume", target, "--workers", "1", "--no-progress")
+    assert code == 0
+    assert "3 of all are incomplete" in out
+    (line,) = err.splitlines()
+    assert line.startswith("symhbm: 3 of 3 curves are incomplete: the largest number of points")
 
 
 def test_a_broken_bound_is_an_exit_code(archive):

@@ -278,6 +278,32 @@ def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     assert sh.frf(condensed, (2, 8), progress=False).n_peaks == 0
 
 
+def test_what_is_largest_is_told_to_be_of_what_is_kept(pair, tmp_path):
+    from click.testing import CliRunner
+
+    from symhbm.cli import main
+
+    problem = pair[1]
+    kept = f"{problem.n_dof} degrees of freedom kept of 64"
+    assert f"the largest response is that of these {problem.n_dof}" in repr(problem.model)
+    response = sh.frf(problem, NARROW, progress=False)
+    assert response.attrs["largest_of"] == kept
+    for name in ("peak_amplitude", "peak_dof"):
+        assert response[name].attrs["long_name"].endswith(f", of the {kept}")
+    path = tmp_path / "kept.nc"
+    sh.save(response, path)
+    assert sh.load(path).equals(response)
+    told = CliRunner().invoke(main, ["info", str(path)]).output
+    assert f"of the {kept}" in " ".join(told.split())
+    axes = sh.plot.response(response).axes[0]
+    assert axes.get_ylabel() == f"largest response of {problem.n_dof} kept DOFs [dB re 1 m]"
+    axes = sh.plot.response(response, dof=1).axes[0]
+    assert axes.get_ylabel().startswith(f"response of DOF {problem.model.dofs[1]} (kept DOF 1)")
+    whole = sh.frf(pair[0], (9.9, 10.0), progress=False)
+    assert "largest_of" not in whole.attrs
+    assert "kept" not in whole.peak_amplitude.attrs["long_name"]
+
+
 def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
     problem = pair[1]
     path = tmp_path / "condensed.nc"
@@ -348,10 +374,11 @@ def test_bad_input_names_its_argument(changes, error, message):
 
 def test_an_interior_that_floats_is_refused():
     stiffness = np.diag([1.0, 1.0, 0.0])
-    model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)])
+    none = dict(contact_stiffness=0, friction_coefficient=0, normal_load=0)
+    model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)], **none)
     with pytest.raises(ValueError, match="add to dofs one of each part"):
-        sh.condense(model, sh.PointForce(0), (1, 2))
-    assert sh.condense(model, sh.PointForce(0), (1, 2), dofs=[2]).n_dof == 2
+        sh.condense(model, sh.PointForce(0), (0.1, 0.2))
+    assert sh.condense(model, sh.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
 
 
 @pytest.mark.slow

@@ -9,8 +9,9 @@ from closed_forms import slider_coefficients
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
-from symhbm.contact import locate
+from symhbm.contact import locate, on_loop
 from symhbm.fourier import FourierBasis
+from symhbm.loops import loops_near_limit
 
 EXACT = json.loads(
     (Path(__file__).parent.parent / "data" / "reference" / "exact_values.json").read_text()
@@ -184,3 +185,50 @@ def test_rotated_motion_gives_the_rotated_force():
         plain, _ = force(basis, wave, 1.0, 0.5)
         shifted, _ = force(basis, turn @ wave, 1.0, 0.5)
         np.testing.assert_allclose(shifted, turn @ plain, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "harmonics", [(1, 3, 5), (0, 1, 2, 3), (1, 2, 3, 4), (2, 6, 10), (2, 4, 6)]
+)
+def test_contacts_held_on_their_loops(harmonics):
+    """In the state that the law asks for it is the law; at the limit both states agree."""
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(21)
+    kinds, at_limit = set(), 0
+    for _ in range(60):
+        wave = rng.normal(size=basis.n_components)
+        limit = rng.uniform(0.05, 0.9)
+        _, found = force(basis, wave, 1.0, limit)
+        if not found.slip[0]:
+            continue
+        law = found.matrix[0], found.vector[0], found.stick_end[0]
+        for distance, loop in loops_near_limit(basis, wave, 0, 1.0, limit):
+            begin, end = basis.values([loop.begin, loop.end]) @ wave
+            trial = loop.sides[0] * limit + end - begin
+            assert abs(abs(trial) / limit - 1) == pytest.approx(distance, abs=1e-12)
+            slips = abs(trial) > limit
+            held = on_loop(found, basis, wave, 1.0, limit, loop, slips)
+            np.testing.assert_allclose(held.matrix[0], law[0], atol=1e-9)
+            np.testing.assert_allclose(held.vector[0], law[1], atol=1e-9)
+            ends = np.exp(1j * law[2][np.isfinite(law[2])])
+            own = np.exp(1j * held.stick_end[0][np.isfinite(held.stick_end[0])])
+            assert len(ends) == len(own)
+            assert np.abs(ends[:, None] - own).min(axis=1).max() < 1e-7
+            if loop.returns:
+                continue
+            # With as small a limit as its travel takes, the same loop just reaches the other side.
+            exact = abs(end - begin) / 2
+            near = min(loops_near_limit(basis, wave, 0, 1.0, exact), key=lambda each: each[0])
+            located = force(basis, wave, 1.0, exact)[1]
+            if near[0] > 1e-12 or near[1].begin != loop.begin or not located.excess[0] > 1e-3:
+                continue
+            sides = [
+                on_loop(located, basis, wave, 1.0, exact, near[1], side) for side in (False, True)
+            ]
+            stuck, slid = (side.matrix[0] @ wave + exact * side.vector[0] for side in sides)
+            np.testing.assert_allclose(stuck, slid, atol=1e-9)
+            # Their derivatives differ: the force has a corner there.
+            assert np.abs(sides[0].matrix[0] - sides[1].matrix[0]).max() > 1e-3
+            at_limit += 1
+        kinds |= {each.returns for _, each in loops_near_limit(basis, wave, 0, 1.0, limit)}
+    assert kinds == {True, False}
+    assert at_limit > 3

@@ -1,11 +1,14 @@
 """The path itself: an iterator that says why it ended, with events that are points of their own."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm import hop
+from studies import fig12_mistuned_disk as fig12
+from symhbm import continuation, hop
 from symhbm.continuation import Path
 from symhbm.corrector import Corrector
 from symhbm.curve import FrequencyCurve, ParameterCurve
@@ -63,7 +66,9 @@ def test_a_path_that_comes_back_to_its_start_says_so():
 
 @pytest.mark.parametrize(("band", "several"), [((0.5, 1.2), True), ((0.5, 2.0), False)])
 def test_branches_cut_by_the_end_of_the_band_are_told(band, several):
-    curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN))
+    told = pytest.warns(RuntimeWarning, match="other solutions") if several else nullcontext()
+    with told:
+        curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN))
     assert ("other solutions" in str(curve.status.values)) == several
     assert ("wider band" in str(curve.status.values)) == several
 
@@ -159,3 +164,19 @@ def test_grid_values_next_to_points_of_the_path():
     grid = sh.frf(problem, band, at=at)
     assert str(grid.status.values) == "the end of the band was reached"
     assert set(grid.n_solutions.values) <= {1, 2, 3}
+
+
+def test_events_are_those_of_short_steps(monkeypatch):
+    """Also where a path turns back on itself within a step, and two limits are equally near."""
+    problem = fig12.problem()
+    draws = fig12.samples(problem).isel(sample=0)
+    values = {str(name): draws[name].values for name in draws.data_vars}
+    problem, band = problem.with_parameters(**values), (50, 255)
+    found = sh.frf(problem, band, throw=True, progress=False)
+    monkeypatch.setattr(continuation, "PREDICTION_ERROR", 1e-3)
+    expected = sh.frf(problem, band, throw=True, progress=False)
+    assert expected.n_points > 1.3 * found.n_points
+    assert expected.n_events >= 6
+    for name in ("event_contact", "event_kind"):
+        assert found[name].values.tolist() == expected[name].values.tolist()
+    np.testing.assert_allclose(found.event_frequency, expected.event_frequency, rtol=1e-11)

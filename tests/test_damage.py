@@ -272,6 +272,10 @@ EXCHANGES = {
     "no data": ["UPDATE results SET data=NULL WHERE number=1"],
     "text": ["UPDATE results SET data='text' WHERE number=1"],
     "content": ["UPDATE results SET content=content+1 WHERE number=1"],
+    "content and data": [
+        "UPDATE results SET (content, data)=(SELECT content, data FROM results WHERE number=0) "
+        "WHERE number=1"
+    ],
     "checksum": ["UPDATE results SET checksum=checksum+1 WHERE number=1"],
     "number of sets": ["UPDATE about SET value='5' WHERE name='n_sets'"],
     "what is computed": ["UPDATE about SET value=zeroblob(length(value)) WHERE name='call'"],
@@ -295,6 +299,35 @@ def test_what_is_exchanged_in_a_working_file(exchange, working, tmp_path):
         with pytest.raises(sh.ArchiveError, match=r"is damaged .*not as it was written"):
             use()
     assert not Path(tmp_path / "x.nc").exists()
+
+
+def test_a_row_that_goes_while_the_file_is_read(working, tmp_path):
+    file = working_file(tmp_path / "x.nc")
+    file.write_bytes(working)
+    with Store(file, write=False) as reader:
+        assert len(reader.read(0, 3)) == N_DONE
+        changed(file, "DELETE FROM results WHERE number=1")
+        with pytest.raises(sh.ArchiveError, match="set 1 is not as it was written"):
+            reader.read(0, 3)
+
+
+def test_a_row_that_comes_while_the_file_is_read(working, tmp_path):
+    """It belongs to another state of the file, whose layout may be another."""
+    file = working_file(tmp_path / "x.nc")
+    file.write_bytes(working)
+    with Store(file, write=False) as reader, Store(file) as writer:
+        before = reader.read(0, 3)
+        writer.add([(3, before[0][1])])
+        assert reader.read(0, 3) == before
+        assert [number for number, _ in writer.read(0, 3)] == [0, 1, 2, 3]
+
+
+def test_a_message_of_the_database_that_is_no_text(working, tmp_path):
+    file = working_file(tmp_path / "x.nc")
+    file.write_bytes(working)
+    flipped(file, b"tableresultsresults", b"table\xacesultsresults")
+    with pytest.raises(sh.ArchiveError, match=r"x\.nc\.partial'.* is damaged"):
+        sh.load(file)
 
 
 def test_a_row_of_another_computation(working, tmp_path):

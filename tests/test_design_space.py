@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from by_hand import Structure
 from designs import BAND, BOUNDS, blade, design, ring
 from scipy.optimize import LinearConstraint
 from xarray import DataArray
@@ -312,6 +313,61 @@ class TestEach:
         alike = design(problem, frequency=SMALL, n_starts=None)
         single = design(problem, bounds=NEAR, frequency=SMALL, vary="each", n_starts=None)
         assert single.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
+
+
+def by_hand(loads, stiffness=(1e4, 1e4, 1e4), damping=0.5):
+    """The ring of three blades of these tests under engine order 1, in numpy alone."""
+    around = np.array([[1.0, -1, 0], [0, 1, -1], [-1, 0, 1]])
+    matrices = np.eye(3), damping * np.eye(3), np.diag(stiffness), around, np.full(3, 1e5)
+    return Structure(*matrices, FRICTION * loads, np.exp(-2j * np.pi * np.arange(3) / 3))
+
+
+def assert_lowest_by_hand(found, directions, band, **parameters):
+    """The design has the response it is told to have, and those beside it have larger ones."""
+    loads, lowest = found.design_value.values, found.design_amplitude.item()
+    top, frequency = by_hand(loads, **parameters).highest(*band, 600)
+    # Both are solved to 1e-12; by hand a peak is looked for on ever finer grids.
+    assert top == pytest.approx(lowest, rel=1e-9)
+    assert np.abs(found.active_frequency - frequency).min() < 1e-3
+    for direction in directions:
+        beside = by_hand(loads + direction, **parameters)
+        # In a part of the band: what is higher elsewhere is higher still.
+        assert beside.highest(frequency - 4, frequency + 4, 200)[0] > lowest
+
+
+class TestByHand:
+    """Designs against responses that nothing of the package computes."""
+
+    def test_each_contact_its_own_load(self, each):
+        directions = [[0.02, 0, 0], [0, -0.02, 0.0], [0.01, 0.01, -0.01]]
+        assert_lowest_by_hand(each, np.array(directions), (50, 115))
+
+    def test_a_ring_with_a_fixed_mean(self, fixed):
+        assert fixed.design_value.mean().item() == pytest.approx(3.0, rel=1e-9)
+        directions = [[0.02, -0.02, 0], [-0.01, 0, 0.01], [0, 0.01, -0.01]]
+        assert_lowest_by_hand(fixed, np.array(directions), (50, 115))
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("mean", [None, 3.0])
+    def test_blades_that_differ(self, mean):
+        """No design is known in advance: neither blades nor contacts are alike."""
+        parameters = dict(stiffness=(1.02e4, 0.97e4, 1e4), damping=3.0)
+        problem = ring(
+            3,
+            1e5,
+            1,
+            friction_coefficient=FRICTION,
+            stiffness=np.array(parameters["stiffness"]),
+            damping=3.0,
+        )
+        row = None if mean is None else LinearConstraint(np.ones((1, 3)) / 3, mean, mean)
+        found = design(problem, bounds=NEAR, frequency=(8, 100), vary="each", constraint=row)
+        assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        rng = np.random.default_rng(4)
+        directions = rng.normal(size=(12, 3)) * np.repeat([1e-3, 1e-2, 0.1, 0.3], 3)[:, None]
+        if mean is not None:
+            directions -= directions.mean(axis=1, keepdims=True)
+        assert_lowest_by_hand(found, directions, (8, 100), **parameters)
 
 
 class TestConstraint:

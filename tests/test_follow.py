@@ -599,7 +599,8 @@ def test_over_other_parameters():
 def test_reasons_to_stop():
     problem = fig03.problem()
     options = dict(frequency=19.0, max_points=5)
-    curve = sh.follow(problem, "normal_load", (0.5, 50), **options)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.follow(problem, "normal_load", (0.5, 50), **options)
     assert "largest number of points" in str(curve.status.values)
     assert curve.sizes["point"] == 5
     with pytest.raises(sh.SolveError, match="largest number of points") as caught:
@@ -630,7 +631,8 @@ def test_without_damping_at_one_end(band):
     """The response of the free blade at resonance grows as 1/c, to no bound at c = 0."""
     problem = fig03.problem().with_parameters(normal_load=0.0)
     frequency = 100 / TWO_PI
-    curve = sh.follow(problem, "damping", band, frequency=frequency)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.follow(problem, "damping", band, frequency=frequency)
     damping = curve.damping.values
     assert "end of the band was reached" not in str(curve.status.values)
     for value, row in zip(damping, curve.amplitude.values[:, 0], strict=True):

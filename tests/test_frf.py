@@ -83,12 +83,10 @@ def test_blades_of_figure_8_are_equal(figure_8):
 
 
 def test_work_of_the_figures(figure_3, figure_8):
-    """Linear solves, peaks and events included, and points per curve."""
-    solves = np.concatenate(
-        [(ds.linear_solves / ds.n_points).values.ravel() for ds in (figure_3, figure_8)]
-    )
-    assert np.median(solves) <= 4
-    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 80
+    """Linear solves, peaks and events included, and points, of a curve."""
+    solves = np.concatenate([ds.linear_solves.values.ravel() for ds in (figure_3, figure_8)])
+    assert np.median(solves) <= 140
+    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 58
 
 
 @pytest.mark.parametrize("engine_order", range(7))
@@ -184,7 +182,8 @@ def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
     problem = sh.HarmonicBalance(blade, sh.PointForce())
     pole = 100 / TWO_PI
     for end, peaks in ((pole * (1 - 1e-10), 0), (pole * (1 + 1e-10), 1)):
-        curve = sh.frf(problem, (10, end))
+        with pytest.warns(RuntimeWarning, match="the curve is incomplete: .* without bound"):
+            curve = sh.frf(problem, (10, end))
         assert "without bound" in str(curve.status.values)
         assert int(curve.n_peaks) == peaks
         assert curve.converged.all()
@@ -277,7 +276,8 @@ def test_a_dead_worker_costs_nothing():
 
 
 def test_an_incomplete_curve_says_so():
-    curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
     assert "largest number of points" in str(curve.status.values)
     assert curve.sizes["point"] == 5
     assert curve.converged.all()
@@ -288,7 +288,8 @@ def test_an_incomplete_curve_says_so():
 
 def test_grid_beyond_a_broken_path_is_solved_from_nothing():
     grid = [12.0, 29.0]
-    curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
     assert curve.converged.all()
     assert "largest number of points" in str(curve.status.values)
 

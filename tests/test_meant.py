@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.mean_position import is_held
-from symhbm.plausibility import DOUBT, _bounds, _resonances
+from symhbm.plausibility import DOUBT, _highest, _lowest, _resonances
 from symhbm.start import linear_response
 
 ONE = np.eye(2)
@@ -159,6 +159,7 @@ def test_a_band_between_resonances_and_that_of_a_superharmonic():
 
 def test_one_frequency_may_be_static():
     assert not said(lambda: sh.solve(blade(), 1e-3))
+    assert not said(lambda: sh.solve(blade(), 350.0))
     text = said(lambda: sh.solve(blade(), 1200.0))
     assert "frequency=1200 Hz lies 53.3 times above" in text
 
@@ -177,6 +178,29 @@ def test_what_moves_is_not_doubted():
     assert "above" in said(lambda: frf(blade(), (60, 90), over={"normal_load": [1.0, 2.0]}))
 
 
+def test_a_load_that_does_nothing():
+    """Cubic springs alone have no friction."""
+    spring = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    problem = sh.HarmonicBalance(spring, sh.PointForce(amplitude=0.01))
+    text = said(lambda: frf(problem, (0.1, 0.12), over={"normal_load": [1.0, 2.0]}))
+    assert (
+        "normal_load has no effect, as contact_stiffness and friction_coefficient are 0 at every"
+        in text
+    )
+    every = dict(contact_stiffness=[1.0], friction_coefficient=[0.5], normal_load=[1.0, 2.0])
+    assert not said(lambda: frf(problem, (0.1, 0.12), over=every))
+    assert not said(lambda: frf(problem, (0.1, 0.12), over={"cubic_stiffness": [0.1, 0.2]}))
+
+
+def test_what_is_condensed():
+    """The door where the matrices and the band are given."""
+    force, model = sh.PointForce(), two_masses(damping=STIFFNESS, stiffness=DAMPING)
+    three = sh.Model(np.eye(3), 0.5 * np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], **CONTACT)
+    assert "order mass" in said(lambda: sh.solve(sh.HarmonicBalance(model, force), 20.0))
+    assert "times above" in said(lambda: sh.condense(three, force, (600, 1800), dofs=[1]))
+    assert not said(lambda: sh.condense(three, force, (10, 30), dofs=[1]))
+
+
 def test_of_other_front_doors():
     problem = blade(damping=1e3)
     for call in (
@@ -193,11 +217,11 @@ def test_natural_frequencies_of_a_large_structure():
     chain = 1e4 * sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
     model = sh.Model(sp.eye_array(n), 0.5 * sp.eye_array(n), chain, contacts=[(0,)], **CONTACT)
     exact = 200 * np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / (2 * np.pi)
-    lowest, highest = _bounds(model, 1.0)
+    lowest, highest = _lowest(model, 1.0), _highest(model)
     assert exact[0] <= lowest < 1.5 * exact[0]
     assert exact[-1] / 2 < highest <= 1.01 * exact[-1]
     problem = sh.HarmonicBalance(model, sh.PointForce(n // 2))
-    assert "lies 9" in said(lambda: sh.solve(problem, 9.1 * highest))
+    assert "lies 21" in said(lambda: sh.solve(problem, 21.0 * highest))
     assert not said(lambda: sh.solve(problem, 20.0))
     small = sh.Model(np.eye(3), 0 * np.eye(3), chain.toarray()[:3, :3])
     expected = 200 * np.sin(np.arange(1, 4) * np.pi / 8) / (2 * np.pi)
@@ -291,6 +315,7 @@ def test_cubic_springs_need_a_mean_beside_even_harmonics():
     assert sh.solve(sh.HarmonicBalance(linear, EVEN, (1, 2)), 0.1).converged
 
 
+@pytest.mark.filterwarnings("ignore:the curve is incomplete")
 @pytest.mark.parametrize("excitation", [EVEN, ODD], ids=["even", "odd"])
 @pytest.mark.parametrize("samples", [None, 64])
 def test_a_body_that_friction_alone_holds(excitation, samples):
@@ -352,6 +377,11 @@ def test_a_condensed_structure_that_is_not_held():
         model = sh.Model(np.eye(3), 0.5 * np.eye(3), stiffness, contacts=[(0,)], **CONTACT)
         small = sh.condense(model, sh.PointForce(0), (5, 30), (0, 1, 2))
         assert is_held(sh.HarmonicBalance(small, sh.PointForce(0), (0, 1, 2))) == held
+    even = sh.HarmonicForce(cosine={1: [1.0, 0, 0], 2: [0, 0, 1.0]})
+    small = sh.condense(model, even, (5, 30), (0, 1, 2))
+    with pytest.raises(ValueError, match="expected 0 among them"):
+        sh.solve(sh.HarmonicBalance(small, even, (1, 2)), 10.0)
+    assert sh.solve(sh.HarmonicBalance(small, even, (0, 1, 2)), 10.0).converged
 
 
 # Advice that applies

@@ -156,6 +156,9 @@ class TestOneBlade:
     def test_a_cubic_spring_beside_the_contact(self):
         found = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
         assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        text = found.certificate.item()
+        assert "over 5 to 40 Hz, on the path that was followed, is" in text
+        assert "Not proved: that cubic springs make no larger response" in text
         assert_lowest_peak(found, steps=(0.05,))
 
 
@@ -338,6 +341,7 @@ class TestCertificate:
         assert "a smooth peak at 19.496559 Hz" in text
         assert "strict local minimum" in text
         assert "Not proved: that no other design within the bounds is better" in text
+        assert "cubic" not in text
 
 
 def held_at(load):
@@ -355,7 +359,7 @@ def held_at(load):
 
 @pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
 def test_a_slope_that_nothing_holds_is_no_optimum(distance):
-    """A millionth beside the best load the response is the same to twelve digits; its slope is not."""
+    """Beside the best load the response is the same to many digits; its slope is not."""
     held, status, text = held_at(BEST_LOAD * (1 + distance))
     # By the closed form, over the logarithm of the load.
     logarithms = np.log(BEST_LOAD) + np.array([-1, 0, 1]) * 1e-3
@@ -370,6 +374,26 @@ def test_a_slope_that_nothing_holds_is_no_optimum(distance):
     assert held.stationarity < 1e-8 or distance
     assert status == (Status.DESIGN_STALLED if distance else Status.DESIGN_OPTIMAL)
     assert f"below {max(held.stationarity, 1e-16):.1e} of the response" in text
+
+
+def test_a_saddle_is_no_optimum():
+    """Where the response falls to second order nothing is found, however small its slope."""
+    held, _, _ = held_at(BEST_LOAD)
+    bent = [replace(piece, hessian=-piece.hessian) for piece in held.pieces]
+    saddle = replace(held, pieces=bent)
+    assert saddle.curvature == pytest.approx(-held.curvature, rel=1e-6)
+    assert saddle.stationarity < 1e-8
+    state = replace(survey_of_best(), pieces=bent)
+    design = Design(held.x, [state], state.height)
+    found = Found(design, saddle, [design], [Descent(design, True, saddle)])
+    assert status_of(saddle.program, found) == Status.DESIGN_STALLED
+    assert "a lower response may lie close by" in certificate(saddle.program, found, (BAND,), 1)
+
+
+def survey_of_best():
+    problem = blade()
+    space = read_space(problem, "normal_load", BOUNDS, "common")
+    return Cases(problem, parse(problem, None), space, [(BAND,)])(np.log([BEST_LOAD]))[0]
 
 
 FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))

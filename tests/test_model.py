@@ -78,7 +78,7 @@ def test_ring_is_as_written_by_hand():
 
 
 def test_contacts_join_two_degrees_of_freedom_or_one_and_the_ground():
-    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), 2], **FREE)
+    model = sh.Model(np.eye(3), np.eye(3), np.eye(3), contacts=[(2, 0), (1,), (2,)], **FREE)
     assert model.contacts == ((2, 0), (1,), (2,))
     assert model.directions.toarray().tolist() == [[-1, 0, 1], [0, 1, 0], [0, 0, 1]]
     free = sh.Model(np.eye(3), np.eye(3), np.eye(3))

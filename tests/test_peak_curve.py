@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from by_hand import Structure
 from scipy.interpolate import CubicHermiteSpline
 
 import symhbm as sh
@@ -149,6 +150,79 @@ def test_mistuned_ring_over_two_decades(n_blades, order):
         )
         highest = np.sort(response.peak_amplitude.values)[-2:]
         assert highest[0] == pytest.approx(highest[1], rel=1e-9)
+
+
+def two_dofs_a_blade():
+    """Three blades of two masses, their tips in contact: the problem, and the same by hand."""
+    rng = np.random.default_rng(5)
+    root, tip = 1e4 * rng.uniform(0.9, 1.1, 3), 2e4
+    friction, stiffness = np.array([0.5, 0.4, 0.6]), 2e4
+    mass = np.kron(np.eye(3), np.diag([1.0, 0.5]))
+    elastic = np.kron(np.diag(root), [[1, 0], [0, 0]]) + np.kron(
+        np.eye(3), [[tip, -tip], [-tip, tip]]
+    )
+    damping = 2.0 * mass + 1e-4 * elastic
+    contacts = [(1, 3), (3, 5), (5, 1)]
+    directions = np.zeros((3, 6))
+    for row, (one, other) in zip(directions, contacts, strict=True):
+        row[one], row[other] = 1, -1
+    force = np.zeros(6, dtype=complex)
+    force[1::2] = np.exp(-2j * np.pi * np.arange(3) / 3)
+    model = sh.Model(
+        mass,
+        damping,
+        elastic,
+        contacts=contacts,
+        contact_stiffness=stiffness,
+        friction_coefficient=friction,
+        normal_load=10.0,
+    )
+    excitation = sh.HarmonicForce(cosine={1: force.real}, sine={1: -force.imag})
+
+    def by_hand(load):
+        matrices = mass, damping, elastic, directions, np.full(3, stiffness)
+        return Structure(*matrices, friction * load, force).highest(5, 60)
+
+    return sh.HarmonicBalance(model, excitation), by_hand
+
+
+def assert_by_hand(found, by_hand, loads):
+    for load in loads:
+        amplitude, frequency = by_hand(load)
+        here = found.sel(normal_load=load)
+        # Corners stand where grids by hand end, to 1e-9 of the frequency.
+        assert here.peak_amplitude.item() == pytest.approx(amplitude, rel=2e-9)
+        assert here.peak_frequency.item() == pytest.approx(frequency, rel=1e-7)
+
+
+def test_several_degrees_of_freedom_a_blade():
+    """Its lowest peak is where two are equal, which neither model nor package knows in advance."""
+    problem, by_hand = two_dofs_a_blade()
+    loads = np.array([1.02, 1.05, 1.1])
+    found = curve(problem, "normal_load", (1.02, 1.1), loads, frequency=(5, 60))
+    assert found.status.item() == Status.REACHED_END
+    assert_by_hand(found, by_hand, loads)
+    assert found.minimum_kind.values.tolist() == ["exchange"]
+    low = found.minimum_normal_load.item()
+    assert "exchange of the dominant peak" in found.event_kind.values
+    beside = [by_hand(low * factor) for factor in (1 - 1e-6, 1.0, 1 + 1e-6)]
+    assert beside[1][0] == pytest.approx(found.minimum_amplitude.item(), rel=2e-9)
+    assert beside[0][0] > beside[1][0] < beside[2][0]
+    # Other peaks lead on either side.
+    assert abs(beside[0][1] - beside[2][1]) > 1
+
+
+@pytest.mark.slow
+def test_several_degrees_of_freedom_over_two_decades():
+    problem, by_hand = two_dofs_a_blade()
+    found = curve(problem, "normal_load", (0.5, 60.0), frequency=(5, 60))
+    assert found.status.item() == Status.REACHED_END
+    assert {*found.peak_kind.values} == {"smooth", "corner"}
+    at_event = np.abs(np.log(found.normal_load.values[:, None] / found.event_normal_load.values))
+    clear = found.normal_load.values[at_event.min(axis=1) > 1e-6]
+    assert_by_hand(found, by_hand, clear[::4])
+    heights = {load: by_hand(load)[0] for load in np.geomspace(0.5, 60, 40)}
+    assert min(heights.values()) >= found.minimum_amplitude.values.min()
 
 
 def test_unbounded():

@@ -91,7 +91,8 @@ def test_many_curves_of_two_parameters():
     assert len(first) == 9
     for line, load in zip(first, family.normal_load, strict=True):
         expected = family.amplitude.sel(normal_load=load, damping=0.5).max("dof")
-        np.testing.assert_array_equal(line.get_ydata(), 20 * np.log10(expected))
+        known = np.isin(line.get_xdata(), family.frequency)
+        np.testing.assert_array_equal(line.get_ydata()[known], 20 * np.log10(expected))
 
 
 def test_samples_are_thin_lines_alike():
@@ -110,7 +111,7 @@ BAD = {
     "response dof": (sh.plot.response, {"dof": 3}, ValueError, "dof=3"),
     "response ax": (sh.plot.response, {"ax": 3}, TypeError, "ax=3"),
     "envelope": (sh.plot.envelope, {}, KeyError, "'sample' is no dimension"),
-    "disk": (sh.plot.disk, {}, ValueError, "1 DOF: expected at least three"),
+    "disk": (sh.plot.disk, {}, ValueError, "expected at least three"),
     "hysteresis": (sh.plot.hysteresis, {"contact": 1}, ValueError, "contact=1"),
     "hysteresis fraction": (sh.plot.hysteresis, {"contact": 0.5}, ValueError, r"contact=0\.5"),
     "map contact": (sh.plot.stick_map, {"contact": -1}, ValueError, "contact=-1"),

@@ -94,8 +94,6 @@ def test_what_failed_is_left_out_and_told(ensemble):
     np.testing.assert_allclose(median[others], level(np.nanmedian(kept[:, others], 0)), rtol=1e-14)
     # Three of one and one of each of five.
     assert texts(ax)[-1] == "left out, not converged:\n1 of 6 samples,\n8 points in 5 samples"
-    nothing = ensemble.assign(amplitude=np.nan * amplitude)
-    assert "6 of 6 samples" in texts(sh.plot.envelope(nothing).axes[0])[-1]
 
 
 def test_paths_are_read_off_through_their_peaks(ensemble, paths):
@@ -104,9 +102,9 @@ def test_paths_are_read_off_through_their_peaks(ensemble, paths):
         value, drawn = (np.asarray(data) for data in ax.lines[number].get_data())
         exact = level(ensemble.amplitude.isel(sample=number).max("dof").values)
         error = np.abs(np.interp(GRID, value, drawn) - exact)
-        # Lines that are monotone between the points of a path can be some per cent off.
-        assert np.median(error) < 0.01
-        assert error.max() < 0.35
+        # Paths tell the largest response within 1 %; straight lines join the values drawn.
+        assert np.median(error) < 0.002
+        assert error.max() < 0.1
         top = level(paths.peak_amplitude.isel(sample=number).max().values)
         # The grid of the figure misses the peak by half of 35 / 1200 Hz at most.
         assert top - 1e-3 < drawn.max() <= top + 1e-12

@@ -266,6 +266,97 @@ def test_contacts_on_their_limits_together():
     assert given.peak_frequency_by_mass.notnull().any(("peaking_dof", "dof")).all()
 
 
+LOOPING = sh.HarmonicBalance(
+    sh.bladed_disk(
+        4,
+        **COMMON
+        | {
+            "stiffness": [9585.6, 9736.8, 10301.3, 10082.2],
+            "friction_coefficient": [0.594, 0.345, 0.456, 0.507],
+        },
+        contact_stiffness=[837700.0, 973300.0, 991600.0, 863900.0],
+        normal_load=[1.917, 2.104, 2.285, 2.548],
+    ),
+    sh.EngineOrder(1),
+    (1, 3),
+)
+"""Peaks at corners where no contact begins or ends to slip, but one slips once more in a period."""
+
+
+def test_corners_of_small_loops():
+    band = 91.5, 94.5
+    response = frf(LOOPING, band, peaks="each")
+    corners = response.isel(peak=np.flatnonzero(response.peak_kind == "corner"))
+    assert corners.sizes["peak"]
+    found = sh.sensitivity(corners)
+    assert found.sensitivity_status.values.tolist() == [EXACT] * corners.sizes["peak"]
+    for name, place in (("normal_load", 2), ("stiffness", 3)):
+        low, high, size = both_sides(LOOPING, name, 1e-6, place, band, peaks="each")
+        for k in range(corners.sizes["peak"]):
+            frequency, dof = float(corners.peak_frequency[k]), int(corners.peak_dof[k])
+            pair = [nearest(side, frequency, dof) for side in (low, high)]
+            for of in ("peak_amplitude", "peak_frequency"):
+                exact = found[f"{of}_by_{name}"].isel(peak=k).sel(peaking_dof=dof).values
+                by = (pair[1][of] - pair[0][of]).item() / size
+                # Corners are located to round-off, over steps of 1e-6.
+                assert by == pytest.approx(exact[place], abs=1e-5 * np.abs(exact).max())
+
+
+def folding_ring():
+    """Seven blades with cubic springs whose response folds where a contact ends to slip."""
+    disk = sh.bladed_disk(
+        7,
+        mass=[0.98, 1.02, 1.02, 0.98, 0.98, 1.02, 1.02],
+        stiffness=[10600, 9400, 10600, 9400, 9400, 9400, 10600],
+        damping=0.249,
+        contact_stiffness=[5183, 3456, 3456, 3456, 5183, 3456, 3456],
+        friction_coefficient=[0.6, 0.4, 0.4, 0.6, 0.4, 0.6, 0.6],
+        normal_load=[1.635, 2.452, 1.635, 2.452, 1.635, 2.452, 1.635],
+        cubic_stiffness=1.117e8,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(1))
+
+
+def test_a_corner_at_which_the_path_folds():
+    """Beside a cubic spring a contact may stick and slip on the same side of a corner."""
+    problem, band = folding_ring(), (10, 17.2)
+    response = frf(problem, band, peaks="each")
+    corners = response.isel(peak=np.flatnonzero(response.peak_kind == "corner"))
+    folds = response.event_frequency.values[response.event_kind.values == "fold"]
+    folded = np.isin(corners.peak_frequency.values, folds)
+    assert folded.any()
+    found = sh.sensitivity(corners)
+    assert found.sensitivity_status.values.tolist() == [EXACT] * corners.sizes["peak"]
+    at = corners.isel(peak=int(np.flatnonzero(folded)[0]))
+    dof, exact = int(at.peak_dof), found.isel(peak=int(np.flatnonzero(folded)[0]))
+    for name, place in (("normal_load", 3), ("contact_stiffness", 4)):
+        low, high, size = both_sides(problem, name, 1e-6, place, band, peaks="each")
+        pair = [nearest(side, float(at.peak_frequency), dof) for side in (low, high)]
+        for of in ("peak_amplitude", "peak_frequency"):
+            own = exact[f"{of}_by_{name}"].sel(peaking_dof=dof).values
+            by = (pair[1][of] - pair[0][of]).item() / size
+            assert by == pytest.approx(own[place], abs=1e-5 * np.abs(own).max())
+
+
+@pytest.mark.parametrize("engine_order", [0, 1])
+def test_stiff_contacts_and_little_damping(engine_order):
+    """The terms of a slope, ten million times what is left of them, have round-off of their own."""
+    disk = sh.bladed_disk(
+        5,
+        **COMMON | {"damping": 0.05, "stiffness": [1.001e4, 0.999e4, 1e4, 1.0005e4, 1e4]},
+        contact_stiffness=[1.1e8, 0.9e8, 1e8, 1.2e8, 0.8e8],
+        normal_load=[1.5, 1.2, 1.3, 1.1, 1.4],
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(engine_order), (0, 1, 2))
+    response = frf(problem, (15, 17))
+    found = sh.sensitivity(response)
+    assert found.sensitivity_status.values.tolist() == [EXACT] * response.sizes["peak"]
+    # Force and loads together scale the response, whatever it is.
+    by_load = (found.peak_amplitude_by_normal_load * problem.model.normal_load).sum("contact")
+    scaled = (by_load + found.peak_amplitude_by_force_amplitude).max("peaking_dof")
+    np.testing.assert_allclose(scaled, response.peak_amplitude, rtol=1e-7)
+
+
 def test_unbounded_peaks():
     problem = BLADE.with_parameters(damping=0, normal_load=1)
     found = sh.sensitivity(frf(problem, (10, 40)))
@@ -288,7 +379,7 @@ def test_contacts_at_rest():
 
 
 def test_no_peaks():
-    found = sh.sensitivity(frf(BLADE, (1, 2)))
+    found = sh.sensitivity(frf(BLADE, (5, 8)))
     assert found.sizes["peak"] == 0
     assert found.peak_amplitude_by_normal_load.shape == (0, 1, 1)
 
@@ -352,7 +443,8 @@ def test_other_datasets_are_refused():
         sh.sensitivity(3)
     with pytest.raises(sh.ArchiveError, match="not written by symhbm"):
         sh.sensitivity(xr.Dataset())
-    kept = frf(BLADE, (15, 30), keep=["amplitude", "peak_frequency"])
+    names = ["amplitude", "peak_frequency"]
+    kept = frf(BLADE, (15, 30), keep=names, verifiable=False)
     with pytest.raises(
         sh.ArchiveError, match="without peak_amplitude, peak_dof, peak_kind, peak_c"
     ):

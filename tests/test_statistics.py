@@ -63,7 +63,9 @@ def assert_explained_and_archived(result, tmp_path, problem=PROBLEM):
         assert "units" in variable.attrs or variable.dtype == object, name
         # As an attribute, not hidden by a method.
         assert name in result.coords or not hasattr(xr.Dataset, str(name)), name
-    xr.testing.assert_identical(sh.load(sh.save(result, tmp_path / "statistics.nc")), result)
+    xr.testing.assert_identical(
+        sh.load(sh.save(result, tmp_path / "statistics.nc", overwrite=True)), result
+    )
     if problem is not None:
         rebuilt = sh.rebuild(result).parameters
         for name, value in problem.parameters.items():

@@ -189,6 +189,7 @@ def test_labels_beside_the_dimension_survive():
     assert int(curves.seed) == 2013
 
 
+@pytest.mark.filterwarnings("ignore:2 of 2 curves are incomplete")
 @pytest.mark.parametrize("name", sorted(PARAMETERS))
 def test_nominal_values_are_kept(name):
     curves = sweep(RING, {name: [1, 2]}, at=[16.0], max_points=2)
@@ -208,6 +209,7 @@ RING_DIMS = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:2 of 2 curves are incomplete")
 def test_the_problem_and_what_was_given_stay_as_they_were():
     draws = xr.DataArray([[3, 1], [2, 2], [1, 3]], dims=("contact", "sample"))
     over, copy = {"normal_load": draws}, draws.copy(deep=True)

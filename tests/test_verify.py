@@ -61,6 +61,11 @@ def draws():
     return {"normal_load": loads, "stiffness": stiffness}
 
 
+def general():
+    with pytest.warns(UserWarning, match="stiffness_matrix is not symmetric"):
+        return sh.frf(GENERAL, (0.3, 0.7), over={"force_amplitude": [1.0, 2.0]})
+
+
 CASES = {
     "figure 3": lambda: fig03.compute(progress=False),
     "ring": lambda: sh.frf(fig08.problem(), (74, 80)),
@@ -81,7 +86,7 @@ CASES = {
     ),
     "ensemble": lambda: sh.frf(RING, (26, 36), at=np.linspace(26, 36, 6), over=draws()),
     "engine orders": lambda: sh.frf(RING, (28, 32), at=[29, 31], over={"engine_order": [0, 1, 4]}),
-    "general": lambda: sh.frf(GENERAL, (0.3, 0.7), over={"force_amplitude": [1.0, 2.0]}),
+    "general": general,
     "sampled": lambda: sh.frf(
         sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1, 3), samples=64), (15, 25), at=[17, 19]
     ),
@@ -118,7 +123,7 @@ def test_sound_archives_pass(tmp_path, case):
         if name != "exact_difference":
             np.testing.assert_array_equal(np.isfinite(verified[name]), original.converged)
     # Nothing else has changed, and what is verified is an archive.
-    stripped = verified.drop_vars(list(FIGURES))
+    stripped = verified.drop_vars([name for name in found["figures"] if name in verified])
     del stripped.attrs["verification"]
     xr.testing.assert_identical(stripped, original)
     again = sh.load(sh.save(verified, tmp_path / "verified.nc"))

@@ -144,7 +144,7 @@ class _Watched(ThreadPoolExecutor):
         self.pieces, self.sent = [], []
 
     def submit(self, fn, /, *args, **kwargs):
-        _, payload, chosen = args
+        _, payload, chosen, _ = args
         self.pieces.append(len(chosen))
         self.sent.append(0 if payload is None else len(payload))
         return super().submit(fn, *args, **kwargs)
@@ -203,7 +203,7 @@ def test_a_worker_that_does_not_know_a_problem_says_so():
     found = []
 
     def ask():
-        found.append(ensemble._work("a problem of nobody", None, [{}]))
+        found.append(ensemble._work("a problem of nobody", None, [{}], "a call"))
 
     thread = threading.Thread(target=ask)
     thread.start()
@@ -236,7 +236,8 @@ def test_a_set_that_fails_has_what_is_kept(monkeypatch):
         return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_branch", failing)
-    curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
+    with pytest.warns(RuntimeWarning, match="1 of 2 curves are incomplete: .*ArithmeticError"):
+        curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
     assert "ArithmeticError" in str(curves.status.values[1])
     assert np.isfinite(curves.peak_amplitude[0]).all()
     assert curves.peak_amplitude[1].isnull().all()

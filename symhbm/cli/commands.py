@@ -167,16 +167,23 @@ def plot(
     metavar="FILE",
     help="Write the archive with the figures of every point to this file.",
 )
+@click.option("--overwrite", is_flag=True, help="Replace an existing file.")
 def verify(
-    archive: Path, points: str, exact: str, bounds: tuple[str, ...], output: Path | None
+    archive: Path,
+    points: str,
+    exact: str,
+    bounds: tuple[str, ...],
+    output: Path | None,
+    overwrite: bool,
 ) -> int:
-    """Recompute every point of ARCHIVE from itself alone.
+    """Recompute every point and every peak of ARCHIVE from itself alone.
 
     The exit code is 1 where a bound is broken. Nothing that is stored is believed: residual and
     energy balance are recomputed from the Fourier coefficients, the friction by marching a
     slider, and some points are compared with the exact periodic motion, which shows what the
-    harmonics left out amount to. The table has the worst value of each figure (all relative), its
-    bound, whether that holds, and where.
+    harmonics left out amount to. Of an archive without the coefficients of its points the peaks
+    are recomputed, as far as those were kept. The table has the worst value of each figure (all
+    relative), its bound, whether that holds, and where.
 
     \b
     Examples:
@@ -186,6 +193,8 @@ def verify(
     """
     limits = dict(map(bound, bounds))
     check_place(output)
+    if output is not None and output.exists() and not overwrite:
+        raise FileExistsError(f"--output {output}: there is such a file; --overwrite replaces it")
     with opened(archive) as dataset:
         verified = sh.verify(
             dataset,
@@ -195,6 +204,6 @@ def verify(
             progress=sys.stderr.isatty(),
         )
         if output is not None:
-            sh.save(verified, output)
+            sh.save(verified, output, overwrite=overwrite)
     click.echo(summary(verified))
     return 0 if json.loads(verified.attrs["verification"])["passed"] else BROKEN

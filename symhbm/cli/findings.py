@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.cli.pieces import ALIKE, completeness, largest, moving, read, set_dimensions
+from symhbm.provenance import LARGEST_OF
 from symhbm.status import Status
 
 Lines = Iterator[tuple[str, str]]
@@ -135,13 +136,13 @@ def _peaks(dataset: xr.Dataset) -> Lines:
                 words.append(f"at {short(about.values)} {about.attrs.get('units', '')}".rstrip())
             words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
-            words += _set_words(dataset, place)
+            words += [*_kept(dataset), *_set_words(dataset, place)]
             yield "highest peak", ", ".join(words)
     if "amplitude" in dataset.variables:
         found = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
         if found is not None and (top is None or found[0] > top[0] * (1 + ALIKE)):
-            words = [_decibel(found[0]), *_place(dataset, "amplitude", found[1])]
+            words = [_decibel(found[0]), *_place(dataset, "amplitude", found[1]), *_kept(dataset)]
             yield "largest response", ", ".join(words)
     if "event_kind" in dataset.variables:
         events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
@@ -196,7 +197,9 @@ def _trust(dataset: xr.Dataset) -> Lines:
     if "verification" in dataset.attrs:
         report = json.loads(dataset.attrs["verification"])
         verdict = "passed" if report["passed"] else "a bound is broken"
-        yield "verification", f"{verdict}, {report['n_checked']} points checked"
+        text = f"{verdict}, {report['n_checked']} points checked"
+        n_peaks = report.get("n_peaks", 0)
+        yield "verification", f"{text}, {count(n_peaks, 'peak')}" if n_peaks else text
 
 
 def _solved(dataset: xr.Dataset, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -249,6 +252,11 @@ def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
 def _body(dataset: xr.Dataset) -> str:
     lumped = json.loads(dataset.attrs.get("problem", "{}")).get("lumped")
     return "blade" if lumped else "DOF"
+
+
+def _kept(dataset: xr.Dataset) -> list[str]:
+    """Among what a response of a condensed structure is the largest."""
+    return [f"of the {dataset.attrs[LARGEST_OF]}"] if LARGEST_OF in dataset.attrs else []
 
 
 def _decibel(amplitude: float) -> str:

@@ -46,9 +46,13 @@ def _natural_kind(dataset: xr.Dataset) -> str:
 
 def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
+    from symhbm.plot.drawing import nothing_to_draw
+
     amplitude = dataset["amplitude"]
     kept = {*set_dimensions(dataset), "dof"}
     largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
     complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
+    if not largest.where(complete).notnull().any():
+        raise nothing_to_draw(dataset)
     about = {"long_name": "largest displacement of all points", "units": "m"}
     return largest.where(complete).assign_attrs(about)

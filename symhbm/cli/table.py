@@ -8,10 +8,10 @@ from typing import Any, TextIO
 import numpy as np
 import xarray as xr
 
-from symhbm import check
 from symhbm.cli.pieces import INNER, moving, pieces, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.names import PARAMETERS
+from symhbm.schema import check_held, left_out
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}
@@ -37,7 +37,7 @@ def rows(
     known = [str(name) for name in dataset.variables]
     for name in variables or ():
         if name != "all":
-            check.known(name, known, "variable of the archive")
+            check_held(dataset, name, what="archive")
     along = _along(dataset, table)
     names = _variables(dataset, table, along, variables)
     if (selection.low, selection.high) != (-np.inf, np.inf) and table == "sets":
@@ -125,7 +125,9 @@ def _along(dataset: xr.Dataset, table: str) -> list[str]:
     if table in own:
         missing = [dim for dim in own[table] if dim not in dataset.dims]
         if missing or "status" not in dataset.variables:
-            raise ValueError(f"--table {table}: the archive has no {table}")
+            kept = not any(name.startswith(f"{own[table][0]}_") for name in left_out(dataset))
+            why = "" if kept else ", they were left out by keep="
+            raise ValueError(f"--table {table}: the archive has no {table}{why}")
         return [*sets, *own[table]]
     if "status" in dataset.variables:
         axes = dict.fromkeys(("point", moving(dataset), "angle", "solution"))

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,15 +26,16 @@ class _Failure(click.ClickException):
 
 
 class Program(click.Group):
-    """Says every error in one line: the usage is what --help is for."""
+    """Says every error and warning in one line: the usage is what --help is for."""
 
     def main(self, *args: Any, **kwargs: Any) -> NoReturn:
         """Run a command and exit with its code."""
         kwargs["standalone_mode"] = False
         try:
             code = super().main(*args, **kwargs)
-        except click.Abort:
-            say("symhbm: interrupted")
+        except click.Abort as abort:
+            # What is safe is said by whoever was interrupted.
+            say("\n".join(getattr(abort.__cause__, "__notes__", ["symhbm: interrupted"])))
             code = _INTERRUPTED
         except click.ClickException as error:
             context = getattr(error, "ctx", None)
@@ -49,7 +51,9 @@ class Program(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command that was asked for."""
         try:
-            code = super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_, **__: say(f"symhbm: {message}")
+                code = super().invoke(ctx)
             sys.stdout.flush()
         except BrokenPipeError:
             # Who reads has seen enough. What is left in the buffer must go nowhere, too.

@@ -16,6 +16,7 @@ from symhbm.cli.selection import select
 from symhbm.cli.table import TABLES, rows, write
 from symhbm.cli.terminal import check_place, final_name, opened, say, whole
 from symhbm.store import SUFFIX
+from symhbm.worker import attend
 
 
 @main.command()
@@ -106,19 +107,20 @@ def resume(archive: Path, workers: int | None, no_progress: bool) -> None:
     if not working.exists():
         if not target.exists():
             raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")
-        click.echo(f"{target}: complete, there is nothing to resume")
+        click.echo(f"{target}: complete, there is nothing to resume, nothing was computed")
         return
     with opened(working) as dataset:
         complete, waiting, failed = completeness(dataset)
     total = complete + waiting + failed.total()
     count = min(workers or os.cpu_count() or 1, waiting)
     progress = not no_progress and sys.stderr.isatty()
-    pool = ProcessPoolExecutor(count) if count > 1 else None
+    pool = ProcessPoolExecutor(count, initializer=attend) if count > 1 else None
     try:
         with sh.resume(target, executor=pool, progress=progress) as dataset:
             _, left, failed = completeness(dataset)
-    except KeyboardInterrupt:
-        say(f"symhbm resume: what is complete is kept in {working}")
+    except KeyboardInterrupt as interrupt:
+        if not hasattr(interrupt, "__notes__"):
+            interrupt.add_note(f"symhbm: interrupted; what is complete is kept in {working}")
         raise
     finally:
         if pool is not None:

@@ -10,13 +10,14 @@ from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.cli.pieces import INNER, moving, read
 from symhbm.names import PARAMETERS, VARIABLES
 from symhbm.provenance import DRAWN, MATRICES
+from symhbm.schema import left_out
 
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8
 _OF_FORCE = ("force_amplitude", "engine_order")
 _OWN_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
-    *("problem", "swept", "followed", "accuracy", "verification"),
+    *("problem", "swept", "followed", "accuracy", "left_out", "verification"),
 }
 
 
@@ -40,6 +41,8 @@ def _lines(dataset: xr.Dataset) -> Lines:
         yield from _problem(dataset)
     if "status" in dataset.variables:
         yield from findings(dataset)
+    if left_out(dataset):
+        yield "left out by keep=", ", ".join(left_out(dataset))
     yield from _others(dataset)
 
 

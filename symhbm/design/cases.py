@@ -57,6 +57,11 @@ class Cases:
         problem, _, space, _ = self._given
         return Cases(problem, sweep, space, bands, self._executor, not self._bar.disable)
 
+    @property
+    def unique(self) -> bool:
+        """Whether all have one response at every frequency, at any design."""
+        return all(self.response(number).unique for number in range(self.size))
+
     def response(self, number: int) -> Response:
         """One of them, in this process."""
         return self._work.response(number)

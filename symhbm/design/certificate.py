@@ -39,9 +39,16 @@ def status_of(program: Program, found: Found) -> Status:
 
 
 def certificate(
-    program: Program, found: Found, bands: Sequence[tuple[float, float]], n_cases: int
+    program: Program,
+    found: Found,
+    bands: Sequence[tuple[float, float]],
+    n_cases: int,
+    unique: bool = True,
 ) -> str:
-    """Sentences: what is largest where, what holds the design, and how it was searched for."""
+    """Sentences: what is largest where, what holds the design, and how it was searched for.
+
+    ``unique`` tells that there is one response at every frequency, so that the path has them all.
+    """
     design, held, space = found.design, found.held, program.space
     said = []
     where = " and ".join(f"{low:g} to {high:g} Hz" for low, high in bands)
@@ -58,10 +65,15 @@ def certificate(
     if not np.isfinite(design.value):
         reasons = "; ".join(dict.fromkeys(state.reason for state in design.states if state.reason))
         return f"Nothing is proved: {what} is not bounded at any design tried ({reasons})."
+    path = "" if unique else ", on the path that was followed,"
     said.append(
-        f"Proved: at this design {what} over {where} is {np.exp(design.value):.10g} m; the whole "
-        "band was followed, with every peak and both ends."
+        f"Proved: at this design {what} over {where}{path} is {np.exp(design.value):.10g} m; the "
+        "whole band was followed, with every peak and both ends."
     )
+    if not unique:
+        said.append(
+            "Not proved: that cubic springs make no larger response that this path does not visit."
+        )
     if held is not None and not are_flat(held.pieces):
         said += _held_by(found, n_cases)
     elif held is None and not is_flat(design):

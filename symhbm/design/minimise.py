@@ -1,5 +1,7 @@
 """The front door to design: parameters that make the largest response as small as it gets."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -29,6 +31,7 @@ from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
 from symhbm.fourier import FloatArray
 from symhbm.frf import frf
+from symhbm.landscape import COMPLETE
 from symhbm.mean_position import check_mean
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import meaning
@@ -58,7 +61,7 @@ def minimise_peak(
     vary: Any = "common",
     statistic: Literal["worst", "mean", "tail"] = "worst",
     tail: float = 0.1,
-    constraint: "LinearConstraint | None" = None,
+    constraint: LinearConstraint | None = None,
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
@@ -127,6 +130,18 @@ def minimise_peak(
         For bad arguments, each named with its value and what is allowed.
     SolveError
         If there is no optimum and ``throw`` is True; its ``result`` is the dataset.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
+    >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
+    (array([3.088579]), True)
     """
     check_problem(problem, whole=True)
     check_executor(executor)
@@ -167,13 +182,12 @@ def minimise_peak(
     found = _search(program, cases, [] if given is None else [given], n_starts)
     status = status_of(program, found)
     result = _responses(problem, program, found, sweep, bands, executor, progress)
-    ends = [str(Status.REACHED_END), str(Status.OTHER_SOLUTIONS)]
-    if status in _GOOD and not bool(result["status"].isin(ends).all()):
+    if status in _GOOD and not bool(result["status"].isin([*map(str, COMPLETE)]).all()):
         status = Status.DESIGN_NOT_SURVEYED
     dims = dict(zip(sweep.dims, sweep.shape, strict=True))
     result = result.merge(report(program, cases, found, dims))
     hulls = sorted({band for each in bands for band in each})
-    text = certificate(program, found, hulls, sweep.size)
+    text = certificate(program, found, hulls, sweep.size, cases.unique)
     if unknown is not None:
         result = result.merge(_fresh(program, cases, found, unknown, bands))
         text += (
@@ -213,7 +227,7 @@ def _search(
     return search(program, cases, given, n_starts, _DESCENTS)
 
 
-def _merged(program: Program) -> "LinearConstraint | None":
+def _merged(program: Program) -> LinearConstraint | None:
     """The constraint on designs whose variables of one parameter are alike."""
     if program.constraint is None:
         return None

@@ -89,6 +89,11 @@ class Response:
         symmetry = self._problem.symmetry
         return 1 if symmetry is None else symmetry.n_sectors
 
+    @property
+    def unique(self) -> bool:
+        """Whether there is one response at every frequency."""
+        return self._problem.single_valued
+
     def at(self, x: FloatArray) -> HarmonicBalance:
         """The problem that is solved at a design (n_variables,)."""
         return self.space.problem(self._problem, x)

@@ -1,5 +1,7 @@
 """Draws around nominal values, given samples, and patterns around the disk."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from typing import Any, Literal, NamedTuple
@@ -75,6 +77,17 @@ def uniform(
     ------
     TypeError, ValueError, KeyError
         For bad arguments, and spreads that lead out of the allowed range.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> draws = sh.mistuning.uniform(disk, 25, seed=1, contact_stiffness=0.2, normal_load=0.3)
+    >>> dict(draws.sizes)
+    {'sample': 25, 'contact': 13}
     """
     distribution = _Distribution(
         "uniform", "relative half-width", 1.0, lambda share, h: 1 + h * (2 * share - 1)

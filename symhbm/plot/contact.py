@@ -20,6 +20,7 @@ from symhbm.plot.drawing import (
     check_variables,
     figure_of,
     moving,
+    nothing_to_draw,
     scaled,
 )
 
@@ -72,7 +73,7 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     loops, dataset, dims = hysteresis_loops(dataset, contact)
     found = [loop for loop in loops.values() if loop is not None]
     if not found:
-        raise ValueError("dataset: expected a converged point, all motions are NaN")
+        raise nothing_to_draw(dataset)
     largest = max(float(np.abs(loop.displacement).max()) for loop in found)
     factor, unit = scaled(largest, "m")
     family = Family(dataset, dims)

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.interpolate import PchipInterpolator
 
 from symhbm import check
 from symhbm.plot.drawing import (
@@ -14,13 +13,17 @@ from symhbm.plot.drawing import (
     Moving,
     axis_label,
     canvas,
+    check_anything,
     check_variables,
     decibel,
     figure_of,
     is_wide,
     moving,
 )
+from symhbm.plot.lines import Line, Peak, line_of, located_peaks
 
+_LEADS = 1e-6
+"""Relative distance from the largest response within which a peak is one of it."""
 MARKERS = {"smooth": "o", "corner": "^", "fold": "s"}
 
 
@@ -28,6 +31,12 @@ def response(
     dataset: xr.Dataset, *, dof: int | None = None, peaks: bool = True, ax: Axes | None = None
 ) -> Figure:
     """Draw amplitude in dB (re 1 m) over the moving parameter, one line per parameter set.
+
+    Lines follow the slopes of the amplitudes at their points (``amplitude_slope``) and go through
+    located peaks, which lie between the points of a grid (``at=``). Without slopes, as in archives
+    of older versions or where ``keep=`` left them out, lines are monotone between their points, or
+    straight where they fold. Paths tell the largest response between their points within 1 %; for
+    the antiresonances of a single ``dof``, compute them with ``peaks="each"``.
 
     Unstable responses are dotted lines, or hollow circles. More than 14 curves have a colour bar
     in the place of a legend; those of a dimension ``sample`` are thin, without marks.
@@ -49,9 +58,21 @@ def response(
     TypeError, KeyError
         If the dataset holds no curve.
     ValueError
-        If ``dof`` is out of range.
+        If ``dof`` is out of range, or no point converged.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
+    >>> figure.savefig("response.png")
     """
     about, dof = check_curves(dataset, dof)
+    check_anything(dataset, "amplitude")
     swept = [str(d) for d in dataset["amplitude"].dims if d not in (about.along, "dof", "solution")]
     n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])
@@ -61,11 +82,15 @@ def response(
             for sample in range(n_samples):
                 place = member.place | ({"sample": sample} if "sample" in swept else {})
                 curve = dataset.isel(place)
-                points = read_points(curve, about, dof)
-                several = "solution" in curve["amplitude"].dims
-                _draw(ax, points, several, member.color, look | dict(linestyle=member.style))
+                if "solution" in curve["amplitude"].dims:
+                    _dots(ax, curve, about, dof, member.color)
+                    marks = marks_of(located_peaks(curve, about), about, dof)
+                else:
+                    picture = picture_of(curve, about, dof)
+                    _draw(ax, picture.line, member.color, look | dict(linestyle=member.style))
+                    marks = picture.marks
                 if peaks and "sample" not in swept:
-                    _marks(ax, points, member.color)
+                    _marks(ax, marks, member.color)
         label_axes(ax, dataset, about.name, dof)
         family.explain(ax)
     return figure_of(ax)
@@ -89,81 +114,79 @@ def shown_amplitude(dataset: xr.Dataset, dof: int | None) -> xr.DataArray:
     return amplitude.max("dof", skipna=False) if dof is None else amplitude.isel(dof=dof)
 
 
-class Points(NamedTuple):
-    """What to draw of one curve: its points [dB], which are unstable, and its peaks and folds."""
-
-    value: np.ndarray
-    level: np.ndarray
-    unstable: np.ndarray
-    marks: list[tuple[str, float, float]]
-
-    @property
-    def is_function(self) -> bool:
-        """Whether the points run one way."""
-        step = np.diff(self.value)
-        return bool(np.all(step > 0) or np.all(step < 0))
-
-    def through_peaks(self) -> "Points":
-        """The points in ascending order with the peaks among them, however far apart they are."""
-        tops = [(at, top) for _, at, top in self.marks if np.isfinite(top)]
-        value = np.append(self.value, [at for at, _ in tops])
-        level = np.append(self.level, [top for _, top in tops])
-        unstable = np.append(self.unstable, np.zeros(len(tops), dtype=bool))
-        _, first = np.unique(value, return_index=True)
-        return Points(value[first], level[first], unstable[first], self.marks)
+Marks = list[tuple[str, float, float]]
+"""Kind, value and level [dB] of peaks and folds."""
 
 
-def read_points(curve: xr.Dataset, about: Moving, dof: int | None) -> Points:
-    """Points of one curve without the padding at their end."""
-    name = about.name
-    value, level = curve[name].values, decibel(shown_amplitude(curve, dof).values)
-    marks = []
-    of_peak = [f"peak_{key}" for key in ("kind", name, "amplitude", "dof")]
-    if all(key in curve and "peak" in curve[key].dims for key in of_peak):
-        rows = zip(*(curve[key].values for key in of_peak), strict=True)
-        marks = [
-            (kind, float(at), float(decibel(top)))
-            for kind, at, top, peak_dof in rows
-            if kind and about.each == (dof is not None) and (dof is None or peak_dof == dof)
-        ]
-    if about.along == "point" and f"event_{name}" in curve and "event_kind" in curve:
-        for kind, at in zip(curve["event_kind"].values, curve[f"event_{name}"].values, strict=True):
-            if kind == "fold":
-                marks.append((kind, float(at), float(level[np.nanargmin(np.abs(value - at))])))
-    stability = curve["stability"].values if "stability" in curve else np.ones(level.shape)
-    inside = np.isfinite(value)
-    return Points(value[inside], level[inside], stability[inside] == 0, marks)
+class Picture(NamedTuple):
+    """What is drawn of one curve."""
+
+    line: Line
+    marks: Marks
 
 
-def _draw(ax: Axes, points: Points, several: bool, color: Any, look: dict[str, Any]) -> None:
-    value, level, unstable = points.value, points.level, points.unstable
-    if several:
-        ax.plot(value, np.where(unstable, np.nan, level), ".", color=color, markersize=3.5)
-        hollow = np.where(unstable, level, np.nan)
-        ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")
-        return
-    if points.is_function:
-        value, level, unstable, _ = points.through_peaks()
-    place = np.arange(len(level), dtype=float)
-    if len(level) > 2 and np.all(np.isfinite(level)):
-        # Monotone between its points: nothing is drawn above a peak or below a trough.
-        fine = np.union1d(np.linspace(0, len(level) - 1, 12 * len(level) + 1), place)
-        if np.all(np.diff(value) > 0):
-            finer = np.union1d(np.interp(fine, place, value), value)
-            level, place = PchipInterpolator(value, level)(finer), np.interp(finer, value, place)
-            value = finer
+def picture_of(curve: xr.Dataset, about: Moving, dof: int | None) -> Picture:
+    """What is drawn of one curve, of one degree of freedom or the largest response."""
+    line, peaks = line_of(curve, about, dof), located_peaks(curve, about)
+    if line.is_function:
+        line = line.ascending()
+        if dof is None:
+            line = line.through(peaks)
         else:
-            value, level = (PchipInterpolator(place, along)(fine) for along in (value, level))
-            place = fine
-    dotted = unstable[np.floor(place).astype(int)] | unstable[np.ceil(place).astype(int)]
-    ax.plot(value, np.where(dotted, np.nan, level), color=color, **look)
+            line = line.through([peak._replace(dof=0) for peak in peaks if peak.dof == dof])
+    marks = marks_of(peaks, about, dof, line)
+    if about.along == "point" and f"event_{about.name}" in curve and "event_kind" in curve:
+        level = decibel(line.amplitude.max(axis=1, initial=0.0))
+        events = zip(curve["event_kind"].values, curve[f"event_{about.name}"].values, strict=True)
+        folds = [float(at) for kind, at in events if kind == "fold"]
+        marks += [("fold", at, float(level[np.abs(line.value - at).argmin()])) for at in folds]
+    return Picture(line, marks)
+
+
+def marks_of(peaks: list[Peak], about: Moving, dof: int | None, line: Line | None = None) -> Marks:
+    """Marks of the peaks of what is shown, one for those of several degrees of freedom.
+
+    Of the peaks of each degree of freedom those that are the largest response of all on a ``line``.
+    """
+    if dof is not None:
+        peaks = [peak for peak in peaks if about.each and peak.dof == dof]
+    elif about.each:
+        top = np.full(len(peaks), np.inf)
+        if line is not None and line.is_function:
+            top = line.read(np.array([peak.value for peak in peaks]))
+        pairs = zip(peaks, top, strict=True)
+        peaks = [peak for peak, at in pairs if not peak.amplitude < (1 - _LEADS) * at]
+    shown = [(peak.kind, peak.value, float(decibel(peak.amplitude))) for peak in peaks]
+    return [*dict.fromkeys(shown)]
+
+
+def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any]) -> None:
+    value, level, unstable = line.polyline()
+    solid, dotted = (
+        np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
+    )
+    solid |= not len(unstable)
+    ax.plot(value, np.where(solid, level, np.nan), color=color, **look)
     if dotted.any():
         faint: Any = look | dict(linestyle=":", linewidth=1.0)
         ax.plot(value, np.where(dotted, level, np.nan), color=color, **faint)
 
 
-def _marks(ax: Axes, points: Points, color: Any) -> None:
-    for kind, at, level in points.marks:
+def _dots(ax: Axes, curve: xr.Dataset, about: Moving, dof: int | None, color: Any) -> None:
+    """Draw every solution at each value; hollow circles are unstable."""
+    amplitude = shown_amplitude(curve, dof).transpose(about.along, "solution")
+    level = decibel(amplitude.values)
+    unstable = np.zeros(level.shape, dtype=bool)
+    if "stability" in curve.variables:
+        unstable = curve["stability"].transpose(about.along, "solution").values == 0
+    value = curve[about.name].values
+    ax.plot(value, np.where(unstable, np.nan, level), ".", color=color, markersize=3.5)
+    hollow = np.where(unstable, level, np.nan)
+    ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")
+
+
+def _marks(ax: Axes, marks: Marks, color: Any) -> None:
+    for kind, at, level in marks:
         if kind in MARKERS:
             ax.plot(
                 at,
@@ -182,7 +205,13 @@ def _marks(ax: Axes, points: Points, color: Any) -> None:
 def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(name))
-    which = "largest response" if dof is None else f"response of DOF {dof}"
+    kept = dataset.variables.get("structure_dof")
+    if kept is None:
+        which = "largest response" if dof is None else f"response of DOF {dof}"
+    elif dof is None:
+        which = f"largest response of {kept.size} kept DOFs"
+    else:
+        which = f"response of DOF {int(kept.values[dof])} (kept DOF {dof})"
     ax.set_ylabel(f"{which} [dB re 1 m]")
     values = dataset[name].values[np.isfinite(dataset[name].values)]
     if name != "frequency" and len(values) and is_wide(values):

@@ -1,6 +1,7 @@
 """What figures share: style, colours, labels, and how a dataset falls into curves."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm import check
 from symhbm.names import PARAMETERS, VARIABLES
+from symhbm.schema import check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -90,8 +92,26 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    for name in names:
-        check.known(name, [str(n) for n in dataset.variables], "variable of the dataset")
+    check_held(dataset, *names)
+
+
+def check_anything(dataset: xr.Dataset, name: str) -> None:
+    """Raise ValueError where a variable holds no number."""
+    if not np.isfinite(dataset[name]).any():
+        raise nothing_to_draw(dataset)
+
+
+def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
+    """The error of a dataset without a converged point: it tells how its curves ended."""
+    ends: Counter[str] = Counter()
+    if "status" in dataset.variables:
+        ends.update(str(end) for end in dataset["status"].values.ravel())
+    reasons = "".join(f"; {count} ended with: {end}" for end, count in ends.most_common(3))
+    if len(ends) > 3:
+        reasons += f"; and others, {len(ends)} reasons in all"
+    return ValueError(
+        f"dataset: expected a converged point, there is none, and so nothing to draw{reasons}"
+    )
 
 
 def check_dims(array: xr.DataArray, allowed: Sequence[str], what: str) -> None:

@@ -1,5 +1,7 @@
 """Ensembles: the band of responses of many samples, and values blade by blade."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -8,15 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from symhbm import check
 from symhbm.fourier import FloatArray
-from symhbm.plot.curves import Points, check_curves, label_axes, read_points, shown_amplitude
+from symhbm.plot.curves import check_curves, label_axes, picture_of, shown_amplitude
 from symhbm.plot.drawing import (
     OUTSIDE,
     Moving,
     canvas,
+    check_anything,
     check_dims,
     decibel,
     figure_of,
@@ -24,6 +26,7 @@ from symhbm.plot.drawing import (
     one_solution,
     scaled,
 )
+from symhbm.plot.lines import Line
 
 N_VALUES = 1201
 """Values of the common grid of paths: more than a figure has pixels."""
@@ -41,9 +44,9 @@ def envelope(
 ) -> Figure:
     """Draw where the responses of an ensemble lie: extremes, quantiles and median in dB re 1 m.
 
-    On a grid (``at=``) they are those of the values at the grid. Paths are read off a common grid
-    of 1201 values, monotone between their points and through their peaks, which may be some per
-    cent off between points. What did not converge is left out, and the legend tells how much.
+    On a grid (``at=``) they are those of the values at the grid; peaks lie between. Paths are read
+    off a common grid of 1201 values as `response` draws them. What did not converge is left out,
+    and the legend tells how much.
 
     Parameters
     ----------
@@ -63,12 +66,14 @@ def envelope(
     Raises
     ------
     TypeError, KeyError, ValueError
-        For a dataset that is no ensemble of curves, one that folds, and bad arguments.
+        For a dataset that is no ensemble of curves, one that folds, one without a converged point,
+        and bad arguments.
     """
     about, dof = check_curves(dataset, dof)
     check.known("sample", [str(dim) for dim in dataset.dims], "dimension of the dataset")
     dataset = one_solution(dataset)
     check_dims(dataset["amplitude"], ("sample", about.along, "dof"), "one ensemble")
+    check_anything(dataset, "amplitude")
     edges = check.array("quantiles", quantiles, "non-negative")
     if edges.shape != (2,) or not edges[0] < edges[1] <= 1:
         raise ValueError(
@@ -115,25 +120,19 @@ def _on_common_grid(
     wide = about.name != "frequency" and is_wide(every[np.isfinite(every)])
     value = (np.geomspace if wide else np.linspace)(low, high, N_VALUES)
     value[[0, -1]] = low, high
-    curves = [read_points(dataset.isel(sample=i), about, dof) for i in range(len(every))]
-    return value, np.array([_read_off(points, value) for points in curves])
+    lines = [_function(dataset.isel(sample=i), about, dof) for i in range(len(every))]
+    return value, np.array([line.read(value) for line in lines])
 
 
-def _read_off(points: Points, value: FloatArray) -> FloatArray:
-    """Amplitude [m] of a path at other values; NaN outside of it and where points are missing."""
-    if not points.is_function:
+def _function(curve: xr.Dataset, about: Moving, dof: int | None) -> Line:
+    """The line of a curve that does not fold."""
+    line = picture_of(curve, about, dof).line
+    if not line.is_function:
         raise ValueError(
             "dataset: expected curves that do not fold, which have one amplitude at each value; "
             "compute the ensemble on a grid, with at="
         )
-    points = points.through_peaks()
-    known = ~np.isnan(points.level)
-    if known.sum() < 2:
-        return np.full(len(value), np.nan)
-    amplitude = 10 ** (points.level[known] / 20)
-    result = PchipInterpolator(points.value[known], amplitude, extrapolate=False)(value)
-    gap = np.interp(value, points.value, (~known).astype(float)) > 0
-    return np.where(gap, np.nan, result)
+    return line
 
 
 def _tuned(tuned: xr.Dataset, about: Moving, dof: int | None) -> tuple[FloatArray, FloatArray]:
@@ -141,17 +140,13 @@ def _tuned(tuned: xr.Dataset, about: Moving, dof: int | None) -> tuple[FloatArra
     try:
         other, dof = check_curves(tuned, dof)
         check_dims(tuned["amplitude"], (other.along, "dof", "solution"), "one curve")
+        check_anything(tuned, "amplitude")
         tuned = one_solution(tuned)
     except (KeyError, TypeError, ValueError) as error:
         raise type(error)(f"tuned: {error.args[0]}") from None
     if other.name != about.name:
         raise ValueError(f"tuned: expected a curve over {about.name}, got one over {other.name}")
-    points = read_points(tuned, other, dof)
-    if other.along != "point" or not points.is_function or len(points.value) < 2:
-        return points.value, points.level
-    value = points.through_peaks().value
-    value = np.union1d(np.linspace(value[0], value[-1], N_VALUES), value)
-    return value, decibel(_read_off(points, value))
+    return picture_of(tuned, other, dof).line.polyline()[:2]
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:

@@ -13,6 +13,7 @@ from symhbm.plot.drawing import (
     Moving,
     axis_label,
     canvas,
+    check_anything,
     check_dims,
     check_variables,
     colorbar,
@@ -54,7 +55,8 @@ def stick_map(
     Raises
     ------
     TypeError, KeyError, ValueError
-        For a dataset that is no family of curves, one that folds, and bad arguments.
+        For a dataset that is no family of curves, one that folds, one without a converged point,
+        and bad arguments.
     """
     check_variables(dataset, "stick_fraction", "frequency")
     about = moving(dataset)
@@ -62,6 +64,7 @@ def stick_map(
         dims = [str(d) for d in dataset["stick_fraction"].dims]
         check.known(dim, dims, "dimension of stick_fraction")
     dataset = one_solution(dataset)
+    check_anything(dataset, "stick_fraction")
     over = _swept(dataset, about, over)
     fraction, title = _chosen(dataset, contact)
     values = numbers_along(dataset, over)

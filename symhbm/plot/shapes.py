@@ -25,6 +25,7 @@ from symhbm.plot.drawing import (
     colorbar,
     figure_of,
     moving,
+    nothing_to_draw,
     one_solution,
     scaled,
 )
@@ -199,7 +200,7 @@ def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Sh
     value = np.broadcast_to(points[name].values, coefficient.shape[:1])
     known = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
     if not len(known):
-        raise ValueError("dataset: expected a converged point, all coefficients are NaN")
+        raise nothing_to_draw(dataset)
     note = ""
     if frequency is not None:
         frequency = check.scalar("frequency", frequency, "positive")

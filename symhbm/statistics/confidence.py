@@ -3,6 +3,8 @@
 Samples are taken as independent draws.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Extreme value distributions of block maxima: intervals, return levels and goodness of fit."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Literal
 

@@ -41,6 +41,20 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
     ------
     TypeError, ValueError
         If ``dataset`` is no ensemble, ``tuned`` is incomplete, or they do not belong together.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 2, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> tuned = sh.frf(problem, (200, 220), at=range(200, 221))
+    >>> sh.statistics.amplification(mistuned, tuned).largest_amplification_of_peaks.values.round(3)
+    array([1.251, 1.187])
     """
     ensemble = Population(dataset)
     peak, curve, tuned_source = _tuned(tuned, ensemble)

@@ -13,6 +13,7 @@ from symhbm import check
 from symhbm.archive import check_schema
 from symhbm.names import PARAMETERS
 from symhbm.provenance import MATRICES
+from symhbm.schema import without
 from symhbm.status import Status
 
 BLOCK = 2**26
@@ -30,7 +31,9 @@ def followed(dataset: object, what: str) -> tuple[xr.Dataset, dict[str, Any], st
     check_schema(dataset, what)
     missing = [name for name in ("amplitude", "status") if name not in dataset.variables]
     if missing:
-        raise ValueError(f"{what}: expected a result of frf or follow, without {missing[0]!r}")
+        raise ValueError(
+            f"{what}: expected a result of frf or follow, got one {without(dataset, missing)}"
+        )
     task = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
     dims = dataset["amplitude"].dims
     if "solution" in dims:

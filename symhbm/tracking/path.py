@@ -252,6 +252,7 @@ class _Tracker:
 def _alike(one: Summit, other: Summit) -> bool:
     """Whether two summits are held by the same."""
     same = one.kind == other.kind and one.contact == other.contact
+    same &= (one.loop is None) == (other.loop is None)
     return same and np.array_equal(one.slip, other.slip)
 
 
@@ -265,6 +266,7 @@ def _successors(here: Conditions, aim: Summit) -> list[Summit]:
     else:
         states = list(product((False, True), repeat=len(limits)))
     found: list[Summit] = []
+    aim = replace(aim, loop=None)
     for state in states:
         slip = here.summit.slip.copy()
         slip[limits] = state
