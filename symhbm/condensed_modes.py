@@ -22,9 +22,9 @@ class CondensedModes(NamedTuple):
     """All modes in ascending order, arrays (n_modes,).
 
     ``detuning``, the natural less the exciting frequency [rad/s]: its sign is exact, its size to
-    first order and within the natural frequencies of the held structure around it; ``width``, half
-    that of the resonance [rad/s], NaN where the mode is far away; ``shapes`` (n_dof, n_modes), the
-    motion of a mode of unit mass, NaN likewise.
+    first order and within the natural frequencies of the held structure around it, that of a mode
+    far away halfway between them; ``width``, half that of the resonance [rad/s], NaN where the
+    mode is far away; ``shapes`` (n_dof, n_modes), the motion of a mode of unit mass, NaN likewise.
     """
 
     detuning: FloatArray
@@ -60,6 +60,8 @@ def condensed_modes(
     # Each mode lies between two of the held structure.
     lowest = np.concatenate([np.full(n_dof, -np.inf), held - exciting])
     highest = np.concatenate([held - exciting, np.full(n_dof, np.inf)])
+    between = np.isnan(width) & np.isfinite(highest - lowest)
+    detuning[between] = (lowest + highest)[between] / 2
     return CondensedModes(np.clip(detuning, lowest, highest), width, shapes)
 
 

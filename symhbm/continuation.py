@@ -177,7 +177,7 @@ class Path:
         length = to_end if at_end else step
         for _ in range(MAX_LOOKS):
             share = self._lookout.first_passed(base, found)
-            if share is None:
+            if share is None or share * length < SMALLEST_STEP:
                 break
             # A resonance that neither end of the step shows: look at it.
             at_end = False
@@ -243,7 +243,10 @@ class Path:
             if found is None or share is None:
                 break
             # What looks like a corner may be the flank of a narrow resonance.
-            found = hop(self.corrector, base, self._end, share * found.length)
+            nearer = hop(self.corrector, base, self._end, share * found.length)
+            if nearer is None:
+                break  # a look that fails is no reason to end where the path goes on
+            found = nearer
         if found is None:
             return None, 0.0
         self._orientation = found.found.sign

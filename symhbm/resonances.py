@@ -25,7 +25,7 @@ from symhbm.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
 SEEN = 2.0
 """Distance from a resonance ahead, in half widths, at which the path feels it."""
 AT = 0.3
-"""Distance from a resonance behind, in half widths, at which a point stands for it."""
+"""Distance from a resonance, in half widths, at which a point stands for it."""
 _SPANNED = 3.0
 """Half widths from one flank of a resonance to the other beyond which its top is looked at."""
 _FAINT = 1e-9
@@ -36,7 +36,8 @@ class Modes(NamedTuple):
     """Modes by harmonic at one point, arrays (n_harmonics, n_dof).
 
     ``detuning``, the natural less the exciting frequency [rad/s]; ``width``, half that of the
-    resonance [rad/s]; ``excited``, whether a force or the slip of a contact makes the mode respond.
+    resonance [rad/s], NaN where it is not known; ``excited``, whether a force or the slip of a
+    contact makes the mode respond, which is not known there either.
     """
 
     detuning: FloatArray
@@ -53,13 +54,13 @@ def modes(
         return None
     size = float(np.linalg.norm(unknowns))
     found = []
-    nonlinear = bool(friction.slip.any()) or problem.model.has_cubic_springs
+    limit = _largest_contact_force(problem, size, friction)
     harmonics = [n for n in problem.harmonics if n > 0]
     springs = springs_of(problem, unknowns, friction)
     for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
         if isinstance(problem.model, CondensedModel):
-            found.append(_condensed(problem, n, frequency, contacts, size, nonlinear))
+            found.append(_condensed(problem, n, frequency, contacts, size, limit))
             continue
         try:
             structure = reduced(problem, n)
@@ -67,10 +68,10 @@ def modes(
             return None  # a motion without inertia: no coordinates of unit mass
         natural, width, shapes = _resonances(structure, n * frequency, *contacts)
         force = structure.force[:, cosine] - 1j * structure.force[:, sine]
-        drive = np.abs(shapes.conj().T @ force)
-        loud = drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
-        forced = force.any()
-        excited = loud if forced else np.full(len(natural), nonlinear)
+        pulled = structure.springs.conj().T @ shapes
+        drive = _drive(shapes.conj().T @ force, pulled, limit)
+        motion = np.linalg.norm(structure.inverse.conj().T @ shapes, axis=0)
+        excited = _excited(drive * motion, natural, width, size)
         found.append((natural - n * frequency, width, excited))
     return Modes(*(np.array(parts) for parts in zip(*found, strict=True)))
 
@@ -81,19 +82,39 @@ def _condensed(
     frequency: float,
     contacts: Sequence[FloatArray],
     size: float,
-    nonlinear: bool,
+    limit: FloatArray,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """The same of a condensed structure, modes far away as wide and loud as they could be."""
+    """The same of a condensed structure: of its modes, what the kept degrees of freedom feel."""
     model: CondensedModel = problem.model  # type: ignore[assignment]
     detuning, width, shapes = condensed_modes(model, harmonic, frequency, *contacts)
     force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
     near = ~np.isnan(width)
-    natural = harmonic * frequency + detuning
-    drive = np.abs(shapes[:, near].T @ force)
-    loud = drive > _FAINT * size * natural[near] * np.maximum(width, 1e-12 * natural)[near]
-    excited = np.ones(len(width), dtype=bool)
-    excited[near] = loud if force.any() else nonlinear
-    return detuning, np.where(near, width, 0.0), excited
+    shapes, natural = shapes[:, near], (harmonic * frequency + detuning)[near]
+    drive = _drive(shapes.T @ force, model.directions @ shapes, limit)
+    motion = np.linalg.norm(shapes, axis=0)
+    excited = np.zeros(len(width), dtype=bool)
+    excited[near] = _excited(drive * motion, natural, width[near], size)
+    return detuning, width, excited
+
+
+def _largest_contact_force(
+    problem: HarmonicBalance, size: float, friction: LocatedFriction
+) -> FloatArray:
+    """Bound of what contacts (n_contacts,) put into other harmonics [N], 0 where none slips."""
+    spring = problem.contact_stiffness * friction.slip.any()
+    return size * (spring + problem.cubic_stiffness * size**2)
+
+
+def _drive(by_force: NDArray, pulled: NDArray, limit: FloatArray) -> FloatArray:
+    """Force on modes of unit mass, from motions ``pulled`` of the contacts where no other acts."""
+    return np.abs(by_force) if by_force.any() else limit @ np.abs(pulled)
+
+
+def _excited(
+    drive: FloatArray, natural: FloatArray, width: FloatArray, size: float
+) -> NDArray[np.bool_]:
+    """Whether the resonant response to a ``drive``, times the motion of the mode, is not faint."""
+    return drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
 
 
 class Lookout:
@@ -112,10 +133,13 @@ class Lookout:
         if before is None or after is None:
             return None
         left, right = before.detuning, after.detuning
-        width = np.minimum(before.width, after.width)
-        passed = (left * right < 0) & (np.abs(right) > AT * width)
+        width = np.fmin(before.width, after.width)
+        excited = before.excited | after.excited | np.isnan(width)
+        width[np.isnan(width)] = 0.0
+        # A point beside the top, on either side, stands for it.
+        passed = (left * right < 0) & (np.minimum(np.abs(left), np.abs(right)) > AT * width)
         passed &= (np.abs(left) > SEEN * width) | (np.abs(left - right) > _SPANNED * width)
-        passed &= before.excited | after.excited
+        passed &= excited
         if not passed.any():
             return None
         distance, width = np.abs(left[passed]), width[passed]

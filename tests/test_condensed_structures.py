@@ -225,15 +225,7 @@ def test_random_structures(seed):
     check_random(seed)
 
 
-STOPS = pytest.mark.xfail(
-    strict=False,
-    reason="the path closes in on a resonance in which what is kept does not move, and ends there",
-)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed", [pytest.param(seed, marks=STOPS) if seed in (28, 32) else seed for seed in range(6, 46)]
-)
+@pytest.mark.parametrize("seed", range(6, 46))
 def test_many_random_structures(seed):
     check_random(seed)
