@@ -187,12 +187,8 @@ class _Way:
     def has(self, point: FloatArray) -> bool:
         """Whether a point of the path lies on the way."""
         share = self._normal.dot((point - self._base.state) / self._scale) / self._length
-        travel = self._over.point[-1] - self._base.value
-        if self._single_valued and travel:
-            # Newton's method may run to another crossing of the same limit.
-            part = (point[-1] - self._base.value) / travel
-            return bool(0 < share < _END and 0 < part < _END)
-        return bool(0 < share < _END)
+        ahead = (point[-1] - self._base.value) * self._base.after[-1] > 0
+        return bool(0 < share < _END and (ahead or not self._single_valued))
 
     def state(self, share: float) -> FloatArray:
         """The state at a share of the way."""

@@ -102,7 +102,9 @@ VARIABLES = {
     "event_frequency": Variable((), "Hz", "frequency of the event"),
     "event_kind": Variable((), "1", "onset of slip, end of slip, fold, or branch point"),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
-    "n_points": Variable((), "1", "points of the path, its peaks included"),
+    "n_points": Variable(
+        (), "1", "points of the path, those of its peaks and between them included"
+    ),
     "n_peaks": Variable((), "1", "peaks found"),
     "n_solutions": Variable((), "1", "solutions at this value on the path, one connected branch"),
     "n_events": Variable((), "1", "events of the path"),

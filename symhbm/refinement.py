@@ -287,11 +287,11 @@ class Refinement:
 
 
 def _widened(whole: Stretch, span: Span, poor: np.ndarray, by: int = _MARGIN) -> Span:
-    """A span and a margin around it, ended by points that are neither poor nor events."""
-    ends = []
+    """A span and a margin around it, ended by points that are neither poor nor events nor peaks."""
+    tops, points, ends = {peak.value for peak in whole.peaks}, whole.walk.points, []
     for end, heading in zip(span, (-1, 1), strict=True):
         at = end + heading * by
-        while 0 < at < whole.last and (poor[at] or whole.walk.points[at].events):
+        while 0 < at < whole.last and (poor[at] or points[at].events or points[at].value in tops):
             at += heading
         ends.append(min(max(at, 0), whole.last))
     return ends[0], ends[1]
