@@ -70,12 +70,15 @@ class CondensedModel(Model):
         own["contacts"] = tuple(tuple(place[dof] for dof in c) for c in structure.contacts)
         own |= dict(dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate)
         own |= dict(seen=seen, lumped=False, _structure=structure)
+        nearest = [np.argmin(np.abs(seen.matrix.poles - 1j * natural)) for natural in seen.held]
+        own["held_width"] = np.abs(seen.matrix.poles[np.array(nearest, dtype=int)].real)
         whole = {n: seen.matrix for n in harmonics if n}
         own["matrices"] = {n: BandFunction(whole[n], self.band(n, frequency)) for n in whole}
         own["undamped"] = {n: BandFunction(seen.undamped, self.band(n, frequency)) for n in whole}
         self.__dict__.update(own)
 
     seen: Seen
+    held_width: FloatArray
     matrices: dict[int, BandFunction]
     undamped: dict[int, BandFunction]
     _structure: Model

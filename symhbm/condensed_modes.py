@@ -23,12 +23,14 @@ class CondensedModes(NamedTuple):
 
     ``detuning``, the natural less the exciting frequency [rad/s]: its sign is exact, its size to
     first order and within the natural frequencies of the held structure around it, that of a mode
-    far away halfway between them; ``width``, half that of the resonance [rad/s], NaN where the
-    mode is far away; ``shapes`` (n_dof, n_modes), the motion of a mode of unit mass, NaN likewise.
+    far away halfway between them; ``width``, half that of the resonance [rad/s], of a mode far
+    away that of the narrower of them; ``near``, whether the mode is not far away; ``shapes``
+    (n_dof, n_near), the motions of those that are not, of unit mass.
     """
 
     detuning: FloatArray
     width: FloatArray
+    near: NDArray[np.bool_]
     shapes: FloatArray
 
 
@@ -40,7 +42,8 @@ def condensed_modes(
     ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
     what they take out of it [N/m].
     """
-    exciting, n_dof, held = harmonic * frequency, model.n_dof, model.seen.held
+    exciting, n_dof = harmonic * frequency, model.n_dof
+    held, held_width = model.seen.held, model.held_width
     s = _beside(model, exciting)
     stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
     directions = model.directions.toarray()
@@ -51,18 +54,19 @@ def condensed_modes(
     inertia = np.maximum(-_each(vectors, slope), 1e-300)
     below = int(np.count_nonzero(held < s))
     whole = len(held) + n_dof
-    detuning, width = np.zeros(whole), np.full(whole, np.nan)
-    shapes = np.full((n_dof, whole), np.nan)
-    near = slice(below, below + n_dof)
+    near = np.zeros(whole, dtype=bool)
+    near[below : below + n_dof] = True
+    # Each mode lies between two of the held structure.
+    none = np.full(n_dof, np.inf)
+    lowest = np.concatenate([-none, held - exciting])
+    highest = np.concatenate([held - exciting, none])
+    width = np.minimum(*(np.concatenate(w) for w in ((none, held_width), (held_width, none))))
+    between = np.isfinite(highest - lowest)
+    detuning = np.where(between, lowest + highest, 0.0) / 2
     detuning[near] = eigenvalues / inertia + s - exciting
     width[near] = np.abs(_each(vectors, damping)) / inertia
-    shapes[:, near] = vectors * np.sqrt(2 * s / inertia)
-    # Each mode lies between two of the held structure.
-    lowest = np.concatenate([np.full(n_dof, -np.inf), held - exciting])
-    highest = np.concatenate([held - exciting, np.full(n_dof, np.inf)])
-    between = np.isnan(width) & np.isfinite(highest - lowest)
-    detuning[between] = (lowest + highest)[between] / 2
-    return CondensedModes(np.clip(detuning, lowest, highest), width, shapes)
+    shapes = vectors * np.sqrt(2 * s / inertia)
+    return CondensedModes(np.clip(detuning, lowest, highest), width, near, shapes)
 
 
 def modes_below(model: CondensedModel, harmonic: int, frequency: float, spring: FloatArray) -> int:
@@ -88,10 +92,9 @@ def _beside(model: CondensedModel, s: float) -> float:
     held = model.seen.held
     if not held.size:
         return s
-    nearest = held[np.argmin(np.abs(held - s))]
+    place = np.argmin(np.abs(held - s))
+    nearest, half_width = held[place], model.held_width[place]
     to_next = np.min(np.abs(held[held != nearest] - nearest), initial=np.inf)
-    poles = model.seen.matrix.poles
-    half_width = abs(poles[np.argmin(np.abs(poles - 1j * nearest))].real)
     distance = max(min(half_width, to_next / 4), 2 * _BESIDE * s)
     if abs(s - nearest) >= distance:
         return s

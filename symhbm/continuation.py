@@ -42,6 +42,8 @@ UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which the balance of the two drowns in round-off."""
 MAX_LOOKS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
+AIMED_LOOKS = 2
+"""Number of them that end where the modes at both ends of the step say that it is."""
 STEEP = 1e-3
 """Part of a tangent along the parameter below which its sign is worth a tangent of its own."""
 SMALLEST_HOP = 1e-3
@@ -175,13 +177,14 @@ class Path:
             return None
         found, error = attempt
         length = to_end if at_end else step
-        for _ in range(MAX_LOOKS):
+        for look in range(MAX_LOOKS):
             share = self._lookout.first_passed(base, found)
             if share is None or share * length < SMALLEST_STEP:
                 break
-            # A resonance that neither end of the step shows: look at it.
+            # A resonance that neither end of the step shows: look at it. Where aim was taken too
+            # far twice, half of the way tells more of where it is.
             at_end = False
-            length *= share
+            length *= share if look < AIMED_LOOKS else min(share, 0.5)
             attempt = self._predict(base, length, None)
             if attempt is None:
                 return None

@@ -35,14 +35,17 @@ _FAINT = 1e-9
 class Modes(NamedTuple):
     """Modes by harmonic at one point, arrays (n_harmonics, n_dof).
 
-    ``detuning``, the natural less the exciting frequency [rad/s]; ``width``, half that of the
-    resonance [rad/s], NaN where it is not known; ``excited``, whether a force or the slip of a
-    contact makes the mode respond, which is not known there either.
+    ``exciting`` (n_harmonics, 1), the exciting frequency of each [rad/s]; ``detuning``, the natural
+    less the exciting frequency [rad/s]; ``width``, half that of the resonance [rad/s]; ``excited``,
+    whether a force or the slip of a contact makes the mode respond; ``near``, whether these are of
+    the mode and not what a mode far away could be.
     """
 
+    exciting: FloatArray
     detuning: FloatArray
     width: FloatArray
     excited: NDArray[np.bool_]
+    near: NDArray[np.bool_]
 
 
 def modes(
@@ -72,8 +75,10 @@ def modes(
         drive = _drive(shapes.conj().T @ force, pulled, limit)
         motion = np.linalg.norm(structure.inverse.conj().T @ shapes, axis=0)
         excited = _excited(drive * motion, natural, width, size)
-        found.append((natural - n * frequency, width, excited))
-    return Modes(*(np.array(parts) for parts in zip(*found, strict=True)))
+        near = np.ones(len(natural), dtype=bool)
+        found.append((natural - n * frequency, width, excited, near))
+    exciting = frequency * np.array(harmonics)[:, None]
+    return Modes(exciting, *(np.array(parts) for parts in zip(*found, strict=True)))
 
 
 def _condensed(
@@ -83,18 +88,17 @@ def _condensed(
     contacts: Sequence[FloatArray],
     size: float,
     limit: FloatArray,
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """The same of a condensed structure: of its modes, what the kept degrees of freedom feel."""
     model: CondensedModel = problem.model  # type: ignore[assignment]
-    detuning, width, shapes = condensed_modes(model, harmonic, frequency, *contacts)
+    detuning, width, near, shapes = condensed_modes(model, harmonic, frequency, *contacts)
     force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
-    near = ~np.isnan(width)
-    shapes, natural = shapes[:, near], (harmonic * frequency + detuning)[near]
+    natural = (harmonic * frequency + detuning)[near]
     drive = _drive(shapes.T @ force, model.directions @ shapes, limit)
     motion = np.linalg.norm(shapes, axis=0)
-    excited = np.zeros(len(width), dtype=bool)
+    excited = np.ones(len(width), dtype=bool)
     excited[near] = _excited(drive * motion, natural, width[near], size)
-    return detuning, width, excited
+    return detuning, width, excited, near
 
 
 def _largest_contact_force(
@@ -132,14 +136,15 @@ class Lookout:
         after = self._at(found.point, base.slip)
         if before is None or after is None:
             return None
-        left, right = before.detuning, after.detuning
-        width = np.fmin(before.width, after.width)
-        excited = before.excited | after.excited | np.isnan(width)
-        width[np.isnan(width)] = 0.0
+        # A mode that is near one end alone has the natural frequency that it has there.
+        way = after.exciting - before.exciting
+        left = np.where(after.near & ~before.near, after.detuning + way, before.detuning)
+        right = np.where(before.near & ~after.near, before.detuning - way, after.detuning)
+        width = np.minimum(before.width, after.width)
         # A point beside the top, on either side, stands for it.
         passed = (left * right < 0) & (np.minimum(np.abs(left), np.abs(right)) > AT * width)
         passed &= (np.abs(left) > SEEN * width) | (np.abs(left - right) > _SPANNED * width)
-        passed &= excited
+        passed &= before.excited | after.excited
         if not passed.any():
             return None
         distance, width = np.abs(left[passed]), width[passed]

@@ -220,12 +220,71 @@ def check_random(seed):
     np.testing.assert_allclose(here.condensation_error, error[-1], rtol=0.5, atol=1e-11)
 
 
-@pytest.mark.parametrize("seed", range(6))
+# In the last two the path passes resonances that what is kept hardly feels.
+@pytest.mark.parametrize("seed", [*range(6), 28, 32])
 def test_random_structures(seed):
     check_random(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6, 46))
+@pytest.mark.parametrize("seed", sorted({*range(6, 46)} - {28, 32}))
 def test_many_random_structures(seed):
     check_random(seed)
+
+
+def light_case(seed):
+    """A structure of little damping without slip, its force, band and watched freedoms."""
+    rng = np.random.default_rng(seed)
+    stiffness = connected(rng, ("chain", "plate")[seed % 2])
+    n = stiffness.shape[0]
+    mass = sp.diags_array(rng.uniform(0.5, 2, n)).tocsc()
+    ratio = 10 ** rng.uniform(-7, -3)
+    natural = np.sqrt(eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True))
+    damping = 2 * ratio * (stiffness / natural[0] if (seed - 1000) % 3 else natural[0] * mass)
+    watched = [int(dof) for dof in rng.choice(n, int(rng.integers(1, 5)), replace=False)]
+    model = sh.Model(
+        mass,
+        damping,
+        stiffness,
+        contacts=[(dof,) for dof in watched[: max(1, len(watched) // 2)]],
+        contact_stiffness=1e5,
+        friction_coefficient=0.5,
+        normal_load=1e12,
+    )
+    forced = int(rng.integers(n))
+    first = int(rng.integers(0, 8))
+    last = min(first + int(rng.integers(1, 12)), n - 1)
+    band = 0.97 * natural[first] / (2 * np.pi), 1.02 * natural[last] / (2 * np.pi)
+    return model, forced, band, watched
+
+
+# Of the first two a mode lies right beside one of the structure with what is kept held.
+@pytest.mark.parametrize("seed", [1000, 1112, 1164])
+def test_no_peak_is_lost_where_little_damps_it(seed):
+    model, forced, band, watched = light_case(seed)
+    force = sh.PointForce(forced)
+    condensed = sh.condense(model, force, band, (1,), dofs=watched)
+    response = sh.frf(sh.HarmonicBalance(condensed, force), band, progress=False)
+    assert response.status == "the end of the band was reached"
+    # All of the structure by its modes, at frequencies as close as each of them is narrow.
+    mass, damping, stiffness = (
+        getattr(model, name).toarray()
+        for name in ("mass_matrix", "damping_matrix", "stiffness_matrix")
+    )
+    directions = model.directions.toarray()
+    squares, shapes = eigh(stiffness + 1e5 * directions.T @ directions, mass)
+    damping = shapes.T @ damping @ shapes
+    natural, width = np.sqrt(squares), np.diag(damping) / 2
+    low, high = 2 * np.pi * np.array(band)
+    near = np.concatenate([np.linspace(-8, 8, 65), *np.outer([-1, 1], np.logspace(1, 5, 100))])
+    close = (natural[:, None] + width[:, None] * near).ravel()
+    close = np.append(close[(low < close) & (close < high)], np.linspace(low, high, 2001))
+    close = np.unique(close)
+    stacks = np.eye(len(squares)) * (squares - close[:, None, None] ** 2)
+    motion = np.linalg.solve(stacks + 1j * close[:, None, None] * damping, shapes[forced][:, None])
+    kept = np.abs(shapes[condensed.dofs] @ motion)[..., 0].max(axis=1)
+    tops = close[1:-1][(kept[1:-1] > kept[:-2]) & (kept[1:-1] > kept[2:])]
+    assert len(tops) >= 4
+    tolerance = 3 * max(width.max(), 1e-5 * high)
+    for top in tops:
+        assert np.abs(2 * np.pi * response.peak_frequency.values - top).min() < tolerance

@@ -24,7 +24,8 @@ LEVEL = 1e-9
 class Held:
     """What holds a design ``x`` (n_variables,).
 
-    ``cases`` and ``pieces`` are the maxima that matter, with ``weights`` (n_active,) that sum to 1;
+    ``cases`` and ``pieces`` are the maxima that matter, in the order of cases and frequencies, with
+    ``weights`` (n_active,) that sum to 1;
     ``free`` (n_variables,) tells which variables are off their bounds, ``rows`` (n_rows,
     n_variables) are the constraint rows that hold, on the values, with their ``pulls`` and the
     ``limits`` at which they hold (n_rows,).
@@ -50,6 +51,7 @@ class Held:
             for piece, weight in zip(state.pieces, weights, strict=True)
             if weight > ACTIVE
         ]
+        chosen.sort(key=lambda each: (each[0], each[1].summit.frequency))
         rows, low, high = program.rows()
         hold = np.abs(step.on_constraint) > ACTIVE
         lower, upper = program.space.lower, program.space.upper
