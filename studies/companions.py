@@ -13,7 +13,7 @@ from studies.landmark import Landmark, Source, number
 
 ACCURACY = 1e-3
 """Truncation error asked for where one harmonic is compared with enough of them."""
-VISIBLE = 0.2
+VISIBLE = 0.25
 """Error of an amplitude [dB] up to which one harmonic is said to suffice, for blade and ring."""
 ALL_STICK = 1e9
 """Normal load [N] at which nothing slips in any figure."""
