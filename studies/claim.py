@@ -45,6 +45,11 @@ class Finding:
         return "found" if self.met else "NOT FOUND"
 
 
+def below(value: float, bound: float) -> str:
+    """A value that is to be small, in words: round-off has no digits to tell."""
+    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.1e}"
+
+
 def unmet(statements: Iterable[Claim | Finding]) -> list[str]:
     """Return a line for each statement whose verdict is not the one that is expected."""
     return [f"{one.words}: {one.verdict}: {one.computed}" for one in statements if not one.met]

@@ -141,7 +141,7 @@ def of_one_harmonic(ratio: float, where: str, fails: bool) -> Finding:
     verdict = f"errs by more than {VISIBLE:g} dB" if fails else f"is good to {VISIBLE:g} dB"
     return Finding(
         f"One harmonic {verdict} at the peak",
-        f"{where}: {100 * (ratio - 1):+.2g} %",
+        f"{where}: {round(100 * (ratio - 1), 2) + 0.0:+.2f} %",
         suffices(ratio) is not fails,
     )
 

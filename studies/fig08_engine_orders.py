@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import symhbm as sh
-from studies.claim import Claim, Finding
+from studies.claim import Claim, Finding, below
 from studies.closed_form import StuckRing
 from studies.companions import (
     ACCURACY,
@@ -118,7 +118,7 @@ def claims(dataset: xr.Dataset) -> list[Claim]:
         Claim(
             "Responses of the different blades are overlapped when the system is tuned",
             "Fig. 8",
-            f"blades of the full ring differ by {spread:.1e} of the response at most",
+            f"blades of the full ring differ by {below(spread, SAME_BLADES)} of the response",
             spread < SAME_BLADES,
             True,
         ),

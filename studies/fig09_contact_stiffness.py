@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies import fig08_engine_orders as fig08
-from studies.claim import Claim, Finding
+from studies.claim import Claim, Finding, below
 from studies.closed_form import one_blade
 from studies.companions import (
     closed_form_peaks,
@@ -112,7 +112,8 @@ def claims(dataset: xr.Dataset) -> list[Claim]:
         Claim(
             "For EO = 0 the contact stiffness has no influence on the resonance at 15.9 Hz",
             "section on the contact stiffness",
-            f"over k_d, mu and F_n responses differ by {float(dataset.uncoupled_spread):.0e}",
+            "over k_d, mu and F_n responses differ by "
+            f"{below(float(dataset.uncoupled_spread), ROUND_OFF)}",
             float(dataset.uncoupled_spread) < ROUND_OFF,
             True,
         ),
