@@ -62,7 +62,8 @@ def condensed_modes(
     highest = np.concatenate([held - exciting, none])
     width = np.minimum(*(np.concatenate(w) for w in ((none, held_width), (held_width, none))))
     between = np.isfinite(highest - lowest)
-    detuning = np.where(between, lowest + highest, 0.0) / 2
+    detuning = np.zeros(whole)
+    detuning[between] = (lowest[between] + highest[between]) / 2
     detuning[near] = eigenvalues / inertia + s - exciting
     width[near] = np.abs(_each(vectors, damping)) / inertia
     shapes = vectors * np.sqrt(2 * s / inertia)
