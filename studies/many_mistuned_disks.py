@@ -89,16 +89,17 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     """The values that Figs. 12 and 13 quote from here."""
-    same, peaks = (dataset[kind] for kind in KINDS)
+    at_frequency, of_peaks = KINDS
+    same, peaks = dataset[at_frequency], dataset[of_peaks]
     quoted = {
         "mean amplification at the same frequency": (same.mean(), fig12.MEAN_AT_FREQUENCY),
         "mean amplification, peak over peak": (peaks.mean(), fig12.MEAN_OF_PEAKS),
         f"median of the worst of {OF}, peak over peak": (
-            worst(dataset, peaks.name).worst_quantile.sel(quantile=0.5),
+            worst(dataset, of_peaks).worst_quantile.sel(quantile=0.5),
             fig12.WORST_OF_25,
         ),
     }
-    quantiles = worst(dataset, same.name).worst_quantile
+    quantiles = worst(dataset, at_frequency).worst_quantile
     for share, value in zip(QUANTILES, fig13.WORST_AT_FREQUENCY, strict=True):
         name = f"quantile {share:g} of the worst of {OF}, at the same frequency"
         quoted[name] = quantiles.sel(quantile=share), value
