@@ -102,7 +102,8 @@ def check_blade(model, force, tip, first, harmonics, n_frequencies):
         point = sh.recover(problem, response.isel(point=i))
         assert point.residual_norm < 1e-15
         measured = error[list(points).index(i)]
-        np.testing.assert_allclose(point.condensation_error, measured, rtol=0.2, atol=1e-10)
+        # Factorisations of the whole, even refined, leave up to a part of 1e-9 in both.
+        np.testing.assert_allclose(point.condensation_error, measured, rtol=0.2, atol=1e-9)
 
 
 @needs_long
