@@ -65,7 +65,9 @@ def blade(n_length, n_width, n_thick, thickness, force=10.0):
     height = place[0][np.argmin(np.abs(place[0] - 0.06))]
     platform = np.flatnonzero(side & (place[0] == height))
     tip = int(np.flatnonzero(side & (place[0] == 0.2))[-1])
-    first = np.sqrt(eigsh(stiffness, 1, mass, 0.0, return_eigenvectors=False)[0]) / (2 * np.pi)
+    start = np.ones(len(place[0]))  # by default random
+    [square] = eigsh(stiffness, 1, mass, 0.0, return_eigenvectors=False, v0=start)
+    first = np.sqrt(square) / (2 * np.pi)
     model = sh.Model(
         mass,
         mass + 2e-7 * stiffness,
@@ -102,8 +104,8 @@ def check_blade(model, force, tip, first, harmonics, n_frequencies):
         point = sh.recover(problem, response.isel(point=i))
         assert point.residual_norm < 1e-15
         measured = error[list(points).index(i)]
-        # Factorisations of the whole, even refined, leave up to a part of 1e-9 in both.
-        np.testing.assert_allclose(point.condensation_error, measured, rtol=0.2, atol=1e-9)
+        # Both are told by factorisations whose own round-off is of that size.
+        np.testing.assert_allclose(point.condensation_error, measured, rtol=0.2, atol=3e-10)
 
 
 @needs_long
