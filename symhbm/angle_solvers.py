@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
 from symhbm.newton import ACCEPTED, newton
 from symhbm.residual import HarmonicBalance

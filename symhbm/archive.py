@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check, tables
+from symhbm.arrays import Table
 from symhbm.lazy import open_lazily
 from symhbm.names import TEXTS
-from symhbm.point import Table
 from symhbm.provenance import SCHEMA_VERSION, Parts, describe_problem
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import label, recall

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray, relative_difference
 from symhbm.evaluation import Evaluation
 from symhbm.extremes import largest_displacement, turning_points
-from symhbm.fourier import FloatArray, FourierBasis, complete_harmonics
+from symhbm.fourier import unknowns_of
 from symhbm.residual import HarmonicBalance
 
 
@@ -22,8 +23,6 @@ class Figure(NamedTuple):
     needs: tuple[str, ...] = ()
 
 
-OF_PEAKS = ("coefficient", "amplitude", "dof")
-"""What peaks are verified by, without ``peak_``, beside where they are."""
 CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
 """Contact results of a point."""
 FIGURES = {
@@ -83,25 +82,6 @@ def point_figures(
 def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
     """Relative difference of stored amplitudes, or that of one ``dof``, from those of all."""
     return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])
-
-
-def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
-    """The harmonics up to twice the highest and one, without those that symmetry forbids."""
-    return complete_harmonics(harmonics, 2 * max(harmonics) + int(np.gcd.reduce(harmonics)))
-
-
-def unknowns_of(
-    basis: FourierBasis, harmonics: tuple[int, ...], coefficient: FloatArray
-) -> FloatArray:
-    """Unknowns in a basis from (n_dof, n_harmonics, 2) of ``harmonics``, zero in all others."""
-    full = np.zeros((len(coefficient), len(basis.harmonics), 2))
-    full[:, np.searchsorted(basis.harmonics, harmonics)] = coefficient
-    return full[:, np.searchsorted(basis.harmonics, basis.order), basis.is_sine.astype(int)].ravel()
-
-
-def relative_difference(value: FloatArray, reference: FloatArray) -> float:
-    """Largest difference over the largest reference."""
-    return float(np.abs(value - reference).max() / (np.abs(reference).max() or 1.0))
 
 
 def _energy_error(

@@ -5,13 +5,13 @@ those near a band bend its dynamic stiffness there. All others together are a po
 round-off, so that a frequency costs a few small products however many modes there are.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import ComplexArray, FloatArray
 
 _NEAR = 3.0
 """Sum of the half axes, over half the band, of the ellipse around it whose poles are kept."""
@@ -20,8 +20,6 @@ _TERMS = 40
 _ROUND_OFF = 1e-17
 OUTSIDE = 1e-9
 """Distance beyond the ends of a band, over half of it, that is round-off."""
-
-ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
 
 class PoleSum(NamedTuple):

@@ -1,25 +1,21 @@
 """One response curve as plain arrays: what a worker computes for one parameter set."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from symhbm.arrays import RADIANS, FloatArray, Table
 from symhbm.condensed_model import CondensedModel
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.events import Event
-from symhbm.fourier import FloatArray
+from symhbm.fourier import by_harmonic
 from symhbm.peaks import Peak
-from symhbm.point import (
-    RADIANS,
-    Table,
-    amplitude_slopes,
-    by_harmonic,
-    describe_each,
-    nothing,
-)
+from symhbm.point import amplitude_slopes, describe_each, nothing
 from symhbm.refinement import Refinement
+from symhbm.request import Branch, Task
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.stretches import Response, joined, status_of
@@ -27,82 +23,6 @@ from symhbm.symmetry import Symmetry, find_symmetry
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which lengths along it are no longer relative."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """What to follow: the parameter ``name`` over a ``band``, from its first to its last value.
-
-    ``name`` is ``"frequency"`` (in Hz) or a parameter, set for all blades or contacts or for that
-    at ``index`` alone, at a constant ``frequency`` [Hz]. ``at``: values at which solutions are
-    wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
-    ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
-    of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
-    make, relatively. ``sector``: solve one sector where there are several that move alike.
-    ``keep``: names of the dataset to keep, None for all.
-    """
-
-    name: str
-    band: tuple[float, float]
-    at: FloatArray | None = None
-    frequency: float | None = None
-    index: int | None = None
-    each: bool = False
-    may_fold: bool = False
-    stability: bool = False
-    max_points: int = 5000
-    accuracy: float | None = None
-    sector: bool = True
-    keep: tuple[str, ...] | None = None
-
-    @property
-    def unit(self) -> float:
-        """The value that continuation sees over that of the user."""
-        return RADIANS if self.frequency is None else 1.0
-
-    def symmetry(self, problem: HarmonicBalance) -> Symmetry | None:
-        """Sectors of a problem that stay alike, and of which one tells all, None for none.
-
-        Only responses that are unique are as symmetric as the problem; small motions beside them,
-        and frictions forces over samples, are not.
-        """
-        unique = problem.single_valued and not self.may_fold and not self.stability
-        if not self.sector or not unique or self.index is not None or problem.samples is not None:
-            return None
-        if isinstance(problem.model, CondensedModel):
-            return None
-        return find_symmetry(problem.model, problem.excitation, problem.basis)
-
-    def curve(self, problem: HarmonicBalance) -> Curve:
-        """The equations to follow."""
-        if self.frequency is None:
-            return FrequencyCurve(problem)
-        smallest = SMALLEST * max(abs(value) for value in self.band)
-        omega = RADIANS * self.frequency
-        return ParameterCurve(problem, self.name, omega, self.index, smallest)
-
-    def shown(self, value: float) -> float:
-        """A value in the user's unit; the ends of the band come back as they were given."""
-        ends = {self.unit * edge: edge for edge in self.band}
-        return ends.get(value, value / self.unit)
-
-
-@dataclass
-class Branch:
-    """A response curve.
-
-    ``points``, ``peaks`` and ``events`` hold arrays by the names of the dataset, ``value`` for that
-    of the moving parameter, each with the point, peak or event as the first axis and, for points
-    on a grid where the curve may fold, the solution as the second; ``counts``, one number each.
-    ``harmonics`` are those of the coefficients.
-    """
-
-    points: Table
-    peaks: Table
-    events: Table
-    status: str
-    harmonics: tuple[int, ...]
-    counts: dict[str, int] = field(default_factory=dict)
 
 
 def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
@@ -115,13 +35,36 @@ def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
     return _Computation(problem, task, blank=True).branch()
 
 
+def curve_of(task: Task, problem: HarmonicBalance) -> Curve:
+    """The equations to follow."""
+    if task.frequency is None:
+        return FrequencyCurve(problem)
+    smallest = SMALLEST * max(abs(value) for value in task.band)
+    omega = RADIANS * task.frequency
+    return ParameterCurve(problem, task.name, omega, task.index, smallest)
+
+
+def symmetry_of(task: Task, problem: HarmonicBalance) -> Symmetry | None:
+    """Sectors of a problem that stay alike, and of which one tells all, None for none.
+
+    Only responses that are unique are as symmetric as the problem; small motions beside them,
+    and frictions forces over samples, are not.
+    """
+    unique = problem.single_valued and not task.may_fold and not task.stability
+    if not task.sector or not unique or task.index is not None or problem.samples is not None:
+        return None
+    if isinstance(problem.model, CondensedModel):
+        return None
+    return find_symmetry(problem.model, problem.excitation, problem.basis)
+
+
 class _Computation:
     def __init__(self, problem: HarmonicBalance, task: Task, blank: bool = False):
         self._task = task
-        self._symmetry = None if blank else task.symmetry(problem)
+        self._symmetry = None if blank else symmetry_of(task, problem)
         if self._symmetry is not None:
             problem = problem.of_sector(self._symmetry)
-        self._refinement = Refinement(problem, task.curve, task.accuracy)
+        self._refinement = Refinement(problem, partial(curve_of, task), task.accuracy)
         self._stretches, self._status, self._largest = [], Status.NOT_STARTED, 0
         if not blank:
             self._cover()

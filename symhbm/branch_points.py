@@ -6,10 +6,10 @@ symmetric structure that are not as symmetric as it branch off.
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import Corrected
 from symhbm.corrector import Corrector
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.stations import Between, Station
 
 _CLOSEST = 1e-5

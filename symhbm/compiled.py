@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.linear import DENSE_LIMIT
 
 

@@ -13,12 +13,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Compiled
 from symhbm.condensed_forces import CondensedForces
 from symhbm.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.curve import Curve, FrequencyCurve
 from symhbm.equations import Equations
-from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
 from symhbm.native import native
 from symhbm.newton_graph import DONE, correction, tangent

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel, Seen
 from symhbm.excitation import Excitation
-from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.fourier import FourierBasis, check_harmonics
 from symhbm.interior import Interior
 from symhbm.model import Model
 from symhbm.plausibility import warn_of_doubts

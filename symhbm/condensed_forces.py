@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from symhbm.band_function import ComplexArray
+from symhbm.arrays import ComplexArray, FloatArray
 from symhbm.condensed_model import CondensedModel
 from symhbm.evaluation import Evaluation
 from symhbm.excitation import Excitation
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 
 
 class CondensedForces:

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm import check
+from symhbm.arrays import RADIANS, FloatArray
 from symhbm.band_function import BandFunction, PoleSum
-from symhbm.fourier import FloatArray
 from symhbm.model import CONTACT_PARAMETERS, FRICTION_PARAMETERS, Model
 from symhbm.reduction import Certificate
 
-RADIANS = 2 * np.pi
 _INSIDE = 1e-12
 """Part of a force outside of the patterns known, relative to it, that is round-off."""
 

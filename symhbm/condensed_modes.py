@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel
-from symhbm.fourier import FloatArray
 from symhbm.linear import negative_eigenvalues
 
 _BESIDE = 1e-9

@@ -6,9 +6,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.curve import Curve
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 
 ON_LIMIT = 1e-9
 """Contacts whose motion is this close to its limit, relatively, change state together."""

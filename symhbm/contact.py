@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.crossings import Motions
 from symhbm.extremes import TurningPoints, points_in_cells, turning_cells, turning_points
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
 from symhbm.loops import Loop, apart, images
 from symhbm.one_harmonic import locate_one_harmonic

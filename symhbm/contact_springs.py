@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Compiled
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import LocatedFriction
 
 LEADING = 0.5

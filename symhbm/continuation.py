@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.branch_points import find_branch_point
 from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
@@ -27,7 +28,6 @@ from symhbm.events import (
     state_changes,
 )
 from symhbm.folds import find_folds
-from symhbm.fourier import FloatArray
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
 from symhbm.newton import TOLERANCE
 from symhbm.predictor import Predictor

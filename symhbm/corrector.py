@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled_corrector import compiled_corrector
 from symhbm.constraints import Constraint, Corrected, crossed, excess_rate, unit_parameter
 from symhbm.curve import Curve
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered
 from symhbm.newton import TOLERANCE
 from symhbm.newton_graph import MAX_CORRECTIONS, STAGNATION

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.slopes import Slopes
 from symhbm.stations import Between
 

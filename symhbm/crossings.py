@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.arrays import FloatArray
+from symhbm.fourier import FourierBasis
 
 MACHINE = np.finfo(float).eps
 _STEPS = 6

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import length_of
 from symhbm.residual import HarmonicBalance
 

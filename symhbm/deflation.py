@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import newton
 

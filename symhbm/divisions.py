@@ -6,10 +6,10 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.events import EventKind, PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.stations import Between, Measure, Station
 
 At = TypeVar("At", bound=Station)

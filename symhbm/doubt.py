@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.hermite import cubic_slope
 from symhbm.stations import Measure, Station, ahead
 

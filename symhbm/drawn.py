@@ -6,7 +6,8 @@ It is what pictures draw, and what paths are made dense enough for.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.hermite import FloatArray, cubic
+from symhbm.arrays import FloatArray
+from symhbm.hermite import cubic
 
 _MONOTONE = 3.0
 """Slope at an end over the mean one up to which a cubic is monotone."""

@@ -16,7 +16,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from symhbm.branch import Branch, Task, compute_branch
+from symhbm.branch import compute_branch, curve_of
+from symhbm.request import Branch, Task
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.sweep import Sweep
@@ -230,7 +231,7 @@ def _worked(
         if payload is None:
             return None
         problem, task = pickle.loads(payload)
-        task.curve(problem)
+        curve_of(task, problem)
         while len(known) >= _KNOWN:
             del known[next(iter(known))]
         known[key] = problem, task

@@ -8,10 +8,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.condensed_model import CondensedModel
 from symhbm.cubic_spring import cubic_kernel
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import LocatedFriction, friction_kernel
 from symhbm.model import FRICTION_PARAMETERS, Model
 from symhbm.one_harmonic import FREE, one_harmonic_kernel, packed_size, places, unpacked

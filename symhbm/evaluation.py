@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.friction import LocatedFriction
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.linear_pieces import BERNSTEIN, DEGREE, LinearPieces, alternates, crossings
 
 _POWER = np.arange(DEGREE + 1)

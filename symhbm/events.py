@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import (
     BEYOND,
     ON_LIMIT,
@@ -18,7 +19,6 @@ from symhbm.constraints import (
 )
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
-from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_top, first_zero
 from symhbm.linear import length_of
 

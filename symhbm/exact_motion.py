@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.event_march import Cells, march
-from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.fourier import FourierBasis, check_harmonics
 from symhbm.linear_pieces import LinearPieces, extremes
 from symhbm.periodic_orbit import TOLERANCE, balanced_starts, energy_scale, periodic_state
 from symhbm.residual import HarmonicBalance

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm import check
-from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.arrays import FloatArray
+from symhbm.fourier import FourierBasis, check_harmonics
 
 
 class Excitation(Protocol):

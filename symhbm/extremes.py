@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.crossings import Motions
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 
 _OFFSET = 0.0137
 """Where the first cell begins: structured motions have turning points at simple fractions."""

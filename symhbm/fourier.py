@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
+from symhbm.arrays import FloatArray
 
 
 def check_harmonics(harmonics: Iterable[int]) -> tuple[int, ...]:
@@ -47,6 +47,11 @@ def complete_harmonics(harmonics: tuple[int, ...], highest: int) -> tuple[int, .
     divisor = int(np.gcd.reduce(harmonics))
     odd = all(n // divisor % 2 for n in harmonics)
     return tuple(range(divisor if odd else 0, highest + 1, divisor * (1 + odd)))
+
+
+def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
+    """The harmonics up to twice the highest and one, without those that symmetry forbids."""
+    return complete_harmonics(harmonics, 2 * max(harmonics) + int(np.gcd.reduce(harmonics)))
 
 
 @dataclass(frozen=True)
@@ -249,3 +254,20 @@ class FourierBasis:
         size = self.n_components
         flat = moments @ self._moments_to_products
         return flat.reshape(*moments.shape[:-1], size, size).swapaxes(-1, -2)
+
+
+def by_harmonic(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
+    """Coefficients (..., n_components) as (..., n_harmonics, 2); the sine of harmonic 0 is 0."""
+    result = np.zeros((*coefficients.shape[:-1], len(basis.harmonics), 2))
+    at = np.searchsorted(basis.harmonics, basis.order)
+    result[..., at, basis.is_sine.astype(int)] = coefficients
+    return result
+
+
+def unknowns_of(
+    basis: FourierBasis, harmonics: tuple[int, ...], coefficient: FloatArray
+) -> FloatArray:
+    """Unknowns in a basis from (n_dof, n_harmonics, 2) of ``harmonics``, zero in all others."""
+    full = np.zeros((len(coefficient), len(basis.harmonics), 2))
+    full[:, np.searchsorted(basis.harmonics, harmonics)] = coefficient
+    return full[:, np.searchsorted(basis.harmonics, basis.order), basis.is_sine.astype(int)].ravel()

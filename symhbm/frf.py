@@ -5,29 +5,32 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check
-from symhbm.branch import Task
+from symhbm.branch import curve_of
 from symhbm.condensed_model import CondensedModel
-from symhbm.fourier import FloatArray
 from symhbm.harmonic_sets import check_accuracy
 from symhbm.mean_position import check_mean
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
 from symhbm.names import PARAMETERS
 from symhbm.plausibility import warn_of_doubts
+from symhbm.request import (
+    Peaks,
+    Task,
+    check_band,
+    check_grid,
+    check_keep,
+    check_parameter,
+    check_place,
+)
 from symhbm.residual import HarmonicBalance, check_problem
-from symhbm.runs import check_executor, check_keep, run, told
+from symhbm.runs import run, told
 from symhbm.stability import check_stability
 from symhbm.sweep import parse
-
-Peaks = Literal["largest", "each"]
-_ROUND_OFF = 1e-9
-"""Distance of a value from an end of the band, relative to the band, that is none."""
+from symhbm.worker import check_executor
 
 
 def frf(
@@ -282,60 +285,5 @@ def _run(
         sector=check.flag("sector", options["sector"]),
         keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
     )
-    task.curve(problem)
+    curve_of(task, problem)
     return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)
-
-
-def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
-    """The bound of the values that a parameter may move over, as `symhbm.check` names it."""
-    check.known(parameter, problem.parameters)
-    if isinstance(problem.parameters[parameter], int):
-        raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    bounds = {"cubic_stiffness": "any", "mass": "positive"}
-    return bounds.get(parameter, "non-negative")
-
-
-def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
-    """Two different values within a ``bound`` of `symhbm.check`."""
-    edges = check.array(name, band, bound)
-    if edges.shape != (2,) or edges[0] == edges[1]:
-        raise ValueError(
-            f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
-        )
-    return float(edges[0]), float(edges[1])
-
-
-def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | None:
-    """Ascending values within a band, None for None; at an end up to round-off is at the end."""
-    if at is None:
-        return None
-    grid = check.array("at", at)
-    for end in band:
-        grid = np.where(np.abs(grid - end) <= _ROUND_OFF * max(map(abs, band)), end, grid)
-    if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
-        raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
-    low, high = sorted(band)
-    if grid[0] < low or grid[-1] > high:
-        edges = check.told_apart(low, high, float(grid[0]), float(grid[-1]))
-        raise ValueError(
-            f"at={check.shown(at)}: expected values within the band "
-            f"{edges[0]} to {edges[1]}, got {edges[2]} to {edges[3]}"
-        )
-    return grid
-
-
-def check_place(
-    problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
-) -> int | None:
-    """The number of the one contact or blade that is chosen, None for all."""
-    places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
-    chosen = None
-    for name, (place, parameters) in places.items():
-        if place is None:
-            continue
-        if parameter not in parameters:
-            raise ValueError(
-                f"{name}={check.shown(place)}: expected None, {parameter} has no value per {name}"
-            )
-        chosen = check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
-    return chosen

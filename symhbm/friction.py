@@ -17,7 +17,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.arrays import FloatArray
+from symhbm.fourier import FourierBasis
 
 SMALLEST_MOTION = 1e-150
 """Motion [m] below which there is none: its inverse has no square in double precision."""

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import Hyperplane, unit_parameter
 from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.drawn import amplitude_between
 from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, newton, slope_of
 from symhbm.residual import HarmonicBalance

@@ -3,8 +3,9 @@
 import numpy as np
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel
-from symhbm.fourier import FloatArray, complete_harmonics
+from symhbm.fourier import complete_harmonics
 from symhbm.residual import HarmonicBalance
 
 HIGHEST = 55

@@ -3,9 +3,10 @@
 from math import copysign, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from symhbm.arrays import FloatArray
+
 _CLOSE = 1e-9
 """Change of a share at which its search ends, which is exact then: it converges quadratically."""
 _MAX_STEPS = 60

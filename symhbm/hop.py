@@ -11,10 +11,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import ON_LIMIT, Corrected, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.newton import NewtonResult, newton
 
 SMALLEST_STEP = 1e-9

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 
 _SYMMETRIC = 1e-9
 _SINGULAR = 1e-10

@@ -12,8 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from symhbm.band_function import ComplexArray
-from symhbm.fourier import FloatArray
+from symhbm.arrays import ComplexArray, FloatArray
 from symhbm.model import Model
 
 _COLUMNS = 32

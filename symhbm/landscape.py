@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symhbm.arrays import RADIANS
 from symhbm.curve import FrequencyCurve
 from symhbm.extremes import largest_displacement
 from symhbm.peaks import Peak, PeakKind
-from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.summit import Summit

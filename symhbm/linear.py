@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 from scipy.sparse.linalg import splu
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 
 _DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=np.float64)
 (_ZHETRF,) = get_lapack_funcs(("hetrf",), dtype=np.complex128)

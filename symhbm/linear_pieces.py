@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 import scipy.linalg
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.inertia import positive_definite
 from symhbm.residual import HarmonicBalance
 

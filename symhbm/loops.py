@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.extremes import turning_points
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 
 _NOTHING = 1e-12
 """Share of a motion that is nothing but round-off."""

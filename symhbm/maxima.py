@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.corrector import Corrector
 from symhbm.crests import Crest, PeakKind, crest, falls_at
 from symhbm.divisions import Stretches
-from symhbm.fourier import FloatArray
 from symhbm.slopes import TIE, Slopes, Turning, amplitude_and_slope, leading, turning
 from symhbm.stations import Between, Station
 

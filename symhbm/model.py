@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.inertia import check_semidefinite
 
 FRICTION_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")

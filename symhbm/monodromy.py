@@ -13,8 +13,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.contact import stick_intervals
-from symhbm.fourier import FloatArray
 from symhbm.residual import HarmonicBalance
 
 _DIGITS = 37.0

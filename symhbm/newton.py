@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.status import Status
 

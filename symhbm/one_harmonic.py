@@ -13,8 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Compiled
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import LocatedFriction
 
 FREE = -1.0

@@ -6,12 +6,13 @@ the limit as it may be wrong, the path is solved for in between.
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import BEYOND
 from symhbm.corrector import Corrector
 from symhbm.divisions import Stretches
 from symhbm.doubt import Known, value_errors
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.hermite import cubic
 from symhbm.residual import HarmonicBalance
 from symhbm.stations import Measure, Station, measure

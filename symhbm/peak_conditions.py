@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import crossed
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered, by_size, full, saddle
 from symhbm.newton import ACCEPTED
 from symhbm.second_order import SecondOrder

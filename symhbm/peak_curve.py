@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check, schema
-from symhbm.branch import Task
-from symhbm.frf import check_band, check_grid, check_parameter, check_place
+from symhbm.arrays import RADIANS, Table
+from symhbm.fourier import by_harmonic
 from symhbm.landscape import sector_of
 from symhbm.mean_position import check_mean
 from symhbm.names import PARAMETERS
@@ -21,15 +21,15 @@ from symhbm.natural_band import natural_band
 from symhbm.peak_conditions import Conditions
 from symhbm.peaks import PeakKind
 from symhbm.plausibility import warn_of_doubts
-from symhbm.point import RADIANS, Table, by_harmonic
+from symhbm.request import Task, check_band, check_grid, check_parameter, check_place
 from symhbm.residual import HarmonicBalance, check_problem
-from symhbm.runs import check_executor
 from symhbm.status import SolveError, Status
 from symhbm.summit import Summit, SummitKind
 from symhbm.tracking.branches import Parameter
 from symhbm.tracking.crest import Crest, Place
 from symhbm.tracking.ridge import Ridge, Scene, Surveyor
 from symhbm.tracking.step import polished
+from symhbm.worker import check_executor
 
 
 def peak_curve(

@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.corrector import Corrector
 from symhbm.crests import FLAT, Crest, PeakKind
 from symhbm.divisions import Stretches
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.maxima import Maxima
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance

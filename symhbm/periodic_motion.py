@@ -2,12 +2,11 @@
 
 from functools import partial
 
-from symhbm.audit import larger_set, unknowns_of
+from symhbm.arrays import FloatArray
 from symhbm.exact_motion import ExactMotion, exact_motion
-from symhbm.fourier import FloatArray
+from symhbm.fourier import by_harmonic, larger_set, unknowns_of
 from symhbm.newton import newton
 from symhbm.periodic_orbit import state_of
-from symhbm.point import by_harmonic
 from symhbm.residual import HarmonicBalance
 from symhbm.shooting import shoot
 from symhbm.start import solve_point

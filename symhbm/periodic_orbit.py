@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.event_march import March, march
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.linear_pieces import LinearPieces, extremes
 from symhbm.newton import NewtonResult, newton

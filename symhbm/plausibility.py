@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.model import FRICTION_PARAMETERS, Model
 
 DOUBT = "is this what was meant"

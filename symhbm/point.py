@@ -1,21 +1,17 @@
 """All results at one point or many, as plain arrays by the names of the dataset."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from symhbm.arrays import RADIANS, FloatArray, Table
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import by_harmonic
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance
 from symhbm.several_points import check_each
 from symhbm.stability import growth_rate, verdict
-
-RADIANS = 2 * np.pi
-
-Table = dict[str, Any]
 
 _BATCH = 1000
 """Motions of degrees of freedom and contacts that are described at once."""
@@ -207,11 +203,3 @@ def _sampling_error(problem: HarmonicBalance, unknowns: FloatArray, frequency: f
     if step is None:
         return np.nan
     return float(np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0))
-
-
-def by_harmonic(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
-    """Coefficients (..., n_components) as (..., n_harmonics, 2); the sine of harmonic 0 is 0."""
-    result = np.zeros((*coefficients.shape[:-1], len(basis.harmonics), 2))
-    at = np.searchsorted(basis.harmonics, basis.order)
-    result[..., at, basis.is_sine.astype(int)] = coefficients
-    return result

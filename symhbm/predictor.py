@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.linear import length_of
 
 

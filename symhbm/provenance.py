@@ -11,10 +11,10 @@ import scipy.sparse as sp
 import xarray as xr
 
 import symhbm.excitation as excitations
-from symhbm.branch import Task
 from symhbm.condensed_model import CondensedModel
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, FRICTION_PARAMETERS, Model
 from symhbm.names import PARAMETERS
+from symhbm.request import Task
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep
 

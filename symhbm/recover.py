@@ -4,13 +4,13 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
+from symhbm.arrays import RADIANS, FloatArray
 from symhbm.condensed_model import CondensedModel
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
+from symhbm.fourier import by_harmonic
 from symhbm.interior import LONG, dynamic_stiffness, factorised, refined
 from symhbm.linear import Factorisation, length_of
 from symhbm.names import meaning
-from symhbm.point import RADIANS, by_harmonic
 from symhbm.residual import HarmonicBalance, check_problem
 
 

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
-from symhbm.band_function import ComplexArray, PoleSum, at
-from symhbm.fourier import FloatArray
+from symhbm.arrays import ComplexArray, FloatArray
+from symhbm.band_function import PoleSum, at
 from symhbm.interior import Interior
 
 AIM = 1e-11

@@ -11,10 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
 from symhbm.gaps import solved_between
 from symhbm.harmonic_sets import HarmonicSets
 from symhbm.newton import newton, slope_of

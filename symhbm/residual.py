@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.condensed_forces import CondensedForces
 from symhbm.condensed_model import CondensedModel
 from symhbm.contact import locate
 from symhbm.equations import MATRIX_INPUTS, Equations
 from symhbm.evaluation import Evaluation
 from symhbm.excitation import Excitation
-from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.fourier import FourierBasis, check_harmonics
 from symhbm.friction import LocatedFriction
 from symhbm.model import CONTACT_PARAMETERS, Model
 from symhbm.sampled import locate_sampled

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel
 from symhbm.condensed_modes import modes_below
 from symhbm.contact_springs import ContactSprings, contact_springs
 from symhbm.curve import Curve
-from symhbm.fourier import FloatArray
 from symhbm.friction import LocatedFriction
 from symhbm.linear import negative_eigenvalues
 from symhbm.residual import HarmonicBalance

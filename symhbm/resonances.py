@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel
 from symhbm.condensed_modes import condensed_modes
 from symhbm.constraints import Corrected
 from symhbm.curve import Curve
 from symhbm.events import PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
 from symhbm.resonance_count import LARGEST_SIZE, springs_of, structure_matrices

@@ -5,7 +5,7 @@ import os
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
@@ -14,42 +14,16 @@ import xarray as xr
 
 from symhbm import check, schema, tables
 from symhbm.archive import bytes_of, call_of, existing, load, path_of, rebuild
-from symhbm.audit import OF_PEAKS
-from symhbm.branch import Branch, Task, blank_branch
+from symhbm.branch import blank_branch
 from symhbm.ensemble import compute
 from symhbm.merge import merge
+from symhbm.request import Branch, Task
 from symhbm.residual import HarmonicBalance
 from symhbm.spool import Spool
 from symhbm.status import SolveError, Status
 from symhbm.store import SUFFIX, ArchiveError, Store, working_file
 from symhbm.sweep import Sweep
-
-
-def check_executor(executor: object) -> None:
-    """Raise TypeError unless ``executor`` is None or has the face of an Executor."""
-    if isinstance(executor, type) or (
-        executor is not None and not callable(getattr(executor, "submit", None))
-    ):
-        raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
-
-
-def check_keep(
-    keep: Iterable[str] | None, verifiable: bool, name: str, accuracy: float | None
-) -> tuple[str, ...] | None:
-    """Names to keep, sorted, None for all; TypeError unless they are names.
-
-    With those that the peaks of what goes along ``name`` can be ``verifiable`` by.
-    """
-    verifiable = check.flag("verifiable", verifiable)
-    if keep is None:
-        return None
-    names = [keep] if isinstance(keep, str) or not isinstance(keep, Iterable) else [*keep]
-    if isinstance(keep, str) or not all(isinstance(name, str) for name in names):
-        raise TypeError(f"keep={check.shown(keep)}: expected a sequence of names")
-    if verifiable:
-        more = () if accuracy is None else ("highest_harmonic",)
-        names += [f"peak_{each}" for each in (name, *OF_PEAKS, *more)]
-    return tuple(sorted(set(names)))
+from symhbm.worker import check_executor
 
 
 def run(

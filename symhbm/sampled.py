@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm import check
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.arrays import FloatArray
+from symhbm.fourier import FourierBasis
 from symhbm.friction import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
-from symhbm.branch import Task
+from symhbm.arrays import Table
 from symhbm.names import PARAMETERS, SLOPES, VARIABLES, derivative, meaning
-from symhbm.point import Table
 from symhbm.provenance import Parts, with_provenance
+from symhbm.request import Task
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import RESERVED, Sweep
 from symhbm.tables import name_of

@@ -14,11 +14,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Assembly, Compiled, constant
 from symhbm.contact import locate
 from symhbm.evaluation import Evaluation
 from symhbm.extremes import turning_points
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
 

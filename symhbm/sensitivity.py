@@ -12,14 +12,13 @@ import xarray as xr
 
 from symhbm import names
 from symhbm.archive import ArchiveError, rebuild
-from symhbm.audit import unknowns_of
+from symhbm.arrays import RADIANS, FloatArray
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
+from symhbm.fourier import unknowns_of
 from symhbm.model import BLADE_PARAMETERS
 from symhbm.names import OWN_DIMENSIONS, VARIABLES
 from symhbm.peak_conditions import Conditions, solve
 from symhbm.peaks import Peak, PeakKind
-from symhbm.point import RADIANS
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import recall, without
 from symhbm.second_order import SecondOrder

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
 

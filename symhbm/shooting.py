@@ -13,9 +13,9 @@ import numpy as np
 import scipy
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.event_march import March, march
 from symhbm.exact_motion import ExactMotion, describe_motion
-from symhbm.fourier import FloatArray
 from symhbm.linear_pieces import DEGREE, LinearPieces, Piece, extremes
 from symhbm.periodic_orbit import energy_scale, state_of
 from symhbm.residual import HarmonicBalance

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.doubt import Known, slope_errors
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_slope
 from symhbm.residual import HarmonicBalance
 from symhbm.stations import Measure, Station, ahead, measure

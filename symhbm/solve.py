@@ -8,13 +8,14 @@ import xarray as xr
 
 from symhbm import check, schema
 from symhbm.angle_solvers import check_angles, solve_angles
+from symhbm.arrays import RADIANS
 from symhbm.condensed_model import CondensedModel
 from symhbm.curve import FrequencyCurve
 from symhbm.harmonic_sets import check_accuracy
 from symhbm.mean_position import check_mean
 from symhbm.newton import NewtonResult
 from symhbm.plausibility import warn_of_doubts
-from symhbm.point import RADIANS, describe, nothing
+from symhbm.point import describe, nothing
 from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.stability import check_stability

@@ -5,7 +5,8 @@ from tempfile import SpooledTemporaryFile
 from types import TracebackType
 
 from symhbm import tables
-from symhbm.tables import Encoded, Layout, Table
+from symhbm.arrays import Table
+from symhbm.tables import Encoded, Layout
 
 _MEMORY = 2**26
 """Bytes that are held in memory."""

@@ -11,9 +11,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.condensed_model import CondensedModel
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.monodromy import multipliers
 from symhbm.residual import HarmonicBalance
 

@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.continuation import Path
 from symhbm.curve import ParameterCurve
 from symhbm.evaluation import Evaluation
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.mean_position import is_held
 from symhbm.newton import NewtonResult, newton

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
-from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_slope
 from symhbm.newton import newton
 

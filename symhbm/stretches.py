@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.events import Event, PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.gaps import turns_back
 from symhbm.peaks import Peak
 from symhbm.slopes import amplitude_and_slope, leading

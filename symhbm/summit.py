@@ -16,11 +16,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import ON_LIMIT
 from symhbm.contact import on_loop
 from symhbm.evaluation import Evaluation
 from symhbm.extremes import turning_points
-from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
 from symhbm.loops import Loop, loops_near_limit
 from symhbm.peaks import Peak, PeakKind

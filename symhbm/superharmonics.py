@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.contact import stick_intervals
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.residual import HarmonicBalance
 from symhbm.resonance_count import LARGEST_SIZE
 from symhbm.resonances import Reduced, reduced

@@ -15,9 +15,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.crossings import monotone_root
 from symhbm.extremes import turning_points
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.residual import HarmonicBalance
 
 DUMMY = (0.0, 0.5)

@@ -14,8 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.excitation import Excitation
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
 
 _ROUND_OFF = 1e-14

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.branch import Branch, Task
-from symhbm.point import Table
+from symhbm.arrays import Table
+from symhbm.request import Branch, Task
 
 ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
 """What is kept of the points of a curve beside what was asked for."""

@@ -6,12 +6,11 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check, schema
-from symhbm.audit import unknowns_of
+from symhbm.arrays import RADIANS, FloatArray, Table
 from symhbm.exact_motion import ExactMotion
-from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.fourier import FourierBasis, by_harmonic, check_harmonics, unknowns_of
 from symhbm.mean_position import is_held
 from symhbm.periodic_motion import periodic_motion
-from symhbm.point import RADIANS, Table, by_harmonic
 from symhbm.residual import HarmonicBalance, check_problem
 from symhbm.shooting import TOLERANCE
 from symhbm.status import SolveError, Status

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED
 from symhbm.residual import HarmonicBalance

@@ -13,10 +13,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.arrays import FloatArray
 from symhbm.compiled import Compiled, constant
 from symhbm.crossings import MACHINE, Motions
 from symhbm.extremes import Cells
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.friction import LocatedFriction
 from symhbm.one_harmonic import FREE, packed_size, unpacked
 

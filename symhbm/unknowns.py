@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.equations import Equations
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis
 from symhbm.model import Model
 from symhbm.symmetry import Symmetry
 

@@ -12,8 +12,8 @@ import xarray as xr
 from tqdm import tqdm
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.audit import FIGURES
-from symhbm.fourier import FloatArray
 from symhbm.schema import left_out
 from symhbm.stored_points import StoredPoints, missing, stored_parts
 

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
+from symhbm.arrays import FloatArray
 from symhbm.constraints import Hyperplane, unit_parameter
 from symhbm.continuation import Path
 from symhbm.corrector import Corrector
@@ -12,7 +13,6 @@ from symhbm.curve import Curve
 from symhbm.deflation import other_solution
 from symhbm.evaluation import Evaluation
 from symhbm.events import EventKind, PathPoint
-from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
 from symhbm.overlooked import overlooked

@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from multiprocessing import parent_process
 from types import FrameType
 
+from symhbm import check
+
 _SECONDS = 1.0
 """Between two looks at the parent."""
 
@@ -75,3 +77,11 @@ def _end_with_parent(process: int) -> None:
     while os.getppid() == process and parent.is_alive():
         parent.join(_SECONDS)
     os._exit(1)
+
+
+def check_executor(executor: object) -> None:
+    """Raise TypeError unless ``executor`` is None or has the face of an Executor."""
+    if isinstance(executor, type) or (
+        executor is not None and not callable(getattr(executor, "submit", None))
+    ):
+        raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")

@@ -16,7 +16,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm import check
-from symhbm.frf import check_grid
+from symhbm.request import check_grid
 
 EXACT = json.loads(
     (Path(__file__).parent.parent / "data" / "reference" / "exact_values.json").read_text()

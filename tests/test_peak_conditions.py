@@ -8,10 +8,10 @@ import pytest
 from closed_forms import OneBlade
 
 import symhbm as sh
+from symhbm.arrays import RADIANS
 from symhbm.curve import FrequencyCurve
 from symhbm.peak_conditions import Conditions, solve
 from symhbm.peaks import PeakKind
-from symhbm.point import RADIANS
 from symhbm.second_order import SecondOrder
 from symhbm.summit import Summit, SummitKind
 from symhbm.walk import Walk

@@ -11,8 +11,9 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm import ensemble, point, residual, spool, tables
+from symhbm.arrays import RADIANS
 from symhbm.equations import Equations
-from symhbm.point import RADIANS, describe, describe_each
+from symhbm.point import describe, describe_each
 from symhbm.store import Store
 
 VALUES: dict[str, Any] = dict(

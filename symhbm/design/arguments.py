@@ -8,9 +8,9 @@ import scipy
 import scipy.sparse as sp
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.design.cases import Bands
 from symhbm.design.space import Group, Space, groups_of
-from symhbm.fourier import FloatArray
 from symhbm.model import BLADE_PARAMETERS, FRICTION_PARAMETERS
 from symhbm.residual import HarmonicBalance
 from symhbm.sweep import Sweep

@@ -9,9 +9,9 @@ from functools import lru_cache
 
 from tqdm import tqdm
 
+from symhbm.arrays import FloatArray
 from symhbm.design.pieces import Pieces, Response
 from symhbm.design.space import Space
-from symhbm.fourier import FloatArray
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder
 from symhbm.sweep import Sweep

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symhbm.arrays import RADIANS
 from symhbm.design.descent import AGREE, are_flat, is_flat
 from symhbm.design.optimum import LEVEL
 from symhbm.design.program import AT_BOUND, Program, Statistic
 from symhbm.design.search import Found
-from symhbm.point import RADIANS
 from symhbm.status import Status
 from symhbm.summit import SummitKind
 

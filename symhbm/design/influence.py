@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.design.cases import Cases
 from symhbm.design.optimum import LEVEL, Held
-from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions
 from symhbm.second_order import SecondOrder
 

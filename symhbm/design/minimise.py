@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check
+from symhbm.arrays import FloatArray
 from symhbm.design.arguments import (
     check_dimensions,
     check_forces,
@@ -29,7 +30,6 @@ from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
 from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
-from symhbm.fourier import FloatArray
 from symhbm.frf import frf
 from symhbm.landscape import COMPLETE
 from symhbm.mean_position import check_mean
@@ -39,9 +39,9 @@ from symhbm.natural_band import natural_band
 from symhbm.plausibility import DOUBT, warn_of_doubts
 from symhbm.provenance import with_provenance
 from symhbm.residual import HarmonicBalance, check_problem
-from symhbm.runs import check_executor
 from symhbm.status import SolveError, Status
 from symhbm.sweep import Sweep, parse
+from symhbm.worker import check_executor
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint

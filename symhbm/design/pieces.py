@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.design.space import Space
-from symhbm.fourier import FloatArray
 from symhbm.landscape import Landscape, sector_of, survey
 from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.residual import HarmonicBalance
 
 

@@ -13,7 +13,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 
 SAMPLINGS = ("random", "sobol", "latin_hypercube")
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.mistuning.copula import Copula, unit_samples
 from symhbm.mistuning.samples import DRAWABLE, bound_of, dims_of, labelled_samples, nominal_values
 from symhbm.model import Model

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
 from symhbm.names import PARAMETERS
 from symhbm.provenance import DRAWN, SCHEMA_VERSION

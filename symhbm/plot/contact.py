@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
 from symhbm import check
-from symhbm.audit import unknowns_of
+from symhbm.arrays import FloatArray
 from symhbm.contact import stick_intervals
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis, unknowns_of
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     Family,

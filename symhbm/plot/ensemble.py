@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.plot.curves import check_curves, label_axes, picture_of, shown_amplitude
 from symhbm.plot.drawing import (
     OUTSIDE,

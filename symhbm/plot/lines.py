@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from symhbm.audit import unknowns_of
+from symhbm.arrays import FloatArray
 from symhbm.drawn import amplitude_between
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis, unknowns_of
 from symhbm.plot.drawing import Moving, decibel
 
 _STRAIGHT = 0.002

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from symhbm import check
-from symhbm.audit import unknowns_of
+from symhbm.arrays import FloatArray
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis, unknowns_of
 from symhbm.plot.drawing import (
     SYMBOLS,
     canvas,

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.statistics.population import Population, slices
 
 _HELD = 3 * 2**27

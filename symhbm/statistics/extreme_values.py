@@ -11,7 +11,7 @@ from scipy import optimize
 from scipy.special import gamma
 
 from symhbm import check
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.statistics.univariate import (
     BOUND,
     Values,

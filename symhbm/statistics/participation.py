@@ -3,9 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from symhbm.audit import unknowns_of
+from symhbm.arrays import FloatArray
 from symhbm.extremes import largest_displacement
-from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.fourier import FourierBasis, unknowns_of
 from symhbm.statistics.population import Population
 
 

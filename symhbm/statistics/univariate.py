@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from symhbm import check
 from symhbm.archive import check_schema
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.provenance import SCHEMA_VERSION
 from symhbm.statistics.population import origin
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.peak_conditions import Conditions
 from symhbm.slopes import TIE
 from symhbm.summit import SummitKind

@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance
 from symhbm.second_order import SecondOrder

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from tqdm import tqdm
 
-from symhbm.fourier import FloatArray
+from symhbm.arrays import FloatArray
 from symhbm.landscape import Landscape, survey
 from symhbm.peak_conditions import Conditions
 from symhbm.residual import HarmonicBalance

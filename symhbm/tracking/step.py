@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from symhbm.arrays import FloatArray
 from symhbm.curve import FrequencyCurve
-from symhbm.fourier import FloatArray
 from symhbm.peak_conditions import Conditions, solve
 from symhbm.peaks import Peak, PeakKind
 from symhbm.residual import HarmonicBalance
