@@ -10,8 +10,8 @@ import numpy as np
 from symhbm.arrays import RADIANS, FloatArray, Table
 from symhbm.condensed_model import CondensedModel
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
-from symhbm.events import Event
 from symhbm.fourier import by_harmonic
+from symhbm.path_point import Event
 from symhbm.peaks import Peak
 from symhbm.point import amplitude_slopes, describe_each, nothing
 from symhbm.refinement import Refinement

@@ -9,7 +9,7 @@ import numpy as np
 from symhbm.arrays import FloatArray
 from symhbm.constraints import Corrected
 from symhbm.corrector import Corrector
-from symhbm.events import PathPoint
+from symhbm.path_point import PathPoint
 from symhbm.stations import Between, Station
 
 _CLOSEST = 1e-5

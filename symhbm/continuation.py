@@ -19,17 +19,11 @@ from symhbm.branch_points import find_branch_point
 from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.curve import Curve
-from symhbm.events import (
-    Event,
-    EventKind,
-    PathPoint,
-    brief_crossing,
-    first_limit,
-    state_changes,
-)
+from symhbm.events import brief_crossing, first_limit
 from symhbm.folds import find_folds
 from symhbm.hop import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
 from symhbm.newton import TOLERANCE
+from symhbm.path_point import UNBOUNDED_AMPLIFICATION, Event, EventKind, PathPoint, state_changes
 from symhbm.predictor import Predictor
 from symhbm.resonances import Lookout
 from symhbm.status import Status
@@ -38,8 +32,6 @@ FIRST_STEP = 0.02
 LARGEST_STEP = 0.5
 PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point aimed at, relative to the response."""
-UNBOUNDED_AMPLIFICATION = 1e9
-"""Inertia over exciting force beyond which the balance of the two drowns in round-off."""
 MAX_LOOKS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
 AIMED_LOOKS = 2

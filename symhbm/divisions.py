@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.arrays import FloatArray
-from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
-from symhbm.events import EventKind, PathPoint
+from symhbm.path_point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
 from symhbm.stations import Between, Measure, Station
 
 At = TypeVar("At", bound=Station)

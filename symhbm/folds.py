@@ -5,7 +5,7 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.corrector import Corrector
-from symhbm.events import PathPoint
+from symhbm.path_point import PathPoint
 from symhbm.stations import Between, Station
 
 _SHARES = np.arange(17) / 16

@@ -12,13 +12,12 @@ import numpy as np
 
 from symhbm.arrays import FloatArray
 from symhbm.constraints import Hyperplane, unit_parameter
-from symhbm.continuation import UNBOUNDED_AMPLIFICATION
 from symhbm.corrector import Corrector
 from symhbm.drawn import amplitude_between
-from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, newton, slope_of
+from symhbm.path_point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import Slopes
 from symhbm.stations import Between, Station, measure

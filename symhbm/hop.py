@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from symhbm.arrays import FloatArray
 from symhbm.constraints import ON_LIMIT, Corrected, unit_parameter
 from symhbm.corrector import Corrector
-from symhbm.events import PathPoint
 from symhbm.newton import NewtonResult, newton
+from symhbm.path_point import PathPoint
 
 SMALLEST_STEP = 1e-9
 LARGEST_PREDICTION_ERROR = 0.3

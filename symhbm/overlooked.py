@@ -11,9 +11,9 @@ from symhbm.constraints import BEYOND
 from symhbm.corrector import Corrector
 from symhbm.divisions import Stretches
 from symhbm.doubt import Known, value_errors
-from symhbm.events import PathPoint
 from symhbm.fourier import FourierBasis
 from symhbm.hermite import cubic
+from symhbm.path_point import PathPoint
 from symhbm.residual import HarmonicBalance
 from symhbm.stations import Measure, Station, measure
 

@@ -19,9 +19,9 @@ from symhbm.arrays import FloatArray
 from symhbm.corrector import Corrector
 from symhbm.crests import FLAT, Crest, PeakKind
 from symhbm.divisions import Stretches
-from symhbm.events import PathPoint
 from symhbm.maxima import Maxima
 from symhbm.newton import ACCEPTED
+from symhbm.path_point import PathPoint
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import STILL, Slopes, amplitude_and_slope, leading
 from symhbm.stations import Station

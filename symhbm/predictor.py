@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.arrays import FloatArray
-from symhbm.events import PathPoint
 from symhbm.linear import length_of
+from symhbm.path_point import PathPoint
 
 
 class Predictor(NamedTuple):

@@ -13,11 +13,11 @@ import numpy as np
 
 from symhbm.arrays import FloatArray
 from symhbm.curve import Curve
-from symhbm.events import PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.gaps import solved_between
 from symhbm.harmonic_sets import HarmonicSets
 from symhbm.newton import newton, slope_of
+from symhbm.path_point import PathPoint
 from symhbm.peaks import Peak
 from symhbm.residual import HarmonicBalance
 from symhbm.resonance_count import LARGEST_SIZE

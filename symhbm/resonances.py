@@ -17,8 +17,8 @@ from symhbm.condensed_model import CondensedModel
 from symhbm.condensed_modes import condensed_modes
 from symhbm.constraints import Corrected
 from symhbm.curve import Curve
-from symhbm.events import PathPoint
 from symhbm.friction import LocatedFriction
+from symhbm.path_point import PathPoint
 from symhbm.residual import HarmonicBalance
 from symhbm.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
 

@@ -9,10 +9,11 @@ import xarray as xr
 from symhbm import check
 from symhbm.archive import ArchiveError, rebuild
 from symhbm.arrays import RADIANS, FloatArray
-from symhbm.audit import CONTACT, FIGURES, OF_PEAKS, amplitude_difference, point_figures
+from symhbm.audit import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.fourier import larger_set, unknowns_of
 from symhbm.names import VARIABLES
 from symhbm.periodic_motion import periodic_motion
+from symhbm.request import OF_PEAKS
 from symhbm.residual import HarmonicBalance
 from symhbm.schema import left_out, without
 

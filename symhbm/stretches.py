@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from symhbm.arrays import FloatArray
-from symhbm.events import Event, PathPoint
 from symhbm.gaps import turns_back
+from symhbm.path_point import Event, PathPoint
 from symhbm.peaks import Peak
 from symhbm.slopes import amplitude_and_slope, leading
 from symhbm.stations import Station

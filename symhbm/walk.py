@@ -12,10 +12,10 @@ from symhbm.corrector import Corrector
 from symhbm.curve import Curve
 from symhbm.deflation import other_solution
 from symhbm.evaluation import Evaluation
-from symhbm.events import EventKind, PathPoint
 from symhbm.hermite import cubic
 from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
 from symhbm.overlooked import overlooked
+from symhbm.path_point import EventKind, PathPoint
 from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
 from symhbm.stations import Between, Station
