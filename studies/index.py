@@ -14,7 +14,7 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
-from symhbm.names import PARAMETERS
+from symhbm.results import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
 SOURCE = (

@@ -31,7 +31,7 @@ from studies.error_map import COLOUR_MAP, COLOURS, LEVELS, draw_map
 from studies.landmark import Landmark, Source
 from studies.run import REFERENCE, run
 from studies.travelling_wave import Wave, balanced_state, travelling_wave
-from symhbm.newton import newton
+from symhbm.continuation import newton
 
 NAME = "one_harmonic_validity"
 ENGINE_ORDERS = (1, 2, 3, 4, 5, 6)

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import symhbm as sh
-from symhbm.event_march import March, march
-from symhbm.linear_pieces import LinearPieces, extremes
-from symhbm.periodic_orbit import TOLERANCE, energy_scale
+from symhbm.time_domain import TOLERANCE, LinearPieces, March, energy_scale, extremes, march
 
 ITERATIONS = 60
 

@@ -4,25 +4,18 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from symhbm.archive import ArchiveError, load, rebuild, save
-from symhbm.condense import condense
+from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.design import minimise_peak
-from symhbm.excitation import EngineOrder, HarmonicForce, PointForce
-from symhbm.frf import follow, frf
-from symhbm.model import Model, bladed_disk, single_blade
-from symhbm.peak_curve import peak_curve
-from symhbm.recover import recover
-from symhbm.residual import HarmonicBalance
-from symhbm.runs import resume
-from symhbm.sensitivity import sensitivity
-from symhbm.solve import solve
+from symhbm.model import EngineOrder, HarmonicForce, Model, PointForce, bladed_disk, single_blade
+from symhbm.model.condensation import condense
+from symhbm.peaks import peak_curve, sensitivity
+from symhbm.response import follow, frf, recover, resume, solve, transient, verify
+from symhbm.results.archive import ArchiveError, load, rebuild, save
 from symhbm.status import SolveError, Status
-from symhbm.switching_angles import SwitchingAngles
-from symhbm.transient import transient
-from symhbm.verify import verify
 
 if TYPE_CHECKING:
-    from symhbm import mistuning, plot, statistics
+    from symhbm import plot
+    from symhbm.ensembles import mistuning, statistics
 
 __version__ = version("symhbm")
 

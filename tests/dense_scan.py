@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.contact import locate
-from symhbm.fourier import FourierBasis
+from symhbm.model.contacts.coulomb_located import locate
+from symhbm.numerics.fourier import FourierBasis
 
 TWO_PI = 2 * np.pi
 BALANCED = 1e-12

@@ -8,7 +8,6 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.audit import FIGURES
 from symhbm.cli.picture import KINDS, draw
 from symhbm.cli.terminal import (
     BROKEN,
@@ -21,7 +20,7 @@ from symhbm.cli.terminal import (
     size,
 )
 from symhbm.cli.words import describe
-from symhbm.verify import summary
+from symhbm.response import FIGURES, summary
 
 _PICTURES = ("png", "pdf", "svg")
 archive_argument = click.argument("archive", metavar="ARCHIVE", type=click.Path(path_type=Path))

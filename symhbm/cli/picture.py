@@ -46,7 +46,7 @@ def _natural_kind(dataset: xr.Dataset) -> str:
 
 def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
-    from symhbm.plot.drawing import nothing_to_draw
+    from symhbm.plot import nothing_to_draw
 
     amplitude = dataset["amplitude"]
     kept = {*set_dimensions(dataset), "dof"}

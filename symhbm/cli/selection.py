@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from symhbm import check
 from symhbm.cli.pieces import INNER, moving
+from symhbm.numerics import check
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
 _ROUND_OFF = 1e-9

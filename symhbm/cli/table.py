@@ -10,8 +10,7 @@ import xarray as xr
 
 from symhbm.cli.pieces import INNER, moving, pieces, set_dimensions
 from symhbm.cli.selection import Selection
-from symhbm.names import PARAMETERS
-from symhbm.schema import check_held, left_out
+from symhbm.results import PARAMETERS, check_held, left_out
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}

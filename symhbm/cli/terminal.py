@@ -11,9 +11,8 @@ from typing import Any, NoReturn, TextIO
 import click
 import xarray as xr
 
-from symhbm import check
-from symhbm.archive import load
-from symhbm.store import SUFFIX
+from symhbm.numerics import check
+from symhbm.results.archive import SUFFIX, load
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""

@@ -8,9 +8,7 @@ import xarray as xr
 
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.cli.pieces import INNER, moving, read
-from symhbm.names import PARAMETERS, VARIABLES
-from symhbm.provenance import DRAWN, MATRICES
-from symhbm.schema import left_out
+from symhbm.results import DRAWN, MATRICES, PARAMETERS, VARIABLES, left_out
 
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8

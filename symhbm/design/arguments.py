@@ -7,13 +7,12 @@ import numpy as np
 import scipy
 import scipy.sparse as sp
 
-from symhbm import check
-from symhbm.arrays import FloatArray
+from symhbm.balance import HarmonicBalance
 from symhbm.design.cases import Bands
 from symhbm.design.space import Group, Space, groups_of
 from symhbm.model import BLADE_PARAMETERS, FRICTION_PARAMETERS
-from symhbm.residual import HarmonicBalance
-from symhbm.sweep import Sweep
+from symhbm.numerics import FloatArray, check
+from symhbm.results import Sweep
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint

@@ -9,12 +9,11 @@ from functools import lru_cache
 
 from tqdm import tqdm
 
-from symhbm.arrays import FloatArray
+from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.pieces import Pieces, Response
 from symhbm.design.space import Space
-from symhbm.residual import HarmonicBalance
-from symhbm.second_order import SecondOrder
-from symhbm.sweep import Sweep
+from symhbm.numerics import FloatArray
+from symhbm.results import Sweep
 
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symhbm.arrays import FloatArray
 from symhbm.design.optimum import Held
 from symhbm.design.pieces import Piece, Pieces
 from symhbm.design.program import Program
+from symhbm.numerics import FloatArray
 
 FIRST_RADIUS = np.log(3.0)
 _LARGEST_RADIUS = np.log(30.0)

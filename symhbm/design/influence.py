@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from symhbm.arrays import FloatArray
+from symhbm.balance import SecondOrder
 from symhbm.design.cases import Cases
 from symhbm.design.optimum import LEVEL, Held
-from symhbm.peak_conditions import Conditions
-from symhbm.second_order import SecondOrder
+from symhbm.numerics import FloatArray
+from symhbm.peaks import Conditions
 
 
 def parameters_of(problem) -> list[str]:

@@ -13,8 +13,7 @@ import scipy
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm import check
-from symhbm.arrays import FloatArray
+from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.design.arguments import (
     check_dimensions,
     check_forces,
@@ -30,18 +29,12 @@ from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
 from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
-from symhbm.frf import frf
-from symhbm.landscape import COMPLETE
-from symhbm.mean_position import check_mean
-from symhbm.model import BLADE_PARAMETERS
-from symhbm.names import meaning
-from symhbm.natural_band import natural_band
-from symhbm.plausibility import DOUBT, warn_of_doubts
-from symhbm.provenance import with_provenance
-from symhbm.residual import HarmonicBalance, check_problem
+from symhbm.model import BLADE_PARAMETERS, DOUBT, natural_band, warn_of_doubts
+from symhbm.numerics import FloatArray, check, check_executor
+from symhbm.peaks import COMPLETE
+from symhbm.response import frf
+from symhbm.results import Sweep, meaning, parse, with_provenance
 from symhbm.status import SolveError, Status
-from symhbm.sweep import Sweep, parse
-from symhbm.worker import check_executor
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
-from symhbm.arrays import FloatArray
 from symhbm.design.pieces import Piece, Pieces
 from symhbm.design.program import AT_BOUND, Program, Step
+from symhbm.numerics import FloatArray
 
 ACTIVE = 1e-7
 """Multiplier, of all that sum to 1, above which a maximum or a bound holds a design."""

@@ -9,15 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symhbm.arrays import FloatArray
+from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.space import Space
-from symhbm.landscape import Landscape, sector_of, survey
-from symhbm.peak_conditions import Conditions
-from symhbm.residual import HarmonicBalance
-from symhbm.second_order import SecondOrder
-from symhbm.summit import Summit, SummitKind
-from symhbm.tracking.path import retrack
-from symhbm.tracking.step import advanced
+from symhbm.numerics import FloatArray
+from symhbm.peaks import Conditions, Landscape, Summit, SummitKind, sector_of, survey
+from symhbm.peaks.tracking import advanced, retrack
 
 CONTENDER = 0.7
 """Share of the largest response from which a maximum is a piece: it may be the largest next."""

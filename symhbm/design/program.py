@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from symhbm.arrays import FloatArray
 from symhbm.design.pieces import Pieces
 from symhbm.design.space import Space
+from symhbm.numerics import FloatArray
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.arrays import RADIANS
 from symhbm.design.cases import Cases
 from symhbm.design.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import Found
-from symhbm.names import PARAMETERS, meaning
+from symhbm.numerics import RADIANS
+from symhbm.results import PARAMETERS, meaning
 
 
 def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int]) -> xr.Dataset:

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symhbm.arrays import FloatArray
 from symhbm.design.cases import Cases
 from symhbm.design.descent import AGREE, Descent, Design, descend, is_flat
 from symhbm.design.optimum import Held
 from symhbm.design.program import Program
 from symhbm.design.space import Group, Space
+from symhbm.numerics import FloatArray
 
 _SEED = 2013
 _NEARBY = np.log(3.0)

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from symhbm.arrays import FloatArray
-from symhbm.residual import HarmonicBalance
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import FloatArray
 
 
 @dataclass(frozen=True)

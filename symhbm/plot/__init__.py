@@ -2,7 +2,7 @@
 
 from symhbm.plot.contact import hysteresis
 from symhbm.plot.curves import response
-from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS
+from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
 from symhbm.plot.shapes import disk
@@ -16,6 +16,7 @@ __all__ = [
     "disk",
     "envelope",
     "hysteresis",
+    "nothing_to_draw",
     "response",
     "stick_map",
 ]

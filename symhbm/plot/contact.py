@@ -9,10 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm import check
-from symhbm.arrays import FloatArray
-from symhbm.contact import stick_intervals
-from symhbm.fourier import FourierBasis, unknowns_of
+from symhbm.model.contacts import stick_intervals
+from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     Family,

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm import check
+from symhbm.numerics import check
 from symhbm.plot.drawing import (
     Family,
     Moving,

@@ -16,9 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
 
-from symhbm import check
-from symhbm.names import PARAMETERS, VARIABLES
-from symhbm.schema import check_held
+from symhbm.numerics import check
+from symhbm.results import PARAMETERS, VARIABLES, check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),

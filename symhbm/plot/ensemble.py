@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from symhbm import check
-from symhbm.arrays import FloatArray
+from symhbm.numerics import FloatArray, check
 from symhbm.plot.curves import check_curves, label_axes, picture_of, shown_amplitude
 from symhbm.plot.drawing import (
     OUTSIDE,

@@ -8,10 +8,13 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from symhbm.arrays import FloatArray
-from symhbm.drawn import amplitude_between
-from symhbm.extremes import largest_displacement
-from symhbm.fourier import FourierBasis, unknowns_of
+from symhbm.numerics import (
+    FloatArray,
+    FourierBasis,
+    amplitude_between,
+    largest_displacement,
+    unknowns_of,
+)
 from symhbm.plot.drawing import Moving, decibel
 
 _STRAIGHT = 0.002

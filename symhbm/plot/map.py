@@ -7,8 +7,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from symhbm import check
-from symhbm.arrays import FloatArray
+from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     Moving,
     axis_label,

@@ -13,10 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from symhbm import check
-from symhbm.arrays import FloatArray
-from symhbm.extremes import largest_displacement
-from symhbm.fourier import FourierBasis, unknowns_of
+from symhbm.numerics import FloatArray, FourierBasis, check, largest_displacement, unknowns_of
 from symhbm.plot.drawing import (
     SYMBOLS,
     canvas,

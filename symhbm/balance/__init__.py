@@ -1,0 +1,26 @@
+"""The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
+
+from symhbm.balance.batch import check_each, locate_each
+from symhbm.balance.condensed_forces import CondensedForces
+from symhbm.balance.equations import Equations
+from symhbm.balance.evaluation import Evaluation
+from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
+from symhbm.balance.mean_position import check_mean, is_held
+from symhbm.balance.second_order import SecondOrder, turning_hessian
+from symhbm.balance.switching_angles import SwitchingAngles, check_odd
+
+__all__ = [
+    "CondensedForces",
+    "Equations",
+    "Evaluation",
+    "HarmonicBalance",
+    "SecondOrder",
+    "SwitchingAngles",
+    "check_each",
+    "check_mean",
+    "check_odd",
+    "check_problem",
+    "is_held",
+    "locate_each",
+    "turning_hessian",
+]

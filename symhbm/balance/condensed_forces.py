@@ -1,0 +1,127 @@
+"""The linear part of Eq. (9) of a condensed structure, beside the compiled forces of contacts."""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.balance.evaluation import Evaluation
+from symhbm.model import Excitation
+from symhbm.model.condensation import CondensedModel
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
+
+
+class CondensedForces:
+    """Dynamic stiffness and effective force of a condensed model under one force shape.
+
+    Motions and forces of one harmonic are ``a + i b`` of their coefficients, which makes the
+    dynamic stiffness the conjugate of that of ``a - i b``.
+
+    ValueError for harmonics or a force that the model was not condensed for.
+
+    Attributes
+    ----------
+    parts
+        By harmonic: its number, the slice of its components, the force (n_dof,) on what is kept
+        and the share (n_patterns,) of each pattern of forces inside, both complex.
+    largest
+        Largest coefficient of the force of unit amplitude.
+    static : (n_dof, n_dof + n_patterns)
+        ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics.
+    mass : (n_dof, n_dof)
+        Of what is kept, and of the interior as far as it follows without delay [kg].
+    """
+
+    def __init__(self, model: CondensedModel, excitation: Excitation, basis: FourierBasis):
+        if not {*basis.harmonics} <= {*model.harmonics}:
+            raise ValueError(
+                f"harmonics={basis.harmonics}: expected harmonics that the structure was condensed "
+                f"for, {model.harmonics}"
+            )
+        shape = excitation.shape(model.n_whole, basis)
+        own, share = shape[model.dofs], model.share(shape)
+        self.largest = float(np.abs(shape).max())
+        self._model, self._basis = model, basis
+        self.n_components = basis.n_components
+        self.static, self.band_functions = model.seen.static, model.matrices
+        self.mass = model.seen.undamped.polynomial[2].real
+        self.parts = []
+        for n in basis.harmonics:
+            first = basis.component(n)
+            at = slice(first, first + 1 + (n > 0))
+            self.parts.append((n, at, _complex(own[:, at]), _complex(share[:, at])))
+
+    def _felt(self, n: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
+        """``[Z, G]`` of one harmonic and its derivative by the frequency."""
+        if n == 0:
+            static = self._model.seen.static.astype(complex)
+            return static, np.zeros_like(static)
+        value, slope = self._model.matrices[n](n * frequency)
+        return value.conj(), n * slope.conj()
+
+    def shape(self, frequency: float) -> FloatArray:
+        """The force of unit amplitude that the kept degrees of freedom feel, (n_unknowns,)."""
+        size = self._model.n_dof
+        result = np.zeros((size, self._basis.n_components))
+        for n, at, own, share in self.parts:
+            force = own + self._felt(n, frequency)[0][:, size:] @ share
+            result[:, at] = _real(force, n)
+        return result.ravel()
+
+    def added(
+        self, contacts: Evaluation, unknowns: FloatArray, frequency: float, amplitude: float
+    ) -> Evaluation:
+        """The equations at one point from those of the contacts alone."""
+        size, n_components = self._model.n_dof, self._basis.n_components
+        x = unknowns.reshape(size, n_components)
+        forces, slopes, terms = np.empty((3, size, n_components))
+        jacobian = contacts.jacobian
+        jacobian = np.asfortranarray(jacobian.toarray() if sp.issparse(jacobian) else jacobian)
+        # Columns are stored one after the other.
+        blocks = jacobian.T.reshape(size, n_components, size, n_components)
+        for n, at, own, share in self.parts:
+            value, slope = self._felt(n, frequency)
+            stiffness, motion = value[:, :size], _complex(x[:, at])
+            push = own + value[:, size:] @ share
+            forces[:, at] = _real(stiffness @ motion - amplitude * push, n)
+            moving = np.concatenate([motion, -amplitude * share])
+            slopes[:, at] = _real(slope @ moving, n)
+            level = np.abs(x[:, at])
+            real, imaginary = stiffness.real, stiffness.imag
+            terms[:, at] = np.abs(real) @ level + np.abs(amplitude * _real(push, n))
+            cosine, sine = at.start, at.stop - 1
+            blocks[:, cosine, :, cosine] += real.T
+            if n:
+                terms[:, at] += np.abs(imaginary) @ level[:, ::-1]
+                blocks[:, sine, :, sine] += real.T
+                blocks[:, cosine, :, sine] += imaginary.T
+                blocks[:, sine, :, cosine] -= imaginary.T
+        return replace(
+            contacts,
+            residual=contacts.residual + forces.ravel(),
+            magnitude=contacts.magnitude + float(terms.max()),
+            jacobian=jacobian,
+            by_parameter=contacts.by_parameter + slopes.ravel(),
+        )
+
+    def amplification(self, unknowns: FloatArray, frequency: float, amplitude: float) -> float:
+        """Largest inertia force over the largest exciting force (0 without one).
+
+        Of what is kept, and of the interior as far as it follows without delay.
+        """
+        inertia = self.mass @ (unknowns.reshape(len(self.mass), -1) * self._basis.order**2)
+        force = abs(amplitude) * self.largest
+        return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
+
+
+def _complex(components: FloatArray) -> ComplexArray:
+    """``a + i b`` of coefficients (n, 1 or 2)."""
+    if components.shape[1] == 1:
+        return components[:, 0].astype(complex)
+    return np.ascontiguousarray(components).view(complex)[:, 0]
+
+
+def _real(values: ComplexArray, harmonic: int) -> FloatArray:
+    """Coefficients (n, 1 or 2) of ``a + i b``."""
+    parts = values.view(float).reshape(-1, 2)
+    return parts if harmonic else parts[:, :1]

@@ -1,0 +1,35 @@
+"""The equations at one point: what residuals and curves return."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symhbm.model.contacts import LocatedFriction
+from symhbm.numerics import FloatArray
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The equations at one point: residual and derivatives.
+
+    ``residual`` (n_unknowns,) [N]; ``magnitude``, the largest sum of the absolute force terms of
+    one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
+    ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
+    `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``, the events of the
+    contacts; ``excess_by_parameter`` (n_contacts,), the derivative of ``friction.excess`` by the
+    moving parameter at constant unknowns.
+    """
+
+    residual: FloatArray
+    magnitude: float
+    jacobian: Any
+    by_parameter: FloatArray
+    friction: LocatedFriction
+    excess_by_parameter: FloatArray | float = 0.0
+
+    @property
+    def norm(self) -> float:
+        """Largest residual relative to the largest sum of absolute force terms."""
+        largest = float(np.max(np.abs(self.residual)))
+        return largest / self.magnitude if self.magnitude > 0 else largest

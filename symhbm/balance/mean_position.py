@@ -1,0 +1,73 @@
+"""Harmonic 0: where a structure stands in the mean, what asks for it and what holds it.
+
+The force of a slipping contact does not know the mean of its motion. Where the motion is no mirror
+image of itself that force has a mean, which only stiffness balances.
+"""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, onenormest, splu
+
+from symhbm.balance.harmonic_balance import HarmonicBalance
+from symhbm.model.condensation import CondensedModel
+from symhbm.numerics import DENSE_LIMIT, complete_harmonics
+
+_SINGULAR = 1e-13
+"""Reciprocal condition of a scaled stiffness matrix that lets something move freely."""
+
+
+def check_mean(problem: HarmonicBalance) -> None:
+    """Raise ValueError where contacts make a mean force that the harmonics leave out.
+
+    With friction that takes a force with even harmonics, counted in units of what all have in
+    common: responses are unique, and mirror images of themselves under odd ones. Cubic springs
+    break the symmetry of motions by themselves, once even harmonics let them.
+    """
+    model, harmonics = problem.model, problem.harmonics
+    if 0 in harmonics or not model.n_contacts:
+        return
+    size = model.n_whole if isinstance(model, CondensedModel) else model.n_dof
+    acts = problem.excitation.shape(size, problem.basis).any(axis=0)
+    exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))
+    if exciting and 0 in complete_harmonics(exciting, 1):
+        why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
+    elif model.has_cubic_springs and 0 in complete_harmonics(harmonics, 1):
+        why = "a motion of even harmonics"
+    else:
+        return
+    raise ValueError(
+        f"harmonics={harmonics}: expected 0 among them, as {why} makes a mean force at the "
+        f"contacts; try harmonics={(0, *harmonics)}"
+    )
+
+
+def is_held(problem: HarmonicBalance) -> bool:
+    """Whether stiffness or cubic springs determine where the structure stands in the mean."""
+    model = problem.model
+    stiffness: Any
+    if isinstance(model, CondensedModel):
+        stiffness = sp.csc_array(model.seen.static[:, : model.n_dof].real)
+    else:
+        stiffness = model.stiffness_matrix
+    springs = model.directions[model.cubic_stiffness != 0]
+    diagonal = np.abs(stiffness.diagonal())
+    # Cubic springs hold with any stiffness: that of the structure, where they are.
+    common = float(np.median(diagonal[diagonal > 0])) if diagonal.any() else 1.0
+    matrix = stiffness + common * (springs.T @ springs)
+    scale = sp.diags_array(np.where(diagonal > 0, diagonal, common) ** -0.5)
+    return _reciprocal_condition((scale @ matrix @ scale).tocsc()) > _SINGULAR
+
+
+def _reciprocal_condition(matrix: Any) -> float:
+    if matrix.shape[0] <= DENSE_LIMIT:
+        values = np.linalg.svd(matrix.toarray(), compute_uv=False)
+        return float(values[-1] / values[0]) if values[0] else 0.0
+    try:
+        factors = splu(matrix)
+    except RuntimeError:  # SuperLU: exactly singular
+        return 0.0
+    solves = dict(matvec=factors.solve, rmatvec=lambda right: factors.solve(right, trans="T"))
+    inverse = LinearOperator(matrix.shape, dtype=float, **solves)  # type: ignore[call-arg]
+    return 1 / float(onenormest(inverse) * abs(matrix).sum(axis=0).max())

@@ -1,0 +1,150 @@
+"""The linear system of one Newton step on a frequency curve, and what a point of it tells.
+
+Of equations in closed form, with one constraint: a plane, or the limit of one contact.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symhbm.balance import CondensedForces, Equations
+from symhbm.continuation.correctors.condensed_graph import condensed_graph
+from symhbm.continuation.correctors.constraints import BEYOND
+from symhbm.continuation.problem import WEAKEST
+from symhbm.model.contacts import places, spring_kernel
+from symhbm.numerics import constant
+
+SCALARS = 6
+"""Values in front of those of the contacts, see `point_system`."""
+_FEW, _SPARSE = 100, 10_000
+"""Contacts, and entries of the Jacobian, up to which terms that are shared are looked for.
+
+That takes longer than linearly."""
+_MOST_FILL = 20_000
+"""Entries of the factors of the structure up to which resonances are counted at every point."""
+
+
+def point_system(equations: Equations, structure: CondensedForces | None = None) -> ca.Function:
+    """CasADi function of the scaled system at a point, of a condensed ``structure`` where given.
+
+    Inputs: all ``parameters``, ``point`` and ``guess`` (unknowns and frequency), ``normal`` and
+    ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, ``normal`` then being
+    0), ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
+    ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
+    residual, value of the constraint, amplification, distance from the guess, twice the resonances
+    below (-1 where they are not counted), whether a contact is beyond its limit, and the excess and
+    the stiffness of all; ``limits``, the derivatives of the excess by the scaled unknowns
+    (n_contacts, n_unknowns).
+    """
+    sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
+    n, n_contacts = sizes[0], len(equations.contacts)
+    lengths = dict(parameters=sum(sizes[2:-1]), point=n + 1, guess=n + 1, normal=n + 1)
+    lengths |= dict(anchor=n + 1, limit=n_contacts, imposed=n_contacts, scale=2)
+    kind: Any = ca.SX if structure is None else ca.MX
+    symbol: dict[str, Any] = {name: kind.sym(name, length) for name, length in lengths.items()}
+    point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
+    starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
+    parameters = ca.vertsplit(symbol["parameters"], starts)
+    at = [point[:n], point[n], *parameters]
+    balance, magnitude, jacobian, by_frequency, events = equations.closed_form(
+        *at, symbol["imposed"]
+    )
+    amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
+    springs = _springs(equations, point[:n], parameters, events)
+    if structure is None:
+        conservative, inertia = equations.conservative(*at)
+        inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
+        below = _resonances_below(equations, conservative, springs)
+    else:
+        forces, terms, stiffness, slopes, inertia = condensed_graph(structure)(
+            point[:n], point[n], parameters[-2]
+        )
+        balance, magnitude = balance + forces, magnitude + terms
+        jacobian, by_frequency = jacobian + stiffness, by_frequency + slopes
+        exciting, below = amplitude * structure.largest, -1
+
+    size = n // len(equations.dofs)
+    place = places(size)
+    spread = constant(equations.directions)
+    excess = events[place["excess"], :].T
+    gradients = [kind(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
+    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else kind(0, n)
+
+    lengthwise = ca.vertcat(ca.repmat(scale[0], n), scale[1])
+    value = ca.dot(normal, (point - symbol["anchor"]) / lengthwise)
+    value += ca.sum1(ca.if_else(limit > 0, excess, 0))
+    row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
+    force = ca.if_else(magnitude > 0, magnitude, 1)
+    top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
+    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(kind(n, 1), 1))
+    # The largest of several numbers passes over those that are none.
+    known = ca.sumsqr(balance) < ca.inf
+    values = ca.vertcat(
+        ca.if_else(known, ca.mmax(ca.fabs(balance)) / force, ca.inf),
+        value,
+        ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
+        _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),
+        below,
+        _crosses(excess, symbol["imposed"]),
+        excess,
+        springs.T,
+    )
+    outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
+    if structure is None and n_contacts <= _FEW and jacobian.nnz() <= _SPARSE:
+        outputs = ca.cse(outputs)
+    names = ["matrix", "right", "values", "limits"]
+    return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
+
+
+def _crosses(excess: Any, slip: Any) -> Any:
+    """Whether a contact is beyond the limit of its held state, see `crossed`."""
+    outward = ca.if_else(slip, -excess, excess)
+    beyond = ca.logic_and(outward > BEYOND, ca.fabs(excess) < ca.inf)
+    return ca.sum1(beyond) > 0
+
+
+def _distance(equations: Equations, point: Any, other: Any) -> Any:
+    """Scaled distance between two points, see `Curve.distance`."""
+    size, same_harmonic = equations.basis.n_components, equations.basis.same_harmonic
+    moved, level = (
+        ca.reshape(vector[:-1], size, len(equations.dofs)) for vector in (point - other, point)
+    )
+    strength = ca.mtimes(ca.DM(same_harmonic), ca.sqrt(ca.sum2(level**2)))
+    moved = ca.sqrt(ca.sum2(moved**2)) / ca.fmin(ca.fmax(strength, WEAKEST), 1)
+    return ca.sqrt(ca.sum1(moved**2) + (point[-1] - other[-1]) ** 2)
+
+
+def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events: Any) -> Any:
+    """Stiffness of the contacts in their harmonic motion, a row."""
+    size = equations.basis.n_components
+    parameter = dict(zip(equations.parameter_names, parameters, strict=True))
+    motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
+    limit = parameter["friction_coefficient"] * parameter["normal_load"]
+    kernel, place, found = spring_kernel(equations.basis), places(size), []
+    for j, packed in enumerate(ca.horzsplit(events)):
+        matrix = ca.reshape(packed[place["matrix"]], size, size)
+        given = motion[:, j], matrix, packed[place["vector"]]
+        found.append(kernel(*given, parameter["contact_stiffness"][j], limit[j], 0)[0])
+    return ca.horzcat(*found)
+
+
+def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:
+    """Twice the number of natural frequencies below the exciting one, -1 if that takes long.
+
+    The number of negative pivots of the dynamic stiffness (Sylvester).
+    """
+    whole = conservative
+    if len(equations.contacts):
+        spread = constant(equations.directions)
+        rest = ca.SX(equations.basis.n_components - 2, springs.shape[1])
+        each = ca.vertcat(rest, springs, springs)
+        whole += ca.mtimes([spread.T, ca.diag(ca.vec(each)), spread])
+    moving = np.flatnonzero(np.tile(equations.basis.order > 0, len(equations.dofs))).tolist()
+    whole = whole[moving, moving]
+    whole = (whole + whole.T) / 2
+    _, lower, _ = ca.ldl(ca.DM(whole.sparsity(), 1))
+    if lower.nnz() > _MOST_FILL:
+        return -1
+    pivots, _, _ = ca.ldl(whole)
+    return ca.sum1(pivots < 0)

@@ -1,0 +1,128 @@
+"""Newton's method on the equations and one constraint as one compiled function.
+
+Under one harmonic the events of contacts are closed forms, so that the whole iteration (events,
+residual, Jacobian, factorisation, step, tangent) needs no Python: a correction is one call. It does
+what `symhbm.continuation.correctors.stepwise.Corrector` does step by step for all other equations.
+"""
+
+import threading
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import CondensedForces, Equations
+from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
+from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
+from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
+from symhbm.continuation.problem import Curve, FrequencyCurve
+from symhbm.continuation.resonance_count import ResonanceCount
+from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, native
+
+_OFTEN = 50
+"""Curves of one structure after which machine code saves more time than it takes to make."""
+
+
+class CompiledCorrector:
+    """Corrects guesses onto the frequency curve of one problem; see `Corrector`."""
+
+    def __init__(self, curve: FrequencyCurve):
+        equations, arguments = curve.problem.compiled
+        self._correct, self._tangent = map(
+            Compiled, _programs(equations, curve.problem.structure).functions()
+        )
+        for function in (self._correct, self._tangent):
+            function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
+        self._n_contacts = curve.problem.n_contacts
+        self._count = ResonanceCount(curve)
+
+    def correct(
+        self,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        slip: NDArray[np.bool_],
+        precision: float,
+        radius: float,
+    ) -> tuple[Corrected | None, int]:
+        """Solve from ``guess`` and tell the linear solves; arguments as of `Corrector.correct`."""
+        _, first, normal, anchor, limit, imposed, settings = self._correct.inputs
+        first[:], imposed[:] = guess, slip
+        settings[:] = scale[0], scale[-1], precision, radius
+        limit[:] = 0.0
+        if isinstance(constraint, Hyperplane):
+            normal[:], anchor[:] = constraint.normal, constraint.anchor
+        else:
+            assert isinstance(constraint, AtLimit)
+            normal[:], limit[constraint.contact] = 0.0, 1.0
+        try:
+            self._correct.run()
+        except RuntimeError:
+            return None, 1  # LAPACK refuses a matrix that is exactly singular
+        point, direction, (status, solves), values = self._correct.outputs
+        if status != DONE:
+            return None, int(solves)
+        return self._corrected(point.copy(), direction.copy(), values), int(solves)
+
+    def tangent(
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """Tangent at a solution, along ``row``; None where there is none."""
+        _, at, normal, imposed, settings = self._tangent.inputs
+        at[:], normal[:], imposed[:] = point, row, slip
+        settings[:2] = scale[0], scale[-1]
+        try:
+            self._tangent.run()
+        except RuntimeError:
+            return None
+        direction, values = self._tangent.outputs
+        if not np.isfinite(direction).all():
+            return None
+        return self._corrected(point, direction.copy(), values)
+
+    def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
+        norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
+        excess, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
+        sign = 1 if direction[-1] >= 0 else -1
+        contacts = excess, rate, crosses > 0
+        counted = (
+            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
+        )
+        return Corrected(point, direction, sign, norm, amplification, error, *contacts, counted)
+
+
+def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
+    """The compiled corrector of a curve, None for one that needs Python.
+
+    Large sparse matrices are factorised faster there: CasADi keeps the order of the unknowns.
+    """
+    if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
+        return None
+    if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
+        return None
+    return CompiledCorrector(curve) if curve.problem.in_closed_form else None
+
+
+@lru_cache(maxsize=32)
+def _programs(equations: Equations, structure: CondensedForces | None) -> "_Programs":
+    return _Programs(point_system(equations, structure))
+
+
+class _Programs:
+    """The functions of one structure; those of many curves become machine code where they can."""
+
+    def __init__(self, system: ca.Function):
+        self._system = system
+        self._functions = correction(system), tangent(system)
+        self._uses = 0
+        self._lock = threading.Lock()
+
+    def functions(self) -> tuple[ca.Function, ca.Function]:
+        """The correction and the tangent."""
+        with self._lock:
+            self._uses += 1
+            if self._uses == _OFTEN and (system := native(self._system)) is not None:
+                self._functions = (correction(system), tangent(system))
+            return self._functions

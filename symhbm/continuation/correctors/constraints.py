@@ -1,0 +1,105 @@
+"""What beside the equations fixes a point of a curve, and the point that both give."""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation
+from symhbm.continuation.problem import Curve
+from symhbm.numerics import FloatArray
+
+ON_LIMIT = 1e-9
+"""Contacts whose motion is this close to its limit, relatively, change state together."""
+BEYOND = 1e-11
+"""Motion over its limit, relatively, from which a contact is in the wrong state."""
+
+
+class Constraint(Protocol):
+    """One more equation beside those of the curve."""
+
+    def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
+        """Value at (unknowns, parameter) and its gradient by the scaled ones, (n_unknowns + 1,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Hyperplane:
+    """Stay on the plane through ``anchor`` with the scaled ``normal`` (all (n_unknowns + 1,))."""
+
+    anchor: FloatArray
+    scale: FloatArray
+    normal: FloatArray
+
+    def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
+        """Scaled distance from the plane, and its normal."""
+        return float(np.dot(self.normal, (point - self.anchor) / self.scale)), self.normal
+
+
+@dataclass(frozen=True)
+class AtLimit:
+    """Put the motion of one contact on the limit between sticking and slipping."""
+
+    curve: Curve
+    contact: int
+    scale: FloatArray
+
+    def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
+        """The excess of the contact, and its gradient."""
+        friction = evaluation.friction
+        row = np.zeros(len(self.scale))
+        gradient = friction.excess_gradient[self.contact]
+        row[:-1] = self.curve.problem.expand(self.contact, gradient)
+        explicit = np.broadcast_to(evaluation.excess_by_parameter, friction.slip.shape)
+        row[-1] = explicit[self.contact]
+        return float(friction.excess[self.contact]), row * self.scale
+
+
+class Corrected(NamedTuple):
+    """A solution of the equations and a constraint.
+
+    ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
+    (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
+    the constraint; ``sign``, that of ``det [J; direction^T]`` up to one that is constant along a
+    curve. ``error`` is the scaled distance from the guess; ``excess`` (n_contacts,) the logarithm
+    of the motion over its limit and ``rate`` (n_contacts,) its derivative along the direction;
+    ``crosses`` tells that a contact is beyond the limit of its held state; ``amplification`` is the
+    largest inertia force over the largest exciting one; ``below`` counts the resonances below each
+    harmonic of the frequency, None where they were not counted.
+    """
+
+    point: FloatArray
+    direction: FloatArray
+    sign: int
+    residual_norm: float
+    amplification: float
+    error: float
+    excess: FloatArray
+    rate: FloatArray
+    crosses: bool
+    below: tuple[int, ...] | None
+
+    def turned(self) -> "Corrected":
+        """The same point, looking the other way."""
+        return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
+
+
+def crossed(excess: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which contacts are beyond the limit of their held state ``slip``, all (n_contacts,)."""
+    beyond = np.where(slip, excess < -BEYOND, excess > BEYOND)
+    return beyond & np.isfinite(excess)
+
+
+def unit_parameter(size: int) -> FloatArray:
+    """The unit vector of the parameter among ``size`` scaled variables."""
+    vector = np.zeros(size)
+    vector[-1] = 1.0
+    return vector
+
+
+def excess_rate(curve: Curve, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
+    """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
+    relative = curve.problem.relative(direction[:-1])
+    rate: NDArray = np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
+    return rate + evaluation.excess_by_parameter * direction[-1]

@@ -1,0 +1,124 @@
+"""Newton's method on the equations and one constraint: points, limits and tangents of a curve."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation
+from symhbm.continuation.correctors.compiled import compiled_corrector
+from symhbm.continuation.correctors.constraints import (
+    Constraint,
+    Corrected,
+    crossed,
+    excess_rate,
+    unit_parameter,
+)
+from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.problem import Curve
+from symhbm.continuation.resonance_count import ResonanceCount
+from symhbm.numerics import Factorisation, FloatArray, bordered
+
+
+class Corrector:
+    """Corrects guesses onto a curve; ``solves`` counts all linear solves."""
+
+    def __init__(self, curve: Curve):
+        self.curve = curve
+        self.solves = 0
+        self._compiled = compiled_corrector(curve)
+        self._count = ResonanceCount(curve)
+
+    def correct(
+        self,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        slip: NDArray[np.bool_],
+        precision: float = 1e-6,
+        radius: float = 0.5,
+    ) -> Corrected | None:
+        """Solve from ``guess`` (n_unknowns + 1,), contact states ``slip`` held.
+
+        ``scale`` (n_unknowns + 1,) measures all steps. The tangent is that of a point within
+        ``precision`` of the solution. None if the iteration leaves ``radius`` or does not converge.
+        """
+        if self._compiled is not None:
+            found, solves = self._compiled.correct(
+                guess, scale, constraint, slip, precision, radius
+            )
+            self.solves += solves
+            return found
+        point, direction, sign = guess, None, 0
+        last_step, correction = np.inf, 0
+        while True:
+            try:
+                evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+            except ArithmeticError:
+                return None
+            value, row = constraint(point, evaluation)
+            on_curve = evaluation.norm <= TOLERANCE and abs(value) <= TOLERANCE
+            if on_curve and direction is not None and last_step <= precision:
+                break
+            if correction == MAX_CORRECTIONS or not np.isfinite(value):
+                if direction is None or not on_curve or last_step > STAGNATION:
+                    return None
+                break
+            solution, sign = self._step(evaluation, scale, row, value)
+            if solution is None:
+                return None
+            step, direction = solution[:, 0], solution[:, 1] / np.linalg.norm(solution[:, 1])
+            previous, last_step = last_step, float(np.linalg.norm(step))
+            if correction > 2 and last_step > previous:
+                if not on_curve:
+                    return None
+                break
+            if last_step > radius:
+                return None
+            point, correction = point + step * scale, correction + 1
+        return self._corrected(point, evaluation, scale, direction, sign, guess, slip)
+
+    def tangent(
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """Tangent at a solution with the contact states ``slip``, along ``row`` where it can be."""
+        borders = row, unit_parameter(len(row))
+        if self._compiled is not None:
+            self.solves += 1
+            found = (self._compiled.tangent(point, scale, border, slip) for border in borders)
+            return next((tangent for tangent in found if tangent is not None), None)
+        evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        for border in borders:
+            solution, sign = self._step(evaluation, scale, border, 0.0)
+            if solution is not None:
+                direction = solution[:, 1] / np.linalg.norm(solution[:, 1])
+                return self._corrected(point, evaluation, scale, direction, sign, point, slip)
+        return None
+
+    def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
+        return Corrected(
+            point,
+            direction,
+            sign,
+            evaluation.norm,
+            self.curve.amplification(point[:-1], point[-1]),
+            self.curve.distance(point, guess, scale),
+            evaluation.friction.excess,
+            excess_rate(self.curve, evaluation, direction * scale),
+            bool(crossed(evaluation.friction.excess, slip).any()),
+            self._count.below(point[:-1], point[-1], evaluation.friction),
+        )
+
+    def _step(self, evaluation: Evaluation, scale: FloatArray, row: FloatArray, value: float):
+        """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
+        force = evaluation.magnitude or 1.0
+        matrix = bordered(
+            evaluation.jacobian * (scale[0] / force),
+            evaluation.by_parameter * (scale[-1] / force),
+            row,
+        )
+        right = np.zeros((len(row), 2), order="F")
+        right[:-1, 0] = -evaluation.residual / force
+        right[-1] = -value, 1.0
+        self.solves += 1
+        factors = Factorisation(matrix)
+        return factors.solve(right), factors.sign

@@ -1,0 +1,20 @@
+"""What happens on a branch: contact limits, folds, branch points, resonances."""
+
+from symhbm.continuation.events.branch_points import find_branch_point
+from symhbm.continuation.events.contact_limits import brief_crossing, first_limit
+from symhbm.continuation.events.corners import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
+from symhbm.continuation.events.folds import find_folds
+from symhbm.continuation.events.resonances import Lookout, Reduced, reduced
+
+__all__ = [
+    "LARGEST_PREDICTION_ERROR",
+    "SMALLEST_STEP",
+    "Lookout",
+    "Reduced",
+    "brief_crossing",
+    "find_branch_point",
+    "find_folds",
+    "first_limit",
+    "hop",
+    "reduced",
+]

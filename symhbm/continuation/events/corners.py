@@ -1,0 +1,103 @@
+"""Steps over corners that nobody located, at a fixed value ahead, where the response is unique.
+
+With several harmonics the slip of a minor loop begins or ends at such corners, and Newton's method
+with a line search, contacts free, crosses them: with one solution at each value the path cannot be
+left.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from symhbm.continuation.correctors import ON_LIMIT, Corrected, Corrector, unit_parameter
+from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.point import PathPoint
+from symhbm.numerics import FloatArray
+
+SMALLEST_STEP = 1e-9
+LARGEST_PREDICTION_ERROR = 0.3
+"""Distance between predicted and corrected point, relative to the response, of a step to reject."""
+
+
+class Hop(NamedTuple):
+    """A point beyond a corner, the states after it, and the length and error of the step."""
+
+    found: Corrected
+    slip: NDArray[np.bool_]
+    length: float
+    error: float
+
+
+def hop(corrector: Corrector, base: PathPoint, end: float, step: float) -> Hop | None:
+    """The farthest point ahead up to ``step``, if possible in the contact states of ``base``.
+
+    Where states change, it is the first change: the point where that contact is on its limit.
+    """
+    for may_change in (False, True):
+        length = step
+        while length >= SMALLEST_STEP:
+            found = _at_distance(corrector, base, end, length, may_change)
+            if found is not None:
+                return found
+            length /= 4
+    return None
+
+
+def _at_distance(
+    corrector: Corrector, base: PathPoint, end: float, length: float, may_change: bool
+) -> Hop | None:
+    heading = np.sign(end - base.value)
+    value = base.value + heading * min(length * abs(base.after[-1]), abs(end - base.value))
+    result = _solve(corrector, base, value)
+    scale = corrector.curve.scale(base.state)
+    error = corrector.curve.distance(np.append(result.unknowns, value), base.state, scale)
+    if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
+        return None
+    slip = result.evaluation.friction.slip
+    changed = slip != base.slip
+    if changed.any():
+        if not may_change:
+            return None
+        # A contact on its limit, or already beyond it, changes at once.
+        at_once = changed & (np.where(base.slip, base.excess, -base.excess) <= ON_LIMIT)
+        later = np.flatnonzero(changed & ~at_once)
+        try:
+            value, result = _first_change(corrector, base, value, later)
+        except ArithmeticError:
+            return None
+        on_limit = np.abs(result.evaluation.friction.excess) <= ON_LIMIT
+        slip = np.where(at_once | (changed & on_limit), slip, base.slip)
+    row = heading * unit_parameter(len(scale))
+    tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
+    return None if tangent is None else Hop(tangent, slip, length, error)
+
+
+def _first_change(
+    corrector: Corrector, base: PathPoint, value: float, contacts: NDArray[np.intp]
+) -> tuple[float, NewtonResult]:
+    """Value at which the first of some contacts reaches its limit, and the solution there."""
+
+    def excess(share: float, contact: int) -> float:
+        if share == 0.0:
+            return float(base.excess[contact])
+        result = _solve(corrector, base, base.value + share * (value - base.value))
+        if not result.converged:
+            raise ArithmeticError("no solution before a change of contact states")
+        return float(result.evaluation.friction.excess[contact])
+
+    shares = [1.0]
+    for contact in contacts:
+        shares.append(scipy.optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+    at = base.value + min(shares) * (value - base.value)
+    return at, _solve(corrector, base, at)
+
+
+def _solve(corrector: Corrector, base: PathPoint, value: float) -> NewtonResult:
+    def balance(unknowns: FloatArray):
+        return corrector.curve.evaluate(unknowns, value)
+
+    result = newton(balance, base.unknowns)
+    corrector.solves += result.iterations
+    return result

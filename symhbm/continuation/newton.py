@@ -1,0 +1,73 @@
+"""One point: Newton's method with a line search on the residual."""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from symhbm.balance import Evaluation
+from symhbm.numerics import Factorisation, FloatArray
+from symhbm.status import Status
+
+TOLERANCE = 1e-12
+"""Largest residual over the largest sum of absolute force terms: some thousand round-offs."""
+ACCEPTED = 10 * TOLERANCE
+"""Largest residual norm of a point held in its contact states, once every contact is free."""
+PRECISION = 1e-6
+"""Largest last step relative to the response: convergence is quadratic, the error its square."""
+MAX_ITERATIONS = 60
+SMALLEST_STEP = 2.0**-12
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Last point of an iteration: ``unknowns`` (n_unknowns,) [m] and how they were reached.
+
+    ``iterations`` counts linear solves; ``evaluation`` belongs to ``unknowns``.
+    """
+
+    unknowns: FloatArray
+    evaluation: Evaluation
+    iterations: int
+    status: Status
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual is below the tolerance."""
+        return self.status == Status.SUCCESS
+
+
+def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> NewtonResult:
+    """Solve the equations ``evaluate`` gives, from the unknowns ``start`` (n_unknowns,) [m]."""
+    unknowns = np.array(start, dtype=float)
+    evaluation = evaluate(unknowns)
+    last_step = np.inf
+    for iteration in range(MAX_ITERATIONS):
+        if evaluation.norm <= TOLERANCE and last_step <= PRECISION:
+            return NewtonResult(unknowns, evaluation, iteration, Status.SUCCESS)
+        step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
+        if step is None:
+            return NewtonResult(unknowns, evaluation, iteration + 1, Status.SYSTEM_SINGULAR)
+        merit = np.linalg.norm(evaluation.residual)
+        length = 1.0
+        while length >= SMALLEST_STEP:
+            # A step that overshoots all numbers is one more that is too long.
+            with contextlib.suppress(ArithmeticError):
+                trial = evaluate(unknowns + length * step)
+                decrease = (1 - 1e-4 * length) * merit
+                if trial.norm <= TOLERANCE or np.linalg.norm(trial.residual) <= decrease:
+                    break
+            length /= 2
+        else:
+            return NewtonResult(unknowns, evaluation, iteration + 1, Status.NO_CONVERGENCE)
+        unknowns, evaluation = unknowns + length * step, trial
+        last_step = np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
+    status = Status.SUCCESS if evaluation.norm <= TOLERANCE else Status.NO_CONVERGENCE
+    return NewtonResult(unknowns, evaluation, MAX_ITERATIONS, status)
+
+
+def slope_of(evaluation: Evaluation) -> FloatArray:
+    """Derivative (n_unknowns,) of a solution by the parameter, NaN where there is none."""
+    slope = Factorisation(evaluation.jacobian).solve(-evaluation.by_parameter)
+    return np.full(len(evaluation.residual), np.nan) if slope is None else slope

@@ -1,0 +1,157 @@
+"""The equations along one moving parameter: what continuation follows."""
+
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.numerics import FloatArray, check, length_of
+
+_SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
+"""Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
+WEAKEST = 0.1
+"""Share of the response below which a harmonic is no longer watched by itself."""
+
+
+class Curve(ABC):
+    """Solutions of the balance over one parameter.
+
+    ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
+    solution at each value, so that a path that turns back is a failure and not a fold; lengths
+    along the parameter are relative to its value, but to no less than ``smallest``.
+    """
+
+    problem: HarmonicBalance
+    single_valued: bool
+    smallest: float = 0.0
+
+    @abstractmethod
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency [rad/s] at a value of the parameter."""
+
+    @abstractmethod
+    def evaluate(
+        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
+        """Residual and derivatives, ``by_parameter`` by the moving parameter."""
+
+    def amplification(self, unknowns: FloatArray, value: float) -> float:
+        """Largest inertia force over the largest exciting force."""
+        problem, frequency = self.at(value)
+        return problem.amplification(unknowns, frequency)
+
+    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
+        """Whether nothing moves at a value, next to which contacts are in the states ``slip``."""
+        return False
+
+    def scale(self, point: FloatArray) -> FloatArray:
+        """Scale of unknowns and parameter at a point, all (n_unknowns + 1,): what a length means.
+
+        The norm of the response for all its coefficients, the parameter's own value.
+        """
+        scale = np.empty(len(point))
+        scale[:] = length_of(point[:-1]) or 1.0
+        scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
+        return scale
+
+    def distance(self, point: FloatArray, other: FloatArray, scale: FloatArray) -> float:
+        """Scaled distance of a point from another, of weak harmonics relative to themselves.
+
+        All arrays (n_unknowns + 1,).
+        """
+        problem = self.problem
+        moved = problem.coefficients((point - other)[:-1] / scale[:-1])
+        level = problem.coefficients(point[:-1] / scale[:-1])
+        strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
+        moved = np.linalg.norm(moved, axis=0) / np.clip(strength, WEAKEST, 1.0)
+        return float(np.hypot(np.linalg.norm(moved), (point - other)[-1] / scale[-1]))
+
+
+class FrequencyCurve(Curve):
+    """The response over the angular frequency [rad/s]."""
+
+    def __init__(self, problem: HarmonicBalance):
+        self.problem = problem
+        self.single_valued = problem.single_valued
+
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency."""
+        return self.problem, value
+
+    def evaluate(
+        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
+        """Residual and derivatives at the angular frequency ``value``."""
+        return self.problem.evaluate(unknowns, value, slip)
+
+
+class ParameterCurve(Curve):
+    """The response over one named parameter at a constant angular ``frequency`` [rad/s].
+
+    The parameter is set for all blades or contacts at once, or for that at ``index`` alone.
+    """
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        name: str,
+        frequency: float,
+        index: int | None = None,
+        smallest: float = 0.0,
+    ):
+        check.known(name, problem.parameters)
+        self._derivative = problem.derivative(name)
+        self.problem = problem
+        self.name = name
+        self.frequency = frequency
+        self.smallest = smallest
+        self.single_valued = problem.single_valued and name != "cubic_stiffness"
+        nominal = np.asarray(problem.parameters[name], dtype=float)
+        chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
+        if index is not None:
+            chosen[index] = 1.0
+        self._nominal, self._chosen = nominal, chosen
+        # Points on a path are looked at several times.
+        self.at = lru_cache(maxsize=8)(self.at)  # type: ignore[method-assign]
+
+    def scale(self, point: FloatArray) -> FloatArray:
+        """As of any curve; towards no force, relative to the response at ``smallest``."""
+        scale = super().scale(point)
+        if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
+            scale[:-1] *= self.smallest / abs(point[-1])
+        return scale
+
+    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
+        """Without a force, where the way there is linear."""
+        slides = slip & (self.problem.slip_limit > 0)
+        return self.name == "force_amplitude" and value == 0 and not slides.any()
+
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """The problem with the parameter at ``value``, and the constant frequency."""
+        values = np.where(self._chosen > 0, value, self._nominal)
+        try:
+            return self.problem.with_parameters(**{self.name: values}), self.frequency
+        except ValueError as error:
+            # An iteration that leaves the allowed values is one that fails.
+            raise ArithmeticError(str(error)) from error
+
+    def evaluate(
+        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
+        """Residual and derivatives at the ``value`` of the parameter."""
+        problem, frequency = self.at(float(value))
+        evaluation = problem.evaluate(unknowns, frequency, slip)
+        inputs = problem.arguments(unknowns, frequency, slip)
+        by_entry = self._derivative(**inputs)["jacobian"].sparse()
+        chosen = problem.own(self.name, self._chosen)
+        excess_by_parameter: FloatArray | float = 0.0
+        if self.name in _SIGNS and value != 0:
+            excess_by_parameter = _SIGNS[self.name] / value * chosen
+        return replace(
+            evaluation,
+            by_parameter=by_entry @ np.atleast_1d(chosen),
+            excess_by_parameter=excess_by_parameter,
+        )

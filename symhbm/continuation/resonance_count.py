@@ -1,0 +1,91 @@
+"""Numbers of natural frequencies below the harmonics of the exciting one, without any mode.
+
+With its contacts at their present stiffness ``k`` a structure has as many of them below ``s`` as
+its dynamic stiffness ``K + B' k B - s^2 M`` has negative eigenvalues (Sylvester's law of inertia).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation.condensed_modes import modes_below
+from symhbm.continuation.problem import Curve
+from symhbm.model.condensation import CondensedModel
+from symhbm.model.contacts import ContactSprings, LocatedFriction, contact_springs
+from symhbm.numerics import FloatArray, negative_eigenvalues
+
+LARGEST_SIZE = 300
+"""Number of degrees of freedom above which modes cost more than the path."""
+
+
+class ResonanceCount:
+    """Counts the resonances below each harmonic above 0 at points of a curve."""
+
+    def __init__(self, curve: Curve):
+        self._curve = curve
+        self._of: tuple[Any, Any] = None, None
+        self._known: list[NDArray] = []
+
+    def below(
+        self, unknowns: FloatArray, value: float, friction: LocatedFriction
+    ) -> tuple[int, ...] | None:
+        """By harmonic, with its springs in place of the contacts; None for a large structure."""
+        if self._curve.problem.n_dof > LARGEST_SIZE:
+            return None
+        problem, _ = self._curve.at(value)
+        return self.below_with(springs_of(problem, unknowns, friction).stiffness, value)
+
+    def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:
+        """The same where the springs (n_harmonics, n_contacts) [N/m] are known."""
+        problem, frequency = self._curve.at(value)
+        if problem.n_dof > LARGEST_SIZE:
+            return None
+        harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
+        if isinstance(model, CondensedModel):
+            pairs = zip(harmonics, springs, strict=True)
+            return tuple(modes_below(model, n, frequency, spring) for n, spring in pairs)
+        mass, stiffness, spread, directions = self._matrices(problem, harmonics)
+        square = (frequency * np.array(harmonics))[:, None, None] ** 2
+        whole = stiffness + (spread * springs[:, None, :]) @ directions - square * mass
+        return tuple(map(negative_eigenvalues, whole))
+
+    def _matrices(self, problem: HarmonicBalance, harmonics: list[int]) -> list[NDArray]:
+        """Mass, stiffness and directions, there and back, one of each by harmonic or for all."""
+        model, symmetry = problem.model, problem.symmetry
+        given = model.mass_matrix, model.stiffness_matrix
+        if not all(a is b for a, b in zip(given, self._of, strict=True)):
+            waves = [0] if symmetry is None else [symmetry.wave(n) for n in harmonics]
+            parts = [structure_matrices(problem, wave) for wave in waves]
+            mass, _, stiffness, directions = map(np.array, zip(*parts, strict=True))
+            stiffness = (stiffness + _turned(stiffness)) / 2
+            self._of, self._known = given, [mass, stiffness, _turned(directions), directions]
+        return self._known
+
+
+def springs_of(
+    problem: HarmonicBalance, unknowns: FloatArray, friction: LocatedFriction
+) -> ContactSprings:
+    """The contacts of a problem as springs, see `contact_springs`."""
+    parameters = problem.contact_stiffness, problem.slip_limit, problem.cubic_stiffness
+    return contact_springs(problem.basis, problem.relative(unknowns), friction, *parameters)
+
+
+def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
+    """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
+
+    Of one sector, complex, as they act on a ``wave`` around the disk.
+    """
+    names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
+    whole = [getattr(problem.model, name) for name in names]
+    symmetry = problem.symmetry
+    if symmetry is None:
+        return [matrix.toarray() for matrix in whole]
+    phases = symmetry.phases(wave)
+    rows = [*(np.arange(symmetry.n_dof),) * 3, symmetry.contacts]
+    return [(matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)]
+
+
+def _turned(matrices: NDArray) -> NDArray:
+    return matrices.conj().transpose(0, 2, 1)

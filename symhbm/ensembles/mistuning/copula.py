@@ -1,0 +1,193 @@
+"""Points of the unit cube, independent or evenly spread, and Gaussian copulas that correlate them.
+
+Values are by parameter, an array ``(n_samples, n)`` each, with ``n`` blades or contacts.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import circulant
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
+
+from symhbm.numerics import FloatArray, check
+
+SAMPLINGS = ("random", "sobol", "latin_hypercube")
+
+_SOBOL_BLOCK = 2**14
+_SOBOL_STEP = 2.0**-30
+_OPEN = 2.0**-54, 1 - 2.0**-53
+"""Smallest and largest share: quantiles there are finite."""
+_SHORTEST = 1e-300
+"""Correlation length that is as good as none, and no quotient overflows."""
+_ROUND_OFF = 1e-10
+"""Share of its size by which round-off may make an eigenvalue 0 of a correlation negative."""
+
+
+def unit_samples(
+    sampling: str,
+    seed: int,
+    n_samples: int,
+    sizes: Mapping[str, int],
+    streams: Mapping[str, int],
+) -> dict[str, FloatArray]:
+    """Uniform shares between 0 and 1, both excluded, of the parameters of ``sizes``.
+
+    ``streams`` gives the size of every parameter that there may be, in an order that stays: the
+    place of a name there is that of its random stream, or of its dimensions of the Sobol sequence.
+    """
+    if sampling not in SAMPLINGS:
+        raise ValueError(
+            f"sampling={check.shown(sampling)}: expected one of {', '.join(map(repr, SAMPLINGS))}"
+        )
+    if sampling == "sobol":
+        return _sobol(seed, n_samples, sizes, streams)
+    shares = {}
+    for name, size in sizes.items():
+        stream = np.random.SeedSequence([seed, list(streams).index(name)])
+        rng = np.random.Generator(np.random.Philox(stream))
+        if sampling == "random":
+            shares[name] = rng.random((n_samples, size))
+        else:
+            shares[name] = qmc.LatinHypercube(size, rng=rng).random(n_samples)
+    return {name: np.clip(share, *_OPEN) for name, share in shares.items()}
+
+
+def _sobol(
+    seed: int, n_samples: int, sizes: Mapping[str, int], streams: Mapping[str, int]
+) -> dict[str, FloatArray]:
+    ends = np.cumsum(list(streams.values()))
+    if ends[-1] > qmc.Sobol.MAXDIM:
+        raise ValueError(
+            f"sampling='sobol': expected at most {qmc.Sobol.MAXDIM} values of all parameters "
+            f"together, got {ends[-1]}"
+        )
+    starts = dict(zip(streams, ends - list(streams.values()), strict=True))
+    # Powers of 2, as the sequence is balanced over those alone.
+    total = 2 ** (n_samples - 1).bit_length()
+    block = min(total, _SOBOL_BLOCK)
+    engine = qmc.Sobol(int(ends[-1]), rng=np.random.default_rng(seed))
+    shares = {name: np.empty((total, size)) for name, size in sizes.items()}
+    for start in range(0, total, block):
+        points = engine.random(block) + _SOBOL_STEP / 2
+        for name, size in sizes.items():
+            shares[name][start : start + block] = points[:, starts[name] : starts[name] + size]
+    return {name: share[:n_samples] for name, share in shares.items()}
+
+
+class Copula:
+    """Gaussian copula of parameters with so many blades or contacts each.
+
+    Parameters
+    ----------
+    sizes
+        Number of blades or contacts by parameter.
+    correlation
+        Between neighbours: a correlation length, a matrix, or either by parameter.
+    between
+        Correlation of pairs of parameters.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        If they are no correlations, or fit no parameter.
+    """
+
+    def __init__(self, sizes: Mapping[str, int], correlation: Any, between: Any):
+        by_name: dict[str, Any] = {}
+        if isinstance(correlation, Mapping):
+            by_name |= correlation
+        elif correlation is not None:
+            by_name |= dict.fromkeys(sizes, correlation)
+        for name in by_name:
+            check.known(name, sizes, "parameter that is drawn")
+        self._neighbours = {
+            name: _root(f"correlation of {name}", _matrix(name, value, sizes[name]))
+            for name, value in by_name.items()
+        }
+        self._together, matrix = _between(sizes, between)
+        self._parameters = _root("between", matrix)
+
+    def couple(self, shares: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Correlated shares, each of them uniform still, from independent ones."""
+        result = dict(shares)
+        if self._together:
+            scores = _mixed(self._parameters, [ndtri(shares[name]) for name in self._together])
+            result |= {
+                name: np.clip(ndtr(score), *_OPEN)
+                for name, score in zip(self._together, scores, strict=True)
+            }
+        for name, root in self._neighbours.items():
+            columns = list(ndtri(result[name]).T)
+            result[name] = np.clip(ndtr(np.stack(_mixed(root, columns), axis=1)), *_OPEN)
+        return result
+
+
+def _mixed(root: FloatArray, parts: Sequence[FloatArray]) -> list[FloatArray]:
+    """Each row of ``root`` times the parts, term by term: alike for any number of samples."""
+    mixed = []
+    for row in root:
+        total = np.zeros_like(parts[0])
+        for weight, part in zip(row, parts, strict=True):
+            total += weight * part
+        mixed.append(total)
+    return mixed
+
+
+def _matrix(name: str, value: ArrayLike, size: int) -> FloatArray:
+    array = check.array("correlation", value)
+    if array.ndim == 0:
+        length = check.scalar("correlation", value, "non-negative")
+        gap = np.minimum(np.arange(size), size - np.arange(size))
+        return circulant(np.exp(-gap / max(length, _SHORTEST)))
+    if array.shape != (size, size):
+        raise ValueError(
+            f"correlation={check.shown(value)}: expected a correlation length or a matrix of shape "
+            f"{(size, size)} for {name}, got shape {array.shape}"
+        )
+    return array
+
+
+def _between(sizes: Mapping[str, int], between: Any) -> tuple[list[str], FloatArray]:
+    if between is None:
+        return [], np.eye(0)
+    if not isinstance(between, Mapping):
+        raise TypeError(
+            f"between={check.shown(between)}: expected correlations by pairs of parameters"
+        )
+    for pair in between:
+        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
+            raise ValueError(f"between: expected pairs of two parameters, got {check.shown(pair)}")
+        for name in pair:
+            check.known(name, sizes, "parameter that is drawn")
+        if sizes[pair[0]] != sizes[pair[1]]:
+            raise ValueError(
+                f"between: expected parameters with as many values, {pair[0]} has "
+                f"{sizes[pair[0]]}, {pair[1]} has {sizes[pair[1]]}"
+            )
+    names = [name for name in sizes if any(name in pair for pair in between)]
+    matrix = np.eye(len(names))
+    for (one, other), value in between.items():
+        i, j = names.index(one), names.index(other)
+        if matrix[i, j] != 0:
+            raise ValueError(f"between: expected each pair once, got {(one, other)} twice")
+        matrix[i, j] = matrix[j, i] = check.scalar(f"between[{(one, other)}]", value)
+    return names, matrix
+
+
+def _root(what: str, matrix: FloatArray) -> FloatArray:
+    """Symmetric root of a correlation matrix, which need not have full rank."""
+    size = len(matrix)
+    if not np.array_equal(matrix, matrix.T) or np.any(np.diag(matrix) != 1):
+        raise ValueError(f"{what}: expected a symmetric matrix with ones on its diagonal")
+    if size == 0 or np.array_equal(matrix, np.eye(size)):
+        return matrix
+    values, vectors = np.linalg.eigh(matrix)
+    if values[0] < -_ROUND_OFF * size:
+        raise ValueError(
+            f"{what}: expected a positive semidefinite matrix, its lowest eigenvalue is "
+            f"{values[0]:.3g}"
+        )
+    return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T

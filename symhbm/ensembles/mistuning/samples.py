@@ -1,0 +1,73 @@
+"""Samples of parameters as a dataset: which there may be, their bounds, their labels."""
+
+import json
+from collections.abc import Collection
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
+from symhbm.numerics import FloatArray, check
+from symhbm.results import DRAWN, PARAMETERS, SCHEMA_VERSION
+
+# The place of a name is that of its random stream: names are added at the end only.
+DRAWABLE = (
+    "contact_stiffness",
+    "friction_coefficient",
+    "normal_load",
+    "cubic_stiffness",
+    "mass",
+    "damping",
+    "stiffness",
+    "force_amplitude",
+)
+
+
+def bound_of(name: str) -> str:
+    """The bound of a parameter's values, as `symhbm.numerics.check` names it."""
+    bounds = {"mass": "positive", "cubic_stiffness": "any", "force_amplitude": "any"}
+    return bounds.get(name, "non-negative")
+
+
+def dims_of(name: str) -> tuple[str, ...]:
+    """Dimensions of one value of a parameter."""
+    if name in BLADE_PARAMETERS:
+        return ("dof",)
+    return ("contact",) if name in CONTACT_PARAMETERS else ()
+
+
+def nominal_values(
+    problem: Model | HarmonicBalance, names: Collection[str]
+) -> dict[str, FloatArray]:
+    """Nominal values of the parameters asked for, with no axis where they are scalar.
+
+    Raises TypeError, ValueError and KeyError for anything that cannot be drawn.
+    """
+    if not isinstance(problem, Model | HarmonicBalance):
+        raise TypeError(f"problem={check.shown(problem)}: expected a Model or a HarmonicBalance")
+    allowed = [name for name in problem.parameters if name in DRAWABLE]
+    if not names:
+        raise ValueError(f"expected at least one parameter by name of {', '.join(allowed)}")
+    for name in names:
+        check.known(name, allowed, "parameter that can be drawn")
+    return {name: np.asarray(problem.parameters[name], dtype=float) for name in names}
+
+
+def labelled_samples(values: dict[str, FloatArray], drawn: dict[str, dict[str, Any]]) -> xr.Dataset:
+    """Dataset of samples (n_samples, ...) by parameter and how each was drawn."""
+    n_samples = len(next(iter(values.values())))
+    variables = {}
+    for name, array in values.items():
+        units, long_name = PARAMETERS[name]
+        about = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
+        variables[name] = (("sample", *dims_of(name)), array, about)
+    sample = ("sample", np.arange(n_samples), {"long_name": "sample", "units": "1"})
+    attributes = {
+        "title": "Draws of mistuned parameters",
+        "symhbm_schema": SCHEMA_VERSION,
+        "symhbm_version": version("symhbm"),
+    }
+    return xr.Dataset(variables, {"sample": sample}, attributes)

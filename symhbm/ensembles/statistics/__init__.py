@@ -1,0 +1,24 @@
+"""Labelled statistics of ensembles: what many samples of one structure respond with.
+
+They take results of `symhbm.frf` or `symhbm.follow` with one swept dimension, usually ``sample``,
+also those opened lazily, which are read in blocks. A sample has failed if its status is any other
+than that the end of the band was reached, or if one of its points is not converged: it is counted
+in ``n_failed`` and enters no number. Every result is a Dataset that `symhbm.save` writes and of
+which `symhbm.rebuild` makes the nominal problem.
+"""
+
+from symhbm.ensembles.statistics.bands import envelope
+from symhbm.ensembles.statistics.confidence import convergence, position
+from symhbm.ensembles.statistics.extreme_values import extreme_value_fit
+from symhbm.ensembles.statistics.factors import amplification, worst
+from symhbm.ensembles.statistics.participation import localisation
+
+__all__ = [
+    "amplification",
+    "convergence",
+    "envelope",
+    "extreme_value_fit",
+    "localisation",
+    "position",
+    "worst",
+]

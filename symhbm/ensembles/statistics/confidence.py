@@ -1,0 +1,208 @@
+"""How sure statistics of so many samples are, without a distribution assumed where there is none.
+
+Samples are taken as independent draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from symhbm.ensembles.statistics.univariate import (
+    BOUND,
+    Values,
+    check_confidence,
+    check_probabilities,
+    numbers,
+)
+from symhbm.numerics import FloatArray, check
+
+_LARGEST = "largest_amplification_of_peaks"
+
+
+def convergence(
+    values: Values,
+    sizes: ArrayLike | None = None,
+    quantiles: Sequence[float] = (0.05, 0.5, 0.95),
+    *,
+    confidence: float = 0.95,
+    of: str = _LARGEST,
+) -> xr.Dataset:
+    """Mean, standard deviation, quantiles and maximum of the first so many samples.
+
+    Parameters
+    ----------
+    values : (n_samples,)
+        One number per sample, NaN where it failed, or a dataset whose variable ``of`` they are.
+    sizes : (n,), ascending
+        Numbers of samples, 2 or more; by default 10, 20, 50, 100 and so on, and all.
+    quantiles
+        Probabilities between 0 and 1.
+    confidence
+        Of the intervals.
+    of
+        The variable of a dataset.
+
+    Returns
+    -------
+    Dataset along ``n_samples``: ``mean_value`` with an interval of Student's distribution and
+    ``standard_deviation`` with one from the fourth moment, for many samples both, and the
+    ``..._standard_error`` of each; ``quantile_value`` (n_samples, quantile) with an interval of
+    order statistics, which holds for any distribution and is infinite where samples are too few;
+    ``maximum`` with ``share_below_maximum``: at this confidence at least that share of all samples
+    there may be lies below it.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments.
+    """
+    given = numbers(values, of)
+    n = given.values.size
+    probabilities = check_probabilities("quantiles", quantiles)
+    confidence = check_confidence(confidence)
+    if sizes is None:
+        steps = [digit * 10**power for power in range(1, 16) for digit in (1, 2, 5)]
+        sizes = [*(size for size in steps if size < n), n]
+    chosen = np.atleast_1d(check.array("sizes", sizes, "positive"))
+    whole = np.all(chosen == np.round(chosen)) and np.all(np.diff(chosen) > 0)
+    if chosen.ndim != 1 or chosen.size == 0 or not whole or chosen[0] < 2 or chosen[-1] > n:
+        raise ValueError(
+            f"sizes={check.shown(sizes)}: expected ascending integers from 2 to the {n} samples "
+            "that did not fail"
+        )
+    rows = [_summary(given.values[: int(k)], probabilities, confidence) for k in chosen]
+    units = given.units
+    unit_of = {"share_below_maximum": "1"}
+    dims = {
+        "quantile_value": ("quantile",),
+        "quantile_interval": ("quantile", "bound"),
+        "mean_interval": ("bound",),
+        "standard_deviation_interval": ("bound",),
+    }
+    result = xr.Dataset(
+        {
+            name: (
+                ("n_samples", *dims.get(name, ())),
+                np.array([row[name] for row in rows]),
+                {
+                    "units": unit_of.get(name, units),
+                    "long_name": f"{name.replace('_', ' ')} of the {given.meaning}",
+                },
+            )
+            for name in rows[0]
+        },
+        {
+            "n_samples": (
+                "n_samples",
+                chosen.astype(np.int64),
+                {"units": "1", "long_name": "number of samples"},
+            ),
+            "quantile": (
+                "quantile",
+                probabilities,
+                {"units": "1", "long_name": "share of the samples below"},
+            ),
+            "bound": BOUND,
+        },
+        {"confidence": confidence},
+    )
+    return given.labelled(result, "Convergence of statistics with the number of samples")
+
+
+def _summary(values: FloatArray, probabilities: FloatArray, confidence: float) -> dict:
+    n, tail = values.size, (1 - confidence) / 2
+    mean, deviation = values.mean(), values.std(ddof=1)
+    error = deviation / np.sqrt(n)
+    # The variance of the variance from the fourth moment, and by its root that of the deviation.
+    moment = np.mean((values - mean) ** 4)
+    variance = max((moment - deviation**4 * (n - 3) / (n - 1)) / n, 0.0)
+    spread = np.sqrt(variance) / (2 * deviation) if deviation > 0 else 0.0
+    ordered = np.concatenate([[-np.inf], np.sort(values), [np.inf]])
+    low = stats.binom.ppf(tail, n, probabilities).astype(int)
+    high = stats.binom.ppf(1 - tail, n, probabilities).astype(int) + 1
+    ends = np.array([-1.0, 1.0])
+    return dict(
+        mean_value=mean,
+        mean_standard_error=error,
+        mean_interval=mean + ends * error * stats.t.ppf(1 - tail, n - 1),
+        standard_deviation=deviation,
+        standard_deviation_standard_error=spread,
+        standard_deviation_interval=deviation + ends * spread * stats.norm.ppf(1 - tail),
+        quantile_value=np.quantile(values, probabilities),
+        quantile_interval=np.stack([ordered[low], ordered[high]], axis=-1),
+        maximum=values.max(),
+        share_below_maximum=(1 - confidence) ** (1 / n),
+    )
+
+
+def position(
+    values: Values,
+    value: float,
+    n: int = 25,
+    *,
+    quantiles: Sequence[float] = (0.05, 0.5, 0.95),
+    confidence: float = 0.95,
+    of: str = _LARGEST,
+) -> xr.Dataset:
+    """Where a value lies in the distribution of the worst of ``n`` samples.
+
+    Parameters
+    ----------
+    values : (n_samples,)
+        One number per sample, NaN where it failed, or a dataset whose variable ``of`` they are.
+    value
+        The value to place, for example a published one.
+    n
+        Number of samples whose largest is meant.
+    quantiles
+        Probabilities of the worst of ``n`` that are wanted as well.
+    confidence
+        Of the interval.
+    of
+        The variable of a dataset.
+
+    Returns
+    -------
+    Dataset with ``share_below``, the share of samples below the value, ``probability`` that the
+    worst of ``n`` independent samples is below it, the power ``n`` of that share, both with their
+    exact (Clopper-Pearson) intervals, and ``worst_quantile`` (quantile), the quantiles of the worst
+    of ``n``; one that is beyond what so many samples can tell is infinite.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments.
+    """
+    given = numbers(values, of)
+    value = check.scalar("value", value)
+    n = check.integer("n", n, minimum=1)
+    probabilities = check_probabilities("quantiles", quantiles)
+    confidence = check_confidence(confidence)
+    size = given.values.size
+    below = int(np.sum(given.values < value))
+    share = below / size
+    test = stats.binomtest(below, size)
+    interval = np.array(test.proportion_ci(confidence, method="exact"))
+    ordered = np.append(np.sort(given.values), np.inf)
+    rank = np.ceil(probabilities ** (1 / n) * (size + 1)).astype(int) - 1
+    about = {"units": "1", "long_name": f"share of samples below {value:g}"}
+    worst = {"units": "1", "long_name": f"probability that the worst of {n} is below {value:g}"}
+    quantile = {"units": "1", "long_name": f"probability of the worst of {n}"}
+    worst_value = {"units": given.units, "long_name": f"quantile of the worst of {n}"}
+    result = xr.Dataset(
+        {
+            "share_below": ((), share, about),
+            "share_below_interval": ("bound", interval, about),
+            "probability": ((), share**n, worst),
+            "probability_interval": ("bound", interval**n, worst),
+            "worst_quantile": ("quantile", ordered[np.minimum(rank, size)], worst_value),
+        },
+        {"bound": BOUND, "quantile": ("quantile", probabilities, quantile)},
+        {"confidence": confidence, "value": value, "worst_of": n},
+    )
+    return given.labelled(result, f"Position of a value in the distribution of the worst of {n}")

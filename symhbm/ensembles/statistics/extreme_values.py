@@ -1,0 +1,263 @@
+"""Extreme value distributions of block maxima: intervals, return levels and goodness of fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from scipy import optimize
+from scipy.special import gamma
+
+from symhbm.ensembles.statistics.univariate import (
+    BOUND,
+    Values,
+    check_confidence,
+    check_probabilities,
+    numbers,
+)
+from symhbm.numerics import FloatArray, check
+from symhbm.status import Status
+
+FEWEST_BLOCKS = 10
+"""Block maxima below which no distribution is fitted."""
+_LOWEST_SHAPE = -0.99
+"""At -1 the likelihood has no bound: the upper end of the distribution is on the largest value."""
+_COARSE = 1e-4
+"""Tolerance of repetitions, over the width of the maxima: far below their own spread."""
+_GUMBEL = 1e-9
+"""Shape below which the distribution is Gumbel's, to round-off."""
+_MOST_LOST = 0.05
+"""Share of repetitions that may fail before the intervals are not trusted."""
+
+Distribution = Literal["gev", "gumbel"]
+
+
+def extreme_value_fit(
+    values: Values,
+    block: int = 25,
+    distribution: Distribution = "gev",
+    *,
+    levels: Sequence[float] = (0.5, 0.9, 0.99, 0.999),
+    confidence: float = 0.95,
+    n_bootstrap: int = 500,
+    seed: int = 0,
+    of: str = "largest_amplification_of_peaks",
+) -> xr.Dataset:
+    """Fit an extreme value distribution to the maxima of blocks, by the largest likelihood.
+
+    Parameters
+    ----------
+    values : (n_samples,)
+        One number per sample, NaN where it failed, or a dataset whose variable ``of`` they are.
+    block
+        Number of consecutive samples whose maximum is one value.
+    distribution
+        ``P(max <= x) = exp(-(1 + shape (x - location) / scale)**(-1 / shape))``, the generalised
+        one (a negative shape is the Weibull distribution of maxima, with an upper bound), or
+        Gumbel's with the shape 0.
+    levels
+        Probabilities of the return levels: the value that the worst of a block stays below.
+    confidence
+        Of the intervals.
+    n_bootstrap
+        Repetitions, drawn from the fit and fitted anew, for intervals and goodness of fit.
+    seed
+        Of the repetitions.
+    of
+        The variable of a dataset.
+
+    Returns
+    -------
+    Dataset with ``status``, and NaN for what there is not where the fit failed; ``location``,
+    ``scale``, ``shape``, ``upper_bound`` (infinite unless the shape is negative), ``return_level``
+    (level) and the ``..._interval`` of each; ``block_maximum``; the Kolmogorov-Smirnov and
+    Anderson-Darling statistics with the probability of a larger one if the fit were true
+    (``..._p_value``); ``n_blocks``, ``n_unused`` (the rest of the last block) and
+    ``n_refits_failed``.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments.
+    """
+    given = numbers(values, of)
+    block = check.integer("block", block, minimum=1)
+    if distribution not in ("gev", "gumbel"):
+        raise ValueError(f"distribution={check.shown(distribution)}: expected 'gev' or 'gumbel'")
+    probabilities = check_probabilities("levels", levels)
+    confidence = check_confidence(confidence)
+    n_bootstrap = check.integer("n_bootstrap", n_bootstrap, minimum=100)
+    rng = np.random.default_rng(check.integer("seed", seed, minimum=0))
+    n_blocks = given.values.size // block
+    maxima = given.values[: n_blocks * block].reshape(n_blocks, block).max(axis=1)
+
+    status, fit = _fit(maxima, distribution)
+    found = _figures(fit, probabilities)
+    tests: dict[str, float] = dict(kolmogorov_smirnov=np.nan, anderson_darling=np.nan)
+    p_values = dict(tests)
+    intervals = {name: np.full((*np.shape(value), 2), np.nan) for name, value in found.items()}
+    lost = 0
+    if fit is not None:
+        tests = _distances(maxima, fit)
+        draws = _quantile(fit, rng.random((n_bootstrap, n_blocks)))
+        refits = [(draw, _fit(draw, distribution, _COARSE)[1]) for draw in draws]
+        good = [(draw, again) for draw, again in refits if again is not None]
+        lost = n_bootstrap - len(good)
+        if lost > _MOST_LOST * n_bootstrap:
+            status = f"{lost} of {n_bootstrap} repetitions of the fit failed; try more blocks"
+        else:
+            tails = [(1 - confidence) / 2, (1 + confidence) / 2]
+            again = [_figures(each, probabilities) for _, each in good]
+            for name in intervals:
+                many = np.array([figures[name] for figures in again])
+                # No interpolation: a bound may be infinite.
+                ends = np.quantile(many, tails, axis=0, method="inverted_cdf")
+                intervals[name] = np.moveaxis(ends, 0, -1)
+            far = [_distances(draw, each) for draw, each in good]
+            for name, value in tests.items():
+                larger = sum(each[name] >= value for each in far)
+                p_values[name] = (1 + larger) / (1 + len(far))
+    return given.labelled(
+        _label(
+            dict(
+                status=np.array(status, dtype=object),
+                **found,
+                **{f"{name}_interval": value for name, value in intervals.items()},
+                **tests,
+                **{f"{name}_p_value": value for name, value in p_values.items()},
+                block_maximum=maxima,
+                n_blocks=n_blocks,
+                n_unused=given.values.size - n_blocks * block,
+                n_refits_failed=lost,
+            ),
+            probabilities,
+            given.units,
+        ).assign_attrs(
+            distribution=distribution,
+            block=block,
+            confidence=confidence,
+            n_bootstrap=n_bootstrap,
+            seed=seed,
+        ),
+        "Extreme value distribution of block maxima",
+    )
+
+
+def _fit(
+    maxima: FloatArray, distribution: str, tolerance: float = 1e-8
+) -> tuple[str, FloatArray | None]:
+    """Status, and location, scale and shape of the largest likelihood where it was found."""
+    if maxima.size < FEWEST_BLOCKS:
+        return f"too few samples: {maxima.size} blocks, at least {FEWEST_BLOCKS} are needed", None
+    centre, width = maxima.mean(), maxima.std()
+    if not width > 1e-12 * abs(centre):
+        return "the block maxima are all alike: no distribution can be fitted", None
+    scaled = (maxima - centre) / width
+    start = _by_moments(scaled, distribution)
+    options = dict(xatol=tolerance, fatol=tolerance, maxiter=2000)
+    best = optimize.minimize(
+        _minus_log_likelihood, start, (scaled,), method="Nelder-Mead", options=options
+    )
+    if not best.success or not np.isfinite(best.fun):
+        return f"the largest likelihood was not found: {best.message}", None
+    shape = best.x[2] if distribution == "gev" else 0.0
+    if shape <= _LOWEST_SHAPE:
+        return (
+            "the likelihood has no maximum (the shape goes to -1): the largest values pile up at "
+            "an upper bound; try larger blocks"
+        ), None
+    scale = np.exp(best.x[1])
+    return str(Status.SUCCESS), np.array([centre + width * best.x[0], width * scale, shape])
+
+
+def _by_moments(values: FloatArray, distribution: str) -> FloatArray:
+    """Location, logarithm of the scale and shape by probability-weighted moments."""
+    n, ordered = values.size, np.sort(values)
+    rank = np.arange(n)
+    first = ordered.mean()
+    second = 2 * np.mean(rank / (n - 1) * ordered) - first
+    if distribution == "gumbel":
+        scale = second / np.log(2)
+        return np.array([first - np.euler_gamma * scale, np.log(scale)])
+    weight = rank * (rank - 1) / ((n - 1) * (n - 2))
+    third = 6 * np.mean(weight * ordered) - 3 * second - 2 * first
+    ratio = 2 / (3 + third / second) - np.log(2) / np.log(3)
+    k = 7.859 * ratio + 2.9554 * ratio**2
+    k = np.copysign(np.clip(abs(k), 1e-3, 0.4), k)
+    scale = second * k / ((1 - 2.0**-k) * gamma(1 + k))
+    start = np.array([first - scale * (1 - gamma(1 + k)) / k, np.log(scale), -k])
+    # A start whose support misses a value has no likelihood.
+    while not np.isfinite(_minus_log_likelihood(start, values)):
+        start[1] += 0.1
+    return start
+
+
+def _minus_log_likelihood(parameters: FloatArray, values: FloatArray) -> float:
+    location, log_scale = parameters[:2]
+    shape = parameters[2] if len(parameters) == 3 else 0.0
+    fit = np.array([location, np.exp(log_scale), shape])
+    if shape < -1:
+        return np.inf
+    t = _reduced(fit, values)
+    if t is None:
+        return np.inf
+    with np.errstate(over="ignore"):
+        return float(values.size * log_scale + (1 + shape) * t.sum() + np.exp(-t).sum())
+
+
+def _reduced(fit: FloatArray, values: FloatArray) -> FloatArray | None:
+    """Gumbel's variable ``t``, ``P(max <= x) = exp(-exp(-t))``; None where a value has none."""
+    location, scale, shape = fit
+    z = (values - location) / scale
+    if abs(shape) < _GUMBEL:
+        return z
+    inside = shape * z
+    return None if inside.min() <= -1 else np.log1p(inside) / shape
+
+
+def _quantile(fit: FloatArray, probability: FloatArray) -> FloatArray:
+    location, scale, shape = fit
+    t = -np.log(-np.log(probability))
+    return location + scale * (t if abs(shape) < _GUMBEL else np.expm1(shape * t) / shape)
+
+
+def _figures(fit: FloatArray | None, probabilities: FloatArray) -> dict[str, FloatArray]:
+    """Parameters, upper bound and return levels."""
+    if fit is None:
+        names = ("location", "scale", "shape", "upper_bound")
+        nothing = {name: np.array(np.nan) for name in names}
+        return nothing | {"return_level": np.full(probabilities.size, np.nan)}
+    location, scale, shape = fit
+    bound = location - scale / shape if shape < 0 else np.inf
+    levels = _quantile(fit, probabilities)
+    parameters = dict(location=location, scale=scale, shape=shape, upper_bound=bound)
+    return {k: np.array(v) for k, v in parameters.items()} | {"return_level": levels}
+
+
+def _distances(maxima: FloatArray, fit: FloatArray) -> dict[str, float]:
+    """Kolmogorov-Smirnov and Anderson-Darling distance of values and a distribution."""
+    n, reduced = maxima.size, _reduced(fit, np.sort(maxima))
+    assert reduced is not None
+    logarithm, rank = -np.exp(-reduced), np.arange(1, n + 1)
+    below = np.exp(logarithm)
+    gap = np.maximum(rank / n - below, below - (rank - 1) / n).max()
+    logs = logarithm + np.log(-np.expm1(logarithm))[::-1]
+    return dict(
+        kolmogorov_smirnov=float(gap),
+        anderson_darling=float(-n - np.mean((2 * rank - 1) * logs)),
+    )
+
+
+def _label(values: dict, probabilities: FloatArray, units: str) -> xr.Dataset:
+    with_units = ("location", "scale", "upper_bound", "return_level", "block_maximum")
+    variables = {}
+    for name, value in values.items():
+        dims = ("level",) if name.startswith("return_level") else ()
+        dims = ("block",) if name == "block_maximum" else dims
+        dims += ("bound",) if name.endswith("_interval") else ()
+        own = units if name.removesuffix("_interval") in with_units else "1"
+        variables[name] = (dims, value, {"units": own, "long_name": name.replace("_", " ")})
+    about = {"units": "1", "long_name": "probability that a block maximum stays below"}
+    return xr.Dataset(variables, {"level": ("level", probabilities, about), "bound": BOUND})

@@ -1,0 +1,180 @@
+"""Amplification factors of mistuned samples, and the worst of them."""
+
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from symhbm.ensembles.statistics.population import Population, followed
+from symhbm.numerics import check
+from symhbm.status import Status
+
+Amplification = Literal["amplification_of_peaks", "amplification_at_frequency"]
+
+_PEAKS = ("peak_amplitude", "peak_dof")
+
+
+def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
+    """Amplification factors of every sample, of two kinds, over the largest tuned response.
+
+    Parameters
+    ----------
+    dataset
+        Result of the mistuned samples, on a grid or along the path.
+    tuned
+        Result of the tuned structure over the same band.
+
+    Returns
+    -------
+    Dataset along the samples, NaN where one failed, with ``n_used`` and ``n_failed``. Per degree of
+    freedom, and the largest of all with the prefix ``largest_`` and its degree of freedom (-1 where
+    the sample failed) with the prefix ``dof_of_largest_``:
+
+    ``amplification_of_peaks``
+        Largest response over the band over the largest tuned one. Its attribute ``source`` tells
+        where the responses are from: located peaks, or only points of the grid or the path.
+    ``amplification_at_frequency``
+        Largest ratio of both responses at the same frequency, over the grid; only of results on
+        grids. ``frequency_of_amplification`` is where it occurs.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If ``dataset`` is no ensemble, ``tuned`` is incomplete, or they do not belong together.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 2, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> tuned = sh.frf(problem, (200, 220), at=range(200, 221))
+    >>> sh.statistics.amplification(mistuned, tuned).largest_amplification_of_peaks.values.round(3)
+    array([1.251, 1.187])
+    """
+    ensemble = Population(dataset)
+    peak, curve, tuned_source = _tuned(tuned, ensemble)
+    along, used = ensemble.along, xr.DataArray(ensemble.used, dims=ensemble.dim)
+    kinds = {"amplification_of_peaks": "largest response over the largest tuned response"}
+    if curve is not None:
+        kinds["amplification_at_frequency"] = f"largest ratio of responses at the same {along}"
+
+    def factors(part: xr.Dataset) -> xr.Dataset:
+        result = {"amplification_of_peaks": _tops(part, along) / peak}
+        if curve is not None:
+            ratio = part["amplitude"] / curve
+            result["amplification_at_frequency"] = ratio.max(along, skipna=False)
+            result["place"] = dataset[along][ratio.fillna(-np.inf).argmax(along)]
+        return xr.Dataset({name: each.reset_coords(drop=True) for name, each in result.items()})
+
+    found = ensemble.by_samples(factors, ("amplitude", *_PEAKS)).where(used)
+    result = xr.Dataset()
+    for kind, meaning in kinds.items():
+        factor, of_all = found[kind], f"{meaning}, of all degrees of freedom"
+        blade = factor.fillna(-np.inf).argmax("dof")
+        largest = factor.max("dof", skipna=False)
+        sources = ("grid", "grid", "grid")
+        if kind == "amplification_of_peaks":
+            sources = (*_sources(dataset, ensemble.task, along), tuned_source)
+        about = {"units": "1", "source": sources[0], "tuned_source": sources[2]}
+        result[kind] = factor.assign_attrs(about, long_name=meaning)
+        about |= {"source": sources[1], "long_name": of_all}
+        result[f"largest_{kind}"] = largest.assign_attrs(about)
+        about = {"units": "1", "long_name": f"degree of freedom of the {of_all}"}
+        result[f"dof_of_largest_{kind}"] = blade.where(used, -1).assign_attrs(about)
+        if kind == "amplification_at_frequency":
+            about = {
+                "units": dataset[along].attrs["units"],
+                "long_name": f"{along} of the {meaning}",
+            }
+            result[f"{along}_of_amplification"] = found["place"].assign_attrs(about)
+            place = found["place"].isel(dof=blade)
+            about["long_name"] = f"{along} of the {of_all}"
+            result[f"{along}_of_largest_amplification"] = place.assign_attrs(about)
+    return ensemble.explained(result, "Amplification factors of an ensemble", per_sample=True)
+
+
+def worst(
+    dataset: xr.Dataset, tuned: xr.Dataset, by: Amplification = "amplification_of_peaks"
+) -> xr.Dataset:
+    """The sample with the largest amplification: its response and parameters.
+
+    Parameters
+    ----------
+    dataset, tuned
+        As in `amplification`.
+    by
+        The kind of amplification that decides.
+
+    Returns
+    -------
+    That sample of ``dataset``, which `symhbm.rebuild` makes its problem of, with the variables of
+    `amplification`; ``dof_of_largest_...`` is the blade. ``n_failed`` samples took no part.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        As `amplification`, for an unknown ``by``, and where every sample failed.
+    """
+    factors = amplification(dataset, tuned)
+    kinds = [str(name) for name in factors if str(name).startswith("amplification_")]
+    check.known(by, kinds, "amplification of these results")
+    largest = factors[f"largest_{by}"]
+    if not factors["n_used"].item():
+        raise ValueError(f"dataset: expected a sample that is complete, {largest.size} failed")
+    place = {largest.dims[0]: int(np.nanargmax(largest.values))}
+    new = factors.isel(place).drop_vars([name for name in factors if name in dataset.variables])
+    return dataset.isel(place).load().assign(new.data_vars)
+
+
+def _tops(part: xr.Dataset, along: str) -> xr.DataArray:
+    """Largest response of each degree of freedom: of its points and its located peaks."""
+    # Paths are padded with NaN, on a grid it is a response that is missing.
+    top = part["amplitude"].max(along, skipna=along == "point")
+    if part.sizes.get("peak") and all(name in part for name in _PEAKS):
+        own = part["peak_amplitude"].where(part["peak_dof"] == part["dof"])
+        top = xr.apply_ufunc(np.maximum, top, own.max("peak").fillna(0.0))
+    return top
+
+
+def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray | None, str]:
+    """The largest tuned response, that at each value of a grid both are on, and its source."""
+    tuned, task, along = followed(tuned, "tuned")
+    if tuned["status"].ndim:
+        raise ValueError(f"tuned: expected one response, got one for each {tuned['status'].dims}")
+    if tuned["status"].item() != str(Status.REACHED_END):
+        raise ValueError(f"tuned: expected a complete response: {tuned['status'].item()}")
+    dataset, band = ensemble.dataset, task.get("band")
+    if tuned.sizes["dof"] != dataset.sizes["dof"]:
+        raise ValueError(
+            f"tuned: expected {dataset.sizes['dof']} degrees of freedom as in the dataset, got "
+            f"{tuned.sizes['dof']}"
+        )
+    if task["name"] != ensemble.task["name"] or (
+        band and ensemble.task.get("band") and sorted(band) != sorted(ensemble.task["band"])
+    ):
+        raise ValueError(
+            f"tuned: expected the {ensemble.task['name']} and band of the dataset, "
+            f"{ensemble.task.get('band')}, got {task['name']}, {band}"
+        )
+    peak = float(_tops(tuned, along).max(skipna=False))
+    curve = None
+    if along == ensemble.along != "point":
+        if not np.array_equal(tuned[along], dataset[along]):
+            raise ValueError(f"tuned: expected the grid of the dataset (coordinate {along!r})")
+        curve = tuned["amplitude"].max("dof", skipna=False).reset_coords(drop=True).load()
+    if not 0 < peak < np.inf or (curve is not None and not np.all(curve > 0)):
+        raise ValueError("tuned: expected bounded responses > 0, factors are relative to them")
+    return peak, curve, _sources(tuned, task, along)[1]
+
+
+def _sources(dataset: xr.Dataset, task: dict[str, Any], along: str) -> tuple[str, str]:
+    """What the largest response of each degree of freedom, and of all, is known from."""
+    points = "points of the path" if along == "point" else "grid"
+    located = all(name in dataset for name in _PEAKS)
+    each = located and task.get("peaks") == "each"
+    return "located peaks" if each else points, "located peaks" if located else points

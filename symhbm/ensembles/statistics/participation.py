@@ -1,0 +1,78 @@
+"""How few blades the responses of an ensemble are on."""
+
+import numpy as np
+import xarray as xr
+
+from symhbm.ensembles.statistics.population import Population
+from symhbm.numerics import FloatArray, FourierBasis, largest_displacement, unknowns_of
+
+
+def localisation(dataset: xr.Dataset) -> xr.Dataset:
+    """Inverse participation ratio of the amplitudes: how few blades the response is on.
+
+    ``sum(a**4) / sum(a**2)**2`` of the amplitudes ``a`` of all degrees of freedom: 1/n_dof where
+    they are alike, 1 where only one moves.
+
+    Parameters
+    ----------
+    dataset
+        Result on a grid or along the path.
+
+    Returns
+    -------
+    Dataset with ``localisation_at_peak`` along the samples, at the largest response over the band
+    (at its located peak where there is one), NaN where a sample failed; on a grid also
+    ``localisation`` (sample, frequency); ``n_used`` and ``n_failed``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no ensemble.
+    """
+    ensemble = Population(dataset)
+    used = xr.DataArray(ensemble.used, dims=ensemble.dim)
+
+    def ratios(part: xr.Dataset) -> xr.Dataset:
+        amplitude = part["amplitude"]
+        at_peak = amplitude.isel({ensemble.along: _place(amplitude.max("dof"), ensemble.along)})
+        at_peak = at_peak.transpose(ensemble.dim, "dof")
+        if part.sizes.get("peak") and "peak_coefficient" in part:
+            highest = part.isel(peak=_place(part["peak_amplitude"], "peak"))
+            higher = (highest["peak_amplitude"] >= at_peak.max("dof")).values
+            at_peak.values[higher] = _amplitudes(highest["peak_coefficient"][higher])
+        result = {"localisation_at_peak": _participation(at_peak)}
+        if ensemble.on_grid:
+            result["localisation"] = _participation(amplitude)
+        return xr.Dataset({name: each.reset_coords(drop=True) for name, each in result.items()})
+
+    names = ("amplitude", "peak_amplitude", "peak_coefficient")
+    result = ensemble.by_samples(ratios, names).where(used)
+    meaning = "inverse participation ratio of the amplitudes"
+    result["localisation_at_peak"].attrs = {"units": "1", "long_name": f"{meaning} at the peak"}
+    if ensemble.on_grid:
+        result["localisation"].attrs = {"units": "1", "long_name": meaning}
+        result = result.assign_coords({ensemble.along: dataset[ensemble.along]})
+    return ensemble.explained(result, "Localisation of an ensemble of responses", per_sample=True)
+
+
+def _participation(amplitude: xr.DataArray) -> xr.DataArray:
+    # Relative to the largest: fourth powers of small numbers vanish.
+    share = amplitude / amplitude.max("dof", skipna=False)
+    return (share**4).sum("dof", skipna=False) / (share**2).sum("dof", skipna=False) ** 2
+
+
+def _place(values: xr.DataArray, dim: str) -> xr.DataArray:
+    return values.fillna(-np.inf).argmax(dim)
+
+
+def _amplitudes(coefficient: xr.DataArray) -> FloatArray:
+    """Amplitudes (n_samples, n_dof) of motions; NaN where there is none, at unbounded peaks."""
+    values = coefficient.transpose(..., "dof", "harmonic", "component").values
+    harmonics = tuple(coefficient["harmonic"].values.tolist())
+    basis = FourierBasis(harmonics)
+    result = np.full(values.shape[:2], np.nan)
+    known = np.isfinite(values).all(axis=(1, 2, 3))
+    motions = values[known].reshape(-1, *values.shape[2:])
+    unknowns = unknowns_of(basis, harmonics, motions).reshape(len(motions), -1)
+    result[known] = largest_displacement(basis, unknowns)[0].reshape(-1, values.shape[1])
+    return result

@@ -1,0 +1,82 @@
+"""One number per sample, as an array or as a variable of a dataset, and results labelled alike."""
+
+from importlib.metadata import version
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from symhbm.ensembles.statistics.population import origin
+from symhbm.numerics import FloatArray, check
+from symhbm.results import SCHEMA_VERSION
+from symhbm.results.archive import check_schema
+
+Values = ArrayLike | xr.DataArray | xr.Dataset
+
+
+class Numbers(NamedTuple):
+    """The numbers of the samples that have one, in their order, and what they are.
+
+    ``source`` holds the parameters and the problem behind them, as far as they are known.
+    """
+
+    values: FloatArray
+    n_failed: int
+    units: str
+    meaning: str
+    source: xr.Dataset
+
+    def labelled(self, result: xr.Dataset, title: str) -> xr.Dataset:
+        """The result with the number of samples, the source and a title."""
+        result["n_used"] = ((), self.values.size, {"units": "1", "long_name": "numbers used"})
+        about = {"units": "1", "long_name": "samples that failed, left out"}
+        result["n_failed"] = ((), self.n_failed, about)
+        own = {"symhbm_schema": SCHEMA_VERSION, "symhbm_version": version("symhbm")}
+        result = result.assign(self.source.data_vars).assign_attrs(own | self.source.attrs)
+        return result.assign_attrs(title=title, of=self.meaning)
+
+
+def numbers(values: Values, of: str) -> Numbers:
+    """Read one number per sample; NaN is a sample that failed, and is counted.
+
+    ``values`` (n_samples,), or a dataset whose variable ``of`` they are. Raises TypeError,
+    ValueError and KeyError for anything else, and where none is left.
+    """
+    source = xr.Dataset()
+    if isinstance(values, xr.Dataset):
+        check_schema(values, "values")
+        check.known(of, [str(name) for name in values.data_vars], "variable of the dataset")
+        values, source = values[of], origin(values, values[of].dims)
+    about = values.attrs if isinstance(values, xr.DataArray) else {}
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"values={check.shown(values)}: expected real numbers")
+    if array.ndim != 1:
+        raise ValueError(f"values: expected one number per sample, got shape {array.shape}")
+    used = array[~np.isnan(array)].astype(float)
+    check.array("values", used)
+    if used.size == 0:
+        raise ValueError(f"values: expected a sample that did not fail, {array.size} did")
+    units, meaning = str(about.get("units", "1")), str(about.get("long_name", "values"))
+    return Numbers(used, array.size - used.size, units, meaning, source)
+
+
+def check_confidence(confidence: float) -> float:
+    """Return a probability between 0 and 1, both excluded; raise ValueError for any other."""
+    confidence = check.scalar("confidence", confidence, "positive")
+    if confidence >= 1:
+        raise ValueError(f"confidence={confidence:g}: expected a probability below 1")
+    return confidence
+
+
+def check_probabilities(name: str, values: ArrayLike) -> FloatArray:
+    """Return probabilities between 0 and 1, both excluded; raise ValueError for any other."""
+    array = check.array(name, values, "positive")
+    if array.ndim != 1 or array.size == 0 or np.any(array >= 1):
+        raise ValueError(f"{name}={check.shown(values)}: expected probabilities between 0 and 1")
+    return array
+
+
+BOUND = ("bound", np.array(["lower", "upper"], dtype=object), {"long_name": "end of the interval"})
+"""Coordinate of intervals."""

@@ -1,0 +1,34 @@
+"""What vibrates, what rubs, and what drives it."""
+
+from symhbm.model.excitation import EngineOrder, Excitation, HarmonicForce, PointForce
+from symhbm.model.mass import positive_definite
+from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.plausibility import DOUBT, warn_of_doubts
+from symhbm.model.sectors import Symmetry, find_symmetry
+from symhbm.model.structure import (
+    BLADE_PARAMETERS,
+    CONTACT_PARAMETERS,
+    FRICTION_PARAMETERS,
+    Model,
+    bladed_disk,
+    single_blade,
+)
+
+__all__ = [
+    "BLADE_PARAMETERS",
+    "CONTACT_PARAMETERS",
+    "DOUBT",
+    "FRICTION_PARAMETERS",
+    "EngineOrder",
+    "Excitation",
+    "HarmonicForce",
+    "Model",
+    "PointForce",
+    "Symmetry",
+    "bladed_disk",
+    "find_symmetry",
+    "natural_band",
+    "positive_definite",
+    "single_blade",
+    "warn_of_doubts",
+]

@@ -1,0 +1,17 @@
+"""Large structures condensed to the degrees of freedom that contacts and forces touch."""
+
+from symhbm.model.condensation.condense import condense
+from symhbm.model.condensation.condensed_model import CondensedModel
+from symhbm.model.condensation.partition import LONG, dynamic_stiffness, factorised, refined
+from symhbm.model.condensation.pole_residue import OUTSIDE, BandFunction
+
+__all__ = [
+    "LONG",
+    "OUTSIDE",
+    "BandFunction",
+    "CondensedModel",
+    "condense",
+    "dynamic_stiffness",
+    "factorised",
+    "refined",
+]

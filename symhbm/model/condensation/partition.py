@@ -1,0 +1,184 @@
+"""The degrees of freedom of a structure that no contact touches, and what is seen of them.
+
+Masters are kept, all others are the interior. With ``D(s) = K + i s C - s^2 M`` the masters feel
+``Z(s) = D_mm - D_mi D_ii^-1 D_im`` and, for each force on the interior, ``-D_mi D_ii^-1 B``.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+
+from symhbm.model.structure import Model
+from symhbm.numerics import ComplexArray, FloatArray
+
+_COLUMNS = 32
+"""Right-hand sides solved at once: memory stays that of a few vectors."""
+_REFINED = 1e-8
+"""Relative correction of a solution whose successor would be its square, and round-off."""
+_REFINEMENTS = 5
+LONG = np.longdouble
+"""What residuals are computed in: stiff elements leave few digits of a soft structure's forces."""
+
+
+def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
+    """``K + i s C - s^2 M`` of three matrices at ``s`` [rad/s], real where nothing damps."""
+    stiffness, damping, mass = parts
+    real = stiffness - s**2 * mass
+    damps = damping.any() if isinstance(damping, np.ndarray) else damping.count_nonzero()
+    return real + 1j * s * damping if s and damps else real
+
+
+def factorised(matrix: Any) -> Any:
+    """Solver of a dynamic stiffness, RuntimeError where it is exactly singular."""
+    # Columns ordered for a pattern that is symmetric, as those of structures are.
+    options = dict(SymmetricMode=True)
+    return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+
+
+def refined(factors: Any, exact: Any, right: Any) -> Any:
+    """Solution (n, n_columns) of ``exact @ x = right`` from `factorised` rounded equations.
+
+    In the precision of the residuals, which is that of ``exact`` and ``right``.
+    """
+    dtype = complex if np.iscomplexobj(exact) else float
+    solution = factors.solve(right.astype(dtype)).astype(exact.dtype)
+    for _ in range(_REFINEMENTS):
+        correction = factors.solve((right - exact @ solution).astype(dtype))
+        solution += correction
+        size = np.linalg.norm(solution.astype(dtype), axis=0)
+        if not np.any(np.linalg.norm(correction, axis=0) > _REFINED * size):
+            break
+    return solution
+
+
+class Interior:
+    """A structure parted into ``masters`` (n_masters,) and the others, with ``forces`` on those.
+
+    ``forces`` (n_interior, n_forces) are force patterns; ``symmetric`` tells that all matrices are.
+
+    ValueError where the interior can move without any stiffness.
+    """
+
+    def __init__(self, model: Model, masters: NDArray[np.intp], forces: FloatArray):
+        self.masters = masters
+        self.others = others = np.setdiff1d(np.arange(model.n_dof), masters)
+        self.forces = forces
+        whole = model.stiffness_matrix, model.damping_matrix, model.mass_matrix
+        rows = [matrix.tocsr() for matrix in whole]
+        inner, outer = ([m[part].tocsc() for m in rows] for part in (others, masters))
+        self._inside = [m[:, others] for m in inner]
+        self._inwards = [m[:, masters] for m in inner]
+        self._outwards = [m[:, others] for m in outer]
+        self._masters = [m[:, masters].toarray() for m in outer]
+        self.symmetric = all(_symmetric(matrix) for matrix in whole)
+        found, at_rest = self.solve(0.0)
+        static = found[:, : len(masters)]
+        stiffness = self._inside[0]
+        rest = np.abs(stiffness @ static + self._inwards[0]).max(initial=0.0)
+        terms = abs(stiffness) @ np.abs(static).max(axis=1, initial=0.0)
+        if not np.isfinite(static).all() or rest > 1e-6 * terms.max(initial=1e-300):
+            raise ValueError(
+                "stiffness_matrix: expected one that holds all degrees of freedom once the kept "
+                "ones are held; add to dofs one of each part that moves freely"
+            )
+        self.static = static
+        self.at_rest: FloatArray = at_rest.real.astype(float)
+
+    def solve(self, s: float) -> tuple[Any, ComplexArray]:
+        """Motion of the interior and what the masters feel at ``s`` [rad/s].
+
+        Motion (n_interior, n_masters + n_forces), in the precision of residuals, under a unit
+        motion of each master and under each unit force; ``[Z, -D_mi D_ii^-1 B]``
+        (n_masters, n_masters + n_forces).
+        """
+        inside, inwards, outwards, own = (
+            dynamic_stiffness([m.astype(LONG) for m in parts], LONG(s))
+            for parts in (self._inside, self._inwards, self._outwards, self._masters)
+        )
+        inside = inside.astype(np.result_type(inside, inwards))
+        motion = np.full((len(self.others), self.n_columns), np.nan, inside.dtype)
+        feel = np.full((len(self.masters), self.n_columns), np.nan, inside.dtype)
+        try:
+            factors = factorised(inside.astype(complex if np.iscomplexobj(inside) else float))
+        except RuntimeError:
+            return motion, feel
+        for first in range(0, self.n_columns, _COLUMNS):
+            chosen = slice(first, first + _COLUMNS)
+            block = np.hstack([-inwards[:, chosen].toarray(), self._forces_of(chosen)])
+            motion[:, chosen] = refined(factors, inside, block)
+        n = len(self.masters)
+        felt = outwards @ motion
+        feel[:, :n], feel[:, n:] = felt[:, :n] + own, -felt[:, n:]
+        return motion, feel
+
+    def _forces_of(self, chosen: slice) -> FloatArray:
+        n = len(self.masters)
+        return self.forces[:, max(chosen.start - n, 0) : max(chosen.stop - n, 0)]
+
+    @property
+    def n_columns(self) -> int:
+        """Number of masters and forces."""
+        return len(self.masters) + self.forces.shape[1]
+
+    def imbalance(
+        self, frequencies: FloatArray, motions: ComplexArray, load: FloatArray
+    ) -> FloatArray:
+        """Residual of the whole structure's equations, relative to the forces on the interior.
+
+        Of ``motions`` (n_interior, n), one at each of ``frequencies`` (n,) [rad/s], under the
+        amplitudes ``load`` (n_masters + n_forces,).
+        """
+        n = len(self.masters)
+        powers = np.ones_like(frequencies), 1j * frequencies, -(frequencies**2)
+        push = (self.forces @ load[n:]).astype(complex)[:, None]
+        for power, inwards in zip(powers, self._inwards, strict=True):
+            push = push - (inwards @ load[:n])[:, None] * power
+        rest = -push
+        for power, inside in zip(powers, self._inside, strict=True):
+            rest += (inside @ motions) * power
+        size = np.linalg.norm(push, axis=0)
+        return np.linalg.norm(rest, axis=0) / np.where(size > 0, size, 1.0)
+
+    def projected(self, basis: FloatArray) -> list[FloatArray]:
+        """The structure in coordinates of the masters and of a ``basis`` (n_interior, n_basis).
+
+        Coefficients of 1, ``p`` and ``p^2``, ``p = i s``, of its four blocks: masters by masters
+        and forces, masters by basis, basis by masters and forces, basis by basis.
+        """
+        static, forces = self.static.astype(float), self.forces
+        blocks = []
+        parts = zip(self._masters, self._outwards, self._inwards, self._inside, strict=True)
+        for power, (own, outwards, inwards, inside) in enumerate(parts):
+            elastic = power == 0
+            # The static motion leaves no elastic force on the interior.
+            push = np.zeros_like(static)
+            if not elastic:
+                push = (inwards + _product(inside, self.static)).astype(float)
+            moved = _product(inside, basis).astype(float)
+            pull = _product(outwards, basis).astype(float) + static.T @ moved
+            if elastic and self.symmetric:
+                pull = np.zeros_like(pull)
+            held = (own + _product(outwards, self.static)).astype(float) + static.T @ push
+            blocks.append(
+                (
+                    np.hstack([held, elastic * (static.T @ forces)]),
+                    pull,
+                    np.hstack([basis.T @ push, elastic * (basis.T @ forces)]),
+                    basis.T @ moved,
+                )
+            )
+        return [np.array(block) for block in zip(*blocks, strict=True)]
+
+
+def _product(matrix: Any, columns: FloatArray) -> Any:
+    """A product in the precision of residuals: of smooth motions stiff elements leave little."""
+    return matrix.astype(LONG) @ columns.astype(LONG)
+
+
+def _symmetric(matrix: Any) -> bool:
+    skew = abs(matrix - matrix.T)
+    return not skew.nnz or float(skew.max()) <= 1e-14 * float(abs(matrix).max())

@@ -1,0 +1,284 @@
+"""What the masters of a large structure feel over a band, from few factorisations.
+
+Motions of the interior at a few frequencies, exact, are a basis for all others between them. It
+grows by the frequency whose equations it leaves least balanced, until the structure seen from the
+masters is that of direct factorisations at frequencies that gave nothing to the basis.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
+
+from symhbm.model.condensation.partition import Interior
+from symhbm.model.condensation.pole_residue import PoleSum, at
+from symhbm.numerics import ComplexArray, FloatArray
+
+AIM = 1e-11
+"""Error of the responses of the masters at which the basis is good enough."""
+_CONFIRMED = 4
+"""Frequencies in a row at which a basis has to be good enough."""
+MOST = 60
+"""Direct factorisations after which a basis that is not good enough is given up."""
+_GRID = 48
+"""Frequencies per harmonic at which the balance of all equations is looked at."""
+_BESIDE = 1e-6
+"""Distance from a resonance, relative: at one that nothing damps, responses have no digits."""
+_NEW = 1e-8, 1e-13
+"""Part of a motion outside of the basis that is new: its effect is quadratic if symmetric."""
+_BATCH = 16
+
+
+class Certificate(NamedTuple):
+    """How a condensation was checked.
+
+    ``error``, the largest difference of the linear responses of the masters, to unit forces on them
+    and to the excitations, contacts open and contacts stuck, from those of direct factorisations of
+    the whole structure, each relative to the norm of the response; ``friction_bound``, which holds
+    for every response with friction, see `condense`; ``frequencies`` (n,) [Hz], those of the last
+    direct factorisations, none of which the basis was made from; ``n_factorisations``, all of them;
+    ``n_basis``, the size of the basis.
+    """
+
+    error: float
+    friction_bound: float
+    frequencies: FloatArray
+    n_factorisations: int
+    n_basis: int
+
+
+class Reduced(NamedTuple):
+    """An interior in the modes of a basis.
+
+    ``whole``, the sum over its poles, ``[Z, G]`` as `Interior.seen`; ``lift`` (n_basis, n_poles),
+    from its terms to the basis; ``undamped``, ``Z`` without damping and of symmetric matrices;
+    ``held`` (n_basis,), natural frequencies of the interior [rad/s].
+    """
+
+    whole: PoleSum
+    lift: ComplexArray
+    undamped: PoleSum
+    held: FloatArray
+
+
+def reduce(
+    interior: Interior, bands: list[tuple[float, float]], springs: FloatArray
+) -> tuple[Reduced, Certificate]:
+    """What is seen of an interior over ``bands`` [rad/s], and how good that is.
+
+    ``springs`` (n_masters, n_masters) are the stiffness of stuck contacts.
+
+    ValueError where a motion of the interior has no inertia.
+    """
+    states = np.zeros_like(springs), springs
+    grid = np.unique(np.concatenate([np.linspace(*band, _GRID) for band in bands]))
+    used = list(grid[[0, len(grid) // 2, len(grid) - 1]])
+    basis = np.zeros((len(interior.others), 0))
+    for s in used:
+        basis = _extended(basis, interior, interior.solve(s)[0])
+    view = _View(interior, basis, bands, grid, states)
+    count, errors, bounds, checked = len(used), [], [], []
+    while len(checked) < _CONFIRMED:
+        # The last of them where round-off of what is seen is amplified most.
+        worst = view.doubt if len(checked) < _CONFIRMED - 1 else view.amplification
+        s = view.grid[np.argmax(np.where(np.isin(view.grid, used), -1.0, worst))]
+        used.append(s)
+        motion, exact = interior.solve(s)
+        seen = view.reduced.whole(s)
+        error = max(_error(seen, exact, state) for state in states)
+        count += 1
+        if error > AIM and count < MOST:
+            size = basis.shape[1]
+            basis = _extended(basis, interior, motion)
+            if basis.shape[1] > size:
+                view = _View(interior, basis, bands, grid, states)
+                errors, bounds, checked = [], [], []
+                continue
+        errors.append(error)
+        bounds.append(_friction_bound(seen, exact))
+        checked.append(s / (2 * np.pi))
+    found = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
+    return view.reduced, found
+
+
+class _View:
+    """What a basis makes of an interior, and where that is to be looked at.
+
+    ``grid`` (n,) [rad/s] are frequencies, resonances among them; ``doubt`` (n,), how wrong the
+    responses of the masters may be there, up to a factor; ``amplification`` (n,), see `_growth`.
+    """
+
+    def __init__(
+        self,
+        interior: Interior,
+        basis: FloatArray,
+        bands: list[tuple[float, float]],
+        grid: FloatArray,
+        states: tuple[FloatArray, FloatArray],
+    ):
+        blocks = interior.projected(basis)
+        self.reduced = _reduced(interior, blocks)
+        beside = [_resonances(blocks, state, bands) for state in states]
+        self.grid = np.unique(np.concatenate([grid, *beside]))
+        self.amplification = _growth(self.reduced, self.grid, states)
+        self.doubt = self.amplification * _imbalance(interior, basis, self.reduced, self.grid)
+
+
+def _resonances(
+    blocks: list[FloatArray], springs: FloatArray, bands: list[tuple[float, float]]
+) -> FloatArray:
+    """Angular frequencies beside those where the masters resonate with ``springs`` on them.
+
+    The most of them that are looked at are spread over all within the ``bands``.
+    """
+    held, pull, push, inside = blocks
+    n = len(springs)
+    stiffness, _, mass = np.concatenate(
+        [
+            np.concatenate([held[:, :, :n], pull], axis=2),
+            np.concatenate([push[:, :, :n], inside], axis=2),
+        ],
+        axis=1,
+    )
+    stiffness[:n, :n] += springs
+    try:
+        squares = eigvalsh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+    except np.linalg.LinAlgError:  # masters without inertia
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squares = np.asarray(eigvals(stiffness, mass))
+    natural = np.real(np.sqrt(np.asarray(squares, dtype=complex)))
+    within = [natural[(low < natural) & (natural < high)] for low, high in bands]
+    inside_bands = np.unique(np.concatenate(within)) * (1 + _BESIDE)
+    chosen = np.linspace(0, len(inside_bands) - 1, min(len(inside_bands), _GRID))
+    return inside_bands[chosen.astype(int)]
+
+
+def _extended(basis: FloatArray, interior: Interior, motion: ComplexArray) -> FloatArray:
+    """An orthonormal basis with the ``motion`` at one more frequency."""
+    motion[:, : len(interior.masters)] -= interior.static
+    motion = motion.astype(complex if np.iscomplexobj(motion) else float)
+    size = np.linalg.norm(motion, axis=0)
+    motion /= np.where(size > 0, size, 1.0)
+    added = np.hstack([motion.real, motion.imag]) if np.iscomplexobj(motion) else motion
+    for _ in range(2):
+        added -= basis @ (basis.T @ added)
+    q, r, _ = qr(added, mode="economic", pivoting=True, overwrite_a=True)  # type: ignore
+    new = np.asarray(q)[:, np.abs(r.diagonal()) > _NEW[not interior.symmetric]]
+    # What is small beside the basis is so to round-off only once it is of unit size.
+    for _ in range(2):
+        new -= basis @ (basis.T @ new)
+        new = qr(new, mode="economic", overwrite_a=True)[0]
+    return np.hstack([basis, new])
+
+
+def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
+    held, pull, push, inside = blocks
+    stiffness, _, mass = inside
+    try:
+        squares, shapes = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+    except np.linalg.LinAlgError:
+        raise ValueError("mass_matrix: expected a positive definite matrix") from None
+    stiffness, damping, _ = shapes.T @ inside @ shapes
+    if interior.symmetric:
+        stiffness = np.diag(stiffness.diagonal())
+    # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
+    natural = np.sqrt(np.abs(stiffness.diagonal()))
+    size = len(natural)
+    upper = np.hstack([np.zeros((size, size)), np.diag(natural)])
+    lower = np.hstack([-stiffness / natural, -damping])
+    poles, vectors = eig(np.vstack([upper, lower]))  # type: ignore
+    inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
+    lift = shapes @ (vectors[:size] / natural[:, None])
+    whole = PoleSum(held.astype(complex), pull @ lift, (inputs @ shapes.T) @ push, poles)
+    return Reduced(whole, lift, *_undamped(held[:, :, : len(held[0])], pull, push, squares, shapes))
+
+
+def _undamped(
+    held: FloatArray, pull: FloatArray, push: FloatArray, squares: FloatArray, shapes: FloatArray
+) -> tuple[PoleSum, FloatArray]:
+    """``Z`` without damping and of symmetric matrices, and natural frequencies of the interior."""
+    no_damping = np.array([1.0, 0.0, 1.0])[:, None, None]
+    natural = np.sqrt(np.maximum(squares, 0.0))
+    share = np.array([1, -1]) / (2j * np.maximum(natural, 1e-300)[:, None])
+    poles = 1j * natural[:, None] * [1, -1]
+    left = no_damping * ((pull + push[:, :, : pull.shape[1]].transpose(0, 2, 1)) / 2 @ shapes)
+    right = left.transpose(0, 2, 1)[:, :, None] * share[:, :, None]
+    right = right.reshape(3, 2 * len(natural), len(held[0]))
+    polynomial = no_damping * (held + held.transpose(0, 2, 1)) / 2
+    whole = PoleSum(polynomial + 0j, np.repeat(left, 2, axis=2) + 0j, right, poles.ravel())
+    return whole, natural
+
+
+def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) -> FloatArray:
+    """By how much errors of what is seen grow in the responses of the masters, along a grid.
+
+    The largest of all states of springs and all loads; terms that cancel count in full.
+    """
+    n = len(states[0])
+    found = []
+    for s in grid:
+        seen, terms = reduced.whole(s), reduced.whole.terms(s)
+        growth = []
+        for state in states:
+            receptance = np.linalg.inv(seen[:, :n] + state)
+            response = np.hstack([receptance, receptance @ seen[:, n:]])
+            load = terms[:, :n] @ np.abs(response)
+            load[:, n:] += terms[:, n:]
+            error = np.linalg.norm(np.abs(receptance) @ load, axis=0)
+            size = np.linalg.norm(response, axis=0)
+            growth.append(np.max(error / np.where(size > 0, size, np.inf)))
+        found.append(max(growth))
+    return np.array(found)
+
+
+def _imbalance(
+    interior: Interior, basis: FloatArray, reduced: Reduced, grid: FloatArray
+) -> FloatArray:
+    """How wrong what is seen may be, up to a factor, along a grid [rad/s].
+
+    What is left of all equations under random motions and forces.
+    """
+    n, whole, lift = len(interior.masters), reduced.whole, reduced.lift
+    load = np.random.default_rng(0).normal(size=interior.n_columns)
+    sign = np.where(np.arange(len(load)) < n, -1.0, 1.0)
+    static = (interior.static @ load[:n]).astype(float)
+    rest = []
+    for first in range(0, len(grid), _BATCH):
+        some = grid[first : first + _BATCH]
+        share = [at(whole.right, 1j * s) @ (sign * load) / (1j * s - whole.poles) for s in some]
+        modal = lift @ np.array(share).T
+        motions = static[:, None] + basis @ modal.real + 1j * (basis @ modal.imag)
+        rest += interior.imbalance(some, motions, load).tolist()
+    # What is seen of a symmetric structure errs with the square.
+    return np.array(rest) ** (2 if interior.symmetric else 1)
+
+
+def _error(reduced: ComplexArray, exact: Any, springs: FloatArray) -> float:
+    """Largest relative difference of the responses of the masters with ``springs`` on them."""
+    n = len(exact)
+    load = np.hstack([np.eye(n), reduced[:, n:]])
+    response = np.linalg.solve(reduced[:, :n] + springs, load)
+    # In the precision of the exact: a difference of large forces by stiff surroundings.
+    load = np.hstack([np.eye(n), exact[:, n:]])
+    rest = load - (exact[:, :n] + springs) @ response
+    stiffness = exact[:, :n].astype(complex) + springs
+    error = np.linalg.norm(np.linalg.solve(stiffness, rest.astype(complex)), axis=0)
+    size = np.linalg.norm(response, axis=0)
+    return float(np.max(error / np.where(size > 0, size, 1.0)))
+
+
+def _friction_bound(reduced: ComplexArray, exact: Any) -> float:
+    """Largest difference of responses with friction, see `condense`, infinite without damping."""
+    n = len(exact)
+    stiffness = exact[:, :n].astype(complex)
+    try:
+        root = cholesky((stiffness - stiffness.conj().T) / 2j, lower=True)
+    except np.linalg.LinAlgError:
+        return np.inf
+    rest = solve_triangular(root, (exact - reduced).astype(complex), lower=True)
+    own = solve_triangular(root, rest[:, :n].conj().T, lower=True)
+    responses = root.conj().T @ np.linalg.solve(stiffness, exact[:, n:].astype(complex))
+    sizes = np.linalg.norm(responses, axis=0)
+    forced = np.linalg.norm(rest[:, n:], axis=0) / np.where(sizes > 0, sizes, 1.0)
+    return float(max(np.linalg.norm(own, 2), forced.max(initial=0.0)))

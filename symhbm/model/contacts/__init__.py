@@ -1,0 +1,35 @@
+"""Contact laws: the force of a contact and its derivatives, from its motion over a period."""
+
+from symhbm.model.contacts.coulomb import LocatedFriction, friction_kernel
+from symhbm.model.contacts.coulomb_located import locate, on_loop, stick_intervals
+from symhbm.model.contacts.coulomb_loops import Loop, loops_near_limit
+from symhbm.model.contacts.coulomb_one_harmonic import (
+    FREE,
+    one_harmonic_kernel,
+    packed_size,
+    places,
+    unpacked,
+)
+from symhbm.model.contacts.coulomb_sampled import locate_sampled
+from symhbm.model.contacts.cubic_spring import cubic_kernel
+from symhbm.model.contacts.equivalent_springs import ContactSprings, contact_springs, spring_kernel
+
+__all__ = [
+    "FREE",
+    "ContactSprings",
+    "LocatedFriction",
+    "Loop",
+    "contact_springs",
+    "cubic_kernel",
+    "friction_kernel",
+    "locate",
+    "locate_sampled",
+    "loops_near_limit",
+    "on_loop",
+    "one_harmonic_kernel",
+    "packed_size",
+    "places",
+    "spring_kernel",
+    "stick_intervals",
+    "unpacked",
+]

@@ -1,0 +1,140 @@
+"""The force of a spring and a Coulomb slider, given its events over one period.
+
+With the switching angles known, the force is ``k_d y + offset`` or ``+-g``, ``g = mu F_n``, on a
+handful of intervals, and its Fourier coefficients (Eqs. 6-8) are the closed form
+
+    f = k_d A y + mu F_n b,
+
+where the matrix ``A`` and the vector ``b`` depend on the angles alone. The force is continuous and
+``dy/dtau = 0`` at reversals, so the derivative at fixed angles is the exact derivative.
+
+Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429).
+"""
+
+from dataclasses import dataclass, fields
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.numerics import FloatArray, FourierBasis
+
+SMALLEST_MOTION = 1e-150
+"""Motion [m] below which there is none: its inverse has no square in double precision."""
+
+
+@dataclass(frozen=True)
+class LocatedFriction:
+    """Events of a batch of friction contacts over one period.
+
+    Attributes
+    ----------
+    matrix : (n_contacts, n_components, n_components)
+        ``A`` of the module's closed form, dimensionless.
+    vector : (n_contacts, n_components)
+        ``b`` of the module's closed form, dimensionless.
+    slip : (n_contacts,)
+        Whether the contact slips at all during the period.
+    excess : (n_contacts,)
+        ``ln(k_d (y_max - y_min) / (2 g))``: positive when the motion asks for slip, infinite
+        without limit or without motion.
+    excess_gradient : (n_contacts, n_components)
+        Its derivative with respect to the coefficients of ``y`` [1/m].
+    theta_0, theta_star : (n_contacts,)
+        Angle of the maximum of ``y`` and the angle where slip starts after it [rad]; NaN where the
+        two-reversal motion of Eqs. (4)-(11) does not apply.
+    stick_fraction : (n_contacts,)
+        Share of the period spent sticking.
+    reversals : (n_contacts,)
+        Number of sign changes of the relative velocity per period.
+    stick_begin, stick_end : (n_contacts, n_stretches)
+        Where a contact that slips begins to stick and where it slips again [rad], ascending; NaN
+        elsewhere. Friction over samples has none.
+    """
+
+    matrix: FloatArray
+    vector: FloatArray
+    slip: NDArray[np.bool_]
+    excess: FloatArray
+    excess_gradient: FloatArray
+    theta_0: FloatArray
+    theta_star: FloatArray
+    stick_fraction: FloatArray
+    reversals: NDArray[np.int_]
+    stick_begin: FloatArray
+    stick_end: FloatArray
+
+    @property
+    def stick_intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """The contact, the begin and the end of all stretches of stick, (n_intervals,) each."""
+        contact, stretch = np.nonzero(~np.isnan(self.stick_end))
+        return contact, self.stick_begin[contact, stretch], self.stick_end[contact, stretch]
+
+    def split(self, count: int) -> list["LocatedFriction"]:
+        """The events of ``count`` batches of as many contacts each."""
+        parts = [np.split(getattr(self, field.name), count) for field in fields(self)]
+        return [LocatedFriction(*each) for each in zip(*parts, strict=True)]
+
+
+def limit_excess(
+    spread: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+    slip: NDArray[np.bool_] | None,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """``ln(k_d spread / (2 g))`` and whether each contact slips, all of shape (n_contacts,).
+
+    ``spread`` is ``y_max - y_min`` [m]; ``slip`` imposes a state where there is a limit to reach.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        excess = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
+    excess[slip_limit == 0] = np.inf
+    free = excess > 0
+    return excess, free if slip is None else np.where(np.isinf(excess), free, slip)
+
+
+def full_stick(
+    basis: FourierBasis, high: FloatArray, low: FloatArray, moves: NDArray[np.bool_]
+) -> FloatArray:
+    """``A`` of contacts that never slip, (n_contacts, n_components, n_components).
+
+    Their undetermined static force is centred between the limits. ``high`` and ``low``
+    (n_contacts, n_components) are the basis functions at the maximum and the minimum of ``y``;
+    ``moves`` (n_contacts,) tells which contacts have any.
+    """
+    matrix = np.empty((len(moves), *basis.identity.shape))
+    matrix[:] = basis.identity
+    if basis.order[0] == 0:
+        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, basis.identity[0])
+    return matrix
+
+
+def friction_kernel(n_components: int) -> ca.Function:
+    """CasADi function of one contact: coefficients of the friction force, Eqs. (6)-(8).
+
+    Inputs: ``coefficients`` (n_components) [m], ``contact_stiffness`` [N/m],
+    ``friction_coefficient`` [-], ``normal_load`` [N], and the data ``matrix``
+    (n_components, n_components) and ``vector`` (n_components) of `LocatedFriction`. Output:
+    ``force`` (n_components) [N].
+    """
+    y = ca.SX.sym("coefficients", n_components)
+    stiffness = ca.SX.sym("contact_stiffness")
+    friction = ca.SX.sym("friction_coefficient")
+    load = ca.SX.sym("normal_load")
+    matrix = ca.SX.sym("matrix", n_components, n_components)
+    vector = ca.SX.sym("vector", n_components)
+    force = stiffness * ca.mtimes(matrix, y) + friction * load * vector
+    return ca.Function(
+        "friction",
+        [y, stiffness, friction, load, matrix, vector],
+        [force],
+        [
+            "coefficients",
+            "contact_stiffness",
+            "friction_coefficient",
+            "normal_load",
+            "matrix",
+            "vector",
+        ],
+        ["force"],
+    )

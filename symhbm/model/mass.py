@@ -1,0 +1,83 @@
+"""Mass matrices: kinetic energy is nowhere negative, and where motions need some of it everywhere.
+
+Harmonic balance takes degrees of freedom without inertia, as lumped masses leave to rotations:
+`check_semidefinite` is all it asks. What integrates motions in time, or has natural frequencies,
+divides by the mass matrix: `positive_definite` factorises it or says so.
+"""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from symhbm.numerics import FloatArray
+
+_SYMMETRIC = 1e-9
+_SINGULAR = 1e-10
+"""Eigenvalue, relative to a diagonal of ones, that is 0 but for round-off."""
+_NO_PIVOT = 1e-14
+"""Square of a pivot, relative to the diagonal, that is 0 but for round-off."""
+_DENSE = 500
+
+
+def check_semidefinite(mass: Any) -> None:
+    """Raise ValueError unless a sparse mass matrix is symmetric and positive semidefinite."""
+    asymmetry = abs(mass - mass.T).tocoo()
+    if asymmetry.nnz and asymmetry.max() > _SYMMETRIC * abs(mass).max():
+        at = int(np.argmax(asymmetry.data))
+        i, j = int(asymmetry.row[at]), int(asymmetry.col[at])
+        raise ValueError(
+            f"mass_matrix: expected a symmetric matrix, entry {i, j} is "
+            f"{mass[i, j]:.9g}, entry {j, i} is {mass[j, i]:.9g}"
+        )
+    diagonal = mass.diagonal()
+    beside = np.asarray(abs(mass).sum(axis=0)).ravel() - np.abs(diagonal)
+    coupled = (diagonal == 0) & (beside > 0)
+    if coupled.any():
+        i = int(np.argmax(coupled))
+        raise ValueError(
+            f"mass_matrix: expected a positive semidefinite matrix, entry {i, i} of its diagonal "
+            "is 0 and its row is not"
+        )
+    # Rows that are led by their diagonals need no factors: lumped masses, chains of elements.
+    if np.all(diagonal >= beside):
+        return
+    moving = np.flatnonzero(diagonal)
+    scale = sp.diags_array(diagonal[moving] ** -0.5)
+    scaled = (scale @ mass[moving][:, moving] @ scale).tocsc()
+    if not _is_semidefinite(scaled):
+        raise ValueError(
+            "mass_matrix: expected a positive semidefinite matrix, this one gives some motions "
+            "a negative kinetic energy"
+        )
+
+
+def _is_semidefinite(scaled: Any) -> bool:
+    """Whether a symmetric sparse matrix with a diagonal of ones is, but for round-off."""
+    size = scaled.shape[0]
+    if size <= _DENSE:
+        return bool(np.linalg.eigvalsh(scaled.toarray())[0] >= -_SINGULAR * size)
+    shifted = (scaled + _SINGULAR * size * sp.eye_array(size)).tocsc()
+    # Pivots on the diagonal have the signs of the eigenvalues.
+    factors = splu(
+        shifted,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return bool(np.all(factors.U.diagonal() > 0))
+
+
+def positive_definite(mass: FloatArray) -> FloatArray:
+    """Lower Cholesky factor of a mass matrix; ValueError unless it is positive definite."""
+    try:
+        factor = np.asarray(np.linalg.cholesky(mass), dtype=float)
+    except np.linalg.LinAlgError:
+        factor = np.zeros(mass.shape)
+    if np.any(factor.diagonal() ** 2 <= _NO_PIVOT * mass.diagonal()):
+        raise ValueError(
+            "mass_matrix: expected a positive definite matrix, as every motion needs inertia here; "
+            "frf, follow and solve take degrees of freedom without"
+        )
+    return factor

@@ -1,0 +1,177 @@
+"""Matrices and bands that can hardly be meant: in the wrong order, or in other units.
+
+Nothing here is an error: springs may do work around a cycle, and a band may lie where nothing
+resonates. One warning tells what is unusual, with its figures.
+"""
+
+import warnings
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse.linalg import splu
+
+from symhbm.model.structure import FRICTION_PARAMETERS, Model
+from symhbm.numerics import FloatArray, check
+
+DOUBT = "is this what was meant"
+"""How the warning begins."""
+_UNSYMMETRIC = 1e-6
+"""Difference of two entries of a stiffness matrix, relative to the largest, that is round-off."""
+_FAR, _ABOVE, _ALONE = 5.0, 2.0, 20.0
+"""Ratio of frequencies from which a band is far from resonances, a band is above all of them, and
+one frequency is."""
+_DENSE = 300
+_STEPS = 4
+
+
+def warn_of_doubts(
+    model: Model,
+    band: tuple[float, float],
+    harmonics: Sequence[int] = (1,),
+    *,
+    moving: Collection[str] = (),
+    depth: int = 3,
+) -> None:
+    """Emit one warning if matrices or band [Hz] are hardly what was meant.
+
+    Of a band of one frequency it is no matter that it lies below all resonances: responses there
+    are static ones. Parameters that are ``moving`` have other values than those of the model.
+    ``depth`` is that of the user's call.
+    """
+    said = [_of_symmetry(model), _of_effect(model, moving)]
+    if not {"mass", "damping", "stiffness"} & {*moving}:
+        said.append(_of_damping(model))
+    if not {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"} & {*moving}:
+        said.append(_of_band(model, band, harmonics))
+    said = [doubt for doubt in said if doubt]
+    if said:
+        warnings.warn(f"{DOUBT}? {'; '.join(said)}", stacklevel=depth)
+
+
+def _of_symmetry(model: Model) -> str:
+    stiffness = model.stiffness_matrix
+    if model.lumped:
+        return ""  # a diagonal
+    difference = abs(stiffness - stiffness.T).tocoo()
+    largest = abs(stiffness).max() if stiffness.nnz else 0.0
+    if not difference.nnz or difference.max() <= _UNSYMMETRIC * largest:
+        return ""
+    at = int(np.argmax(difference.data))
+    i, j = sorted((int(difference.row[at]), int(difference.col[at])))
+    one, other = check.told_apart(stiffness[i, j], stiffness[j, i])
+    return (
+        f"stiffness_matrix is not symmetric: entry {i, j} is {one}, entry {j, i} is {other}; "
+        "springs are symmetric unless they do work around a cycle, and what is gyroscopic belongs "
+        "into damping_matrix"
+    )
+
+
+def _of_effect(model: Model, moving: Collection[str]) -> str:
+    """A friction parameter that moves and does nothing, as another one is 0 all the time."""
+    nothing = [
+        name
+        for name in FRICTION_PARAMETERS
+        if name not in moving and not np.any(getattr(model, name))
+    ]
+    idle = [name for name in FRICTION_PARAMETERS if name in moving]
+    if not (nothing and idle and model.n_contacts):
+        return ""
+    has, are = ("has" if len(idle) == 1 else "have"), ("is" if len(nothing) == 1 else "are")
+    return (
+        f"{' and '.join(idle)} {has} no effect, as {' and '.join(nothing)} {are} 0 at every contact"
+    )
+
+
+def _of_damping(model: Model) -> str:
+    """Damping above the critical one at every degree of freedom."""
+    mass, damping, stiffness = (
+        getattr(model, f"{name}_matrix").diagonal() for name in ("mass", "damping", "stiffness")
+    )
+    springs = abs(model.directions).T @ model.contact_stiffness
+    stiffness = np.where(stiffness > 0, stiffness, springs)
+    critical = 2 * np.sqrt(mass * stiffness)
+    if np.any(damping <= critical):
+        return ""
+    least = np.min(damping / np.where(critical > 0, critical, np.nan), initial=np.inf)
+    ratio = f"at least {least:.3g} times the critical one" if np.isfinite(least) else "all there is"
+    return (
+        f"damping is {ratio} at every degree of freedom; matrices come in the order mass, damping, "
+        "stiffness"
+    )
+
+
+def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) -> str:
+    if np.any(model.cubic_stiffness):
+        return ""  # cubic springs move resonances as far as the motion is large
+    low, high = min(band), max(band)
+    of_one, reach = low == high, max(_FAR, *harmonics)
+    if of_one and low <= _ALONE * _highest(model):
+        return ""
+    if model.n_dof > _DENSE:
+        lower, upper = np.array([_lowest(model, high)]), np.array([_highest(model)])
+        beyond = upper * _FAR < low  # the highest one is not known well
+    else:
+        lower, upper = _resonances(model, high)
+        beyond = upper * _ABOVE < low
+    below, above = upper * _FAR < low, lower > reach * high
+    alone = upper * _ALONE < low
+    far = alone.all() if of_one else (below | above).all() or beyond.all()
+    distance = np.where(upper < low, low / np.maximum(upper, 1e-300), lower / high)
+    closest = int(np.argmin(distance))
+    nearest = upper[closest] if upper[closest] < low else lower[closest]
+    if not far or not np.isfinite(nearest):
+        return ""
+    side, edge = ("above", low) if nearest < low else ("below", high)
+    ratio = edge / nearest if nearest < low else nearest / edge
+    what = f"frequency={edge:g} Hz" if of_one else f"the band {low:g} to {high:g} Hz"
+    return (
+        f"{what} lies {ratio:.3g} times {side} the nearest natural frequency, {nearest:.4g} Hz; "
+        "frequencies are in Hz, not in rad/s or rpm, matrices in SI units"
+    )
+
+
+def _resonances(model: Model, hertz: float) -> tuple[FloatArray, FloatArray]:
+    """Between which frequencies [Hz] each mode lies, as contacts slip or stick."""
+    mass, free = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
+    free = 0.5 * (free + free.T)
+    directions = model.directions.toarray()
+    held = free + (directions.T * model.contact_stiffness) @ directions
+    # About a band, so that neither free bodies nor motions without inertia are singular.
+    shift = (2 * np.pi * hertz) ** 2
+    found = []
+    for stiffness in (free, held):
+        try:
+            shares = eigh(mass, stiffness + shift * mass, eigvals_only=True)[::-1]
+        except np.linalg.LinAlgError:  # an indefinite stiffness: anything may resonate
+            return np.zeros(model.n_dof), np.full(model.n_dof, np.inf)
+        tiny = np.finfo(float).tiny
+        squares = np.where(shares > tiny, 1 / np.maximum(shares, tiny) - shift, np.inf)
+        found.append(np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi))
+    return found[0], found[1]
+
+
+def _highest(model: Model) -> float:
+    """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
+    inertia = model.mass_matrix.diagonal()
+    springs = (abs(model.directions)).T @ model.contact_stiffness
+    stiffness, moving = model.stiffness_matrix.diagonal() + springs, inertia > 0
+    if not moving.all():
+        return np.inf
+    return float(np.sqrt(np.max(stiffness / inertia)) / (2 * np.pi))
+
+
+def _lowest(model: Model, hertz: float) -> float:
+    """The lowest natural frequency [Hz] or more: the quotient of Rayleigh of inverse iterations."""
+    mass = model.mass_matrix
+    stiffness = 0.5 * (model.stiffness_matrix + model.stiffness_matrix.T)
+    try:
+        factors = splu((stiffness + (2 * np.pi * hertz) ** 2 * mass).tocsc())
+    except RuntimeError:  # SuperLU: exactly singular
+        return 0.0
+    motion = np.random.default_rng(0).uniform(0.5, 1.5, model.n_dof)
+    for _ in range(_STEPS):
+        motion = factors.solve(mass @ motion)
+        motion /= np.abs(motion).max()
+    square = motion @ (stiffness @ motion) / (motion @ (mass @ motion))
+    return float(np.sqrt(max(square, 0.0)) / (2 * np.pi))

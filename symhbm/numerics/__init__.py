@@ -1,0 +1,81 @@
+"""Plain numerics: Fourier series, their roots and turning points, linear algebra, CasADi."""
+
+from symhbm.numerics import check
+from symhbm.numerics.amplitude_curve import amplitude_between
+from symhbm.numerics.arrays import RADIANS, ComplexArray, FloatArray, Table, relative_difference
+from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
+from symhbm.numerics.fourier import (
+    FourierBasis,
+    by_harmonic,
+    check_harmonics,
+    complete_harmonics,
+    larger_set,
+    unknowns_of,
+)
+from symhbm.numerics.interpolation import cubic, cubic_slope, cubic_top, first_zero
+from symhbm.numerics.linear_algebra import (
+    DENSE_LIMIT,
+    Factorisation,
+    bordered,
+    by_size,
+    full,
+    length_of,
+    negative_eigenvalues,
+    saddle,
+)
+from symhbm.numerics.native import native
+from symhbm.numerics.roots import MACHINE, Motions, monotone_root
+from symhbm.numerics.turning_points import (
+    Cells,
+    TurningPoints,
+    largest_displacement,
+    points_in_cells,
+    turning_cells,
+    turning_points,
+)
+from symhbm.numerics.workers import at_work, attend, check_executor
+
+__all__ = [
+    "DENSE_LIMIT",
+    "MACHINE",
+    "RADIANS",
+    "Assembly",
+    "Cells",
+    "Compiled",
+    "ComplexArray",
+    "Factorisation",
+    "FloatArray",
+    "FourierBasis",
+    "Motions",
+    "Table",
+    "TurningPoints",
+    "amplitude_between",
+    "at_work",
+    "attend",
+    "bordered",
+    "by_harmonic",
+    "by_size",
+    "check",
+    "check_executor",
+    "check_harmonics",
+    "complete_harmonics",
+    "constant",
+    "cubic",
+    "cubic_slope",
+    "cubic_top",
+    "first_zero",
+    "full",
+    "larger_set",
+    "largest_displacement",
+    "length_of",
+    "monotone_root",
+    "native",
+    "negative_eigenvalues",
+    "points_in_cells",
+    "relative_difference",
+    "saddle",
+    "sparsity_of",
+    "turning_cells",
+    "turning_points",
+    "unknowns_of",
+]

@@ -1,0 +1,78 @@
+"""Cubic interpolation between two points with known slopes."""
+
+from math import copysign, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symhbm.numerics.arrays import FloatArray
+
+_CLOSE = 1e-9
+"""Change of a share at which its search ends, which is exact then: it converges quadratically."""
+_MAX_STEPS = 60
+
+
+def cubic(left: ArrayLike, right: ArrayLike, slopes: tuple, share: ArrayLike) -> FloatArray:
+    """Value at a ``share`` of the way; ``slopes`` are the derivatives by the share at both ends.
+
+    All arguments broadcast against each other.
+    """
+    h, left, right = np.asarray(share), np.asarray(left), np.asarray(right)
+    value = left + h**2 * (3 - 2 * h) * (right - left)
+    return value + h * (1 - h) ** 2 * slopes[0] + h**2 * (h - 1) * slopes[1]
+
+
+def cubic_slope(left: ArrayLike, right: ArrayLike, slopes: tuple, share: ArrayLike) -> FloatArray:
+    """Derivative of `cubic` by the share."""
+    h, left, right = np.asarray(share), np.asarray(left), np.asarray(right)
+    value = 6 * h * (1 - h) * (right - left)
+    return value + (1 - h) * (1 - 3 * h) * slopes[0] + h * (3 * h - 2) * slopes[1]
+
+
+def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
+    """Share at which a cubic that rises first and falls last is largest, and its value there."""
+    cube, square, slope = _powers(left, right, slopes)
+    share = slope / (sqrt(square**2 - 3 * cube * slope) - square)
+    return share, left + share * (slope + share * (square + share * cube))
+
+
+def first_zero(left: float, right: float, slopes: tuple[float, float]) -> float:
+    """Share at which a cubic first vanishes whose values at both ends have opposite signs."""
+    cube, square, slope = _powers(left, right, slopes)
+
+    def value(share: float) -> float:
+        return left + share * (slope + share * (square + share * cube))
+
+    low, high = 0.0, 1.0
+    for turn in _turns(cube, square, slope):
+        # From one of them to the next the cubic rises or falls.
+        if low < turn < high:
+            low, high = (turn, high) if value(turn) * left > 0 else (low, turn)
+    share = (low + high) / 2
+    for _ in range(_MAX_STEPS):
+        at = value(share)
+        low, high = (share, high) if at * left > 0 else (low, share)
+        rate = slope + share * (2 * square + share * 3 * cube)
+        trial = share - at / rate if rate else low
+        share, last = (trial if low < trial < high else (low + high) / 2), share
+        if abs(share - last) < _CLOSE:
+            break
+    return share
+
+
+def _powers(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float, float]:
+    """Coefficients of a cubic by the share: of its third, second and first power."""
+    first, last = slopes
+    rise = right - left
+    return first + last - 2 * rise, 3 * rise - 2 * first - last, first
+
+
+def _turns(cube: float, square: float, slope: float) -> list[float]:
+    """Where the derivative of a cubic vanishes, ascending."""
+    root = square**2 - 3 * cube * slope
+    if root <= 0:
+        return []
+    larger = -square - copysign(sqrt(root), square)
+    pair = [larger / (3 * cube)] if cube else []
+    pair += [slope / larger] if larger else []
+    return sorted(pair)

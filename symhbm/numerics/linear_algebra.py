@@ -1,0 +1,121 @@
+"""One factorisation for dense and sparse Jacobians, with the sign of the determinant."""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+from scipy.sparse.linalg import splu
+
+from symhbm.numerics.arrays import FloatArray
+
+_DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=np.float64)
+(_ZHETRF,) = get_lapack_funcs(("hetrf",), dtype=np.complex128)
+DENSE_LIMIT = 500
+"""Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
+
+
+def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
+    """The matrix ``[jacobian, column; row]``, dense or sparse as ``jacobian`` is."""
+    if sp.issparse(jacobian):
+        top = sp.hstack([jacobian, sp.csc_array(column[:, None])])
+        return sp.vstack([top, sp.csc_array(row[None, :])]).tocsc()
+    size = len(column)
+    matrix = np.empty((size + 1, size + 1), order="F")
+    matrix[:size, :size] = jacobian
+    matrix[:size, size] = column
+    matrix[size] = row
+    return matrix
+
+
+def saddle(hessian: Any, constraints: Any) -> Any:
+    """The symmetric matrix ``[hessian, -constraints'; -constraints, 0]``, dense or sparse."""
+    if sp.issparse(hessian):
+        return sp.block_array([[hessian, -constraints.T], [-constraints, None]], format="csc")
+    size = len(hessian)
+    matrix = np.zeros((size + len(constraints),) * 2, order="F")
+    matrix[:size, :size] = hessian
+    matrix[:size, size:] = -constraints.T
+    matrix[size:, :size] = -constraints
+    return matrix
+
+
+def by_size(matrix: Any) -> Any:
+    """The matrix as it is factorised fastest: full up to a size, sparse above."""
+    if matrix.shape[0] > DENSE_LIMIT:
+        return sp.csc_array(matrix)
+    return full(matrix)
+
+
+def full(matrix: Any) -> FloatArray:
+    """The matrix as an array."""
+    return matrix.toarray(order="F") if sp.issparse(matrix) else matrix
+
+
+def length_of(vector: FloatArray) -> float:
+    """Euclidean norm of a vector, without what `numpy.linalg.norm` costs for a short one."""
+    return sqrt(vector.dot(vector))
+
+
+def negative_eigenvalues(matrix: NDArray) -> int:
+    """Number of negative eigenvalues of a real symmetric or complex Hermitian matrix.
+
+    As many as the factor ``D`` of ``L D L^H`` has (Sylvester's law of inertia). Of its blocks of
+    two rows, marked by negative numbers, each has one of either sign (Bunch and Kaufman).
+    """
+    if len(matrix) == 1:
+        return int(matrix[0, 0].real < 0)
+    factors, rows, _ = (_ZHETRF if np.iscomplexobj(matrix) else _DSYTRF)(matrix, lower=True)
+    single = rows > 0
+    negative = np.count_nonzero(factors.diagonal().real[single] < 0)
+    return int(negative + np.count_nonzero(~single) // 2)
+
+
+class Factorisation:
+    """LU factors of a square matrix; ``sign`` is that of its determinant, 0 if it is singular."""
+
+    def __init__(self, matrix: Any):
+        self._solve = None
+        self.sign = 0
+        if sp.issparse(matrix):
+            try:
+                factors = splu(sp.csc_matrix(matrix))
+            except RuntimeError:  # SuperLU: exactly singular
+                return
+            self._solve = factors.solve
+            pivots = factors.U.diagonal()
+            parity = _parity(factors.perm_r) * _parity(factors.perm_c)
+        else:
+            lu, pivot, info = _DGETRF(matrix)
+            pivots = lu.diagonal()
+            if info != 0:
+                return
+            parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
+            # One column at a time: OpenBLAS starts threads for several, and waits for them longer
+            # than such a matrix takes, the more so on a busy machine.
+            self._solve = lambda right: np.array(
+                [_DGETRS(lu, pivot, column)[0] for column in np.atleast_2d(right.T)]
+            ).T.reshape(right.shape)
+        if np.all(np.isfinite(pivots)):
+            self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
+
+    def solve(self, right: FloatArray) -> FloatArray | None:
+        """Solution for one or several right-hand sides, None if there is no finite one."""
+        if self._solve is None or not np.all(np.isfinite(right)):
+            return None
+        solution = self._solve(right)
+        return solution if np.all(np.isfinite(solution)) else None
+
+
+def _parity(permutation: np.ndarray) -> int:
+    seen = np.zeros(len(permutation), dtype=bool)
+    sign = 1
+    for start in range(len(permutation)):
+        length, at = 0, start
+        while not seen[at]:
+            seen[at], at, length = True, permutation[at], length + 1
+        if length and length % 2 == 0:
+            sign = -sign
+    return sign

@@ -1,0 +1,251 @@
+"""Exact derivatives of stored peaks by every parameter of every blade and contact.
+
+A peak is a stationary point under constraints, so that its multipliers give the derivatives by all
+parameters at once.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.continuation.between import TIE, Peak, PeakKind
+from symhbm.model import BLADE_PARAMETERS
+from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
+from symhbm.peaks.conditions import Conditions, solve
+from symhbm.peaks.maximum import Summit
+from symhbm.results import OWN_DIMENSIONS, VARIABLES, recall, variables, without
+from symhbm.results.archive import ArchiveError, rebuild
+
+EXACT = "exact"
+UNBOUNDED = "none: nothing limits this peak"
+TOGETHER = (
+    "none: contacts {contacts} are on their limits together, derivatives by one of them would be "
+    "one-sided"
+)
+STILL = "none: contacts {contacts} do not move, what force they take on when they do is one-sided"
+NOT_VERIFIED = "none: what is stored could not be verified to be this peak"
+
+_PEAK = ("peak_frequency", "peak_amplitude", "peak_dof", "peak_kind")
+_NEEDED = (*_PEAK, "peak_coefficient")
+_CARRIED = (*_PEAK, "n_peaks", "n_sectors", "status")
+_SAME = 1e-6
+"""Difference of a peak from the stored one, relative: located to 1e-9, it is another one beyond."""
+_SLOPE = 1e-5
+"""Scaled slope below which a response as large as that of a peak peaks there, too."""
+_STILL = 1e-12
+"""Motion of a contact over that of the structure that is nothing but round-off."""
+_Derivatives = dict[int, tuple[FloatArray, FloatArray]]
+
+
+def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
+    """Derivatives of the peaks of a result of `frf` by all of its parameters, exact.
+
+    Parameters
+    ----------
+    dataset
+        Any result of `frf` with its peaks, in memory or loaded, or a part of it.
+
+    Returns
+    -------
+    Dataset with ``peak_amplitude_by_<parameter>`` [m per its unit] and
+    ``peak_frequency_by_<parameter>`` [Hz per its unit] for each parameter that is no integer, those
+    of cubic springs where there are any. Dimensions are those of the peaks, ``peaking_dof`` for the
+    degree of freedom whose peak it is, and ``dof`` or ``contact`` for the one whose parameter
+    changes. Where several peak together, as the blades of a tuned disk do, each has its own;
+    others have NaN. At a load or a friction coefficient of 0 derivatives are those towards larger
+    values. ``sensitivity_status`` is ``"exact"``, or tells why a peak has no derivatives (NaN); it
+    is empty where there is no peak. Peaks, parameters and the problem come with it.
+
+    Raises
+    ------
+    TypeError
+        If ``dataset`` is no Dataset.
+    ArchiveError
+        If it holds no peaks over the frequency with their coefficients, or the problem cannot be
+        rebuilt or has friction over samples. It is a ValueError.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30))
+    >>> by_load = sh.sensitivity(response).peak_amplitude_by_normal_load
+    >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
+    array([0.])
+    """
+    stored = _StoredPeaks(dataset)
+    status = np.full(stored.shape, "", dtype=object)
+    derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
+    n_dof, parameters = stored.problem.model.n_dof, stored.problem.parameters
+    for name in stored.names:
+        shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
+        derivatives[name] = np.full(shape, np.nan), np.full(shape, np.nan)
+    for index in np.ndindex(stored.shape):
+        status[index], found = stored.derivatives(index)
+        for dof, rows in found.items():
+            for name, place in stored.places.items():
+                for target, row in zip(derivatives[name], rows, strict=True):
+                    target[(*index, dof)] = row[place].reshape(np.shape(parameters[name]))
+    gone = [d for d in dataset.dims if d in OWN_DIMENSIONS and d not in ("dof", "contact", "peak")]
+    result = dataset.drop_dims(gone)
+    others = [name for name in result.variables if name in VARIABLES and name not in _CARRIED]
+    result = result.drop_vars(others)
+    about = VARIABLES["peaking_dof"]
+    attributes = {"long_name": about.long_name, "units": about.units}
+    result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
+    result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
+    for name, pair in derivatives.items():
+        own = "dof" if name in BLADE_PARAMETERS else "contact"
+        dims = (*stored.dims, "peaking_dof", *((own,) if np.ndim(parameters[name]) else ()))
+        for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
+            result[f"{of}_by_{name}"] = dims, values, _attributes(variables.derivative(of, name))
+    result.attrs.pop("verification", None)
+    return result
+
+
+def _attributes(about: variables.Variable) -> dict[str, Any]:
+    return {"units": about.units, "long_name": about.long_name}
+
+
+class _StoredPeaks:
+    """The peaks of a dataset and their problems; an index has one entry per dimension of them."""
+
+    def __init__(self, dataset: xr.Dataset):
+        self.problem = rebuild(dataset)
+        missing = [name for name in _NEEDED if name not in dataset.variables]
+        if missing:
+            raise ArchiveError(
+                "dataset: expected a result of frf with its peaks over the frequency, got one "
+                f"{without(dataset, missing)}"
+            )
+        if self.problem.samples is not None:
+            raise ArchiveError(
+                "dataset: expected located switching angles, got friction over "
+                f"{self.problem.samples} samples, which is piecewise linear"
+            )
+        self._sweep = recall(dataset)[0]
+        optional = ("peak_highest_harmonic",) if "peak_highest_harmonic" in dataset else ()
+        here = [str(dim) for dim in dataset["peak_frequency"].dims]
+        self.dims = (*self._sweep.dims, *(dim for dim in here if dim not in self._sweep.dims))
+        try:
+            self._stored = {
+                name: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
+                for name in (*_NEEDED, *optional)
+            }
+        except ValueError as error:
+            raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
+        self.shape = self._stored["peak_frequency"].shape
+        harmonics = self.problem.harmonics
+        expected = {"dof": self.problem.model.n_dof, "harmonic": len(harmonics), "component": 2}
+        sizes = {name: dataset["peak_coefficient"].sizes[name] for name in expected}
+        if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
+            raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
+        springs = self.problem.model.has_cubic_springs or "cubic_stiffness" in self._sweep.values
+        self.names = [
+            name
+            for name, value in self.problem.parameters.items()
+            if not isinstance(value, int) and (springs or name != "cubic_stiffness")
+        ]
+        self._sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = {}
+        self._place: tuple[int, ...] = ()
+        self._known: dict[tuple, tuple[str, _Derivatives]] = {}
+        self.places: dict[str, slice] = {}
+        first = 0
+        for name in self.names:
+            size = np.size(self.problem.parameters[name])
+            self.places[name] = slice(first, first + size)
+            first += size
+
+    def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
+        """What is known of one peak, and its amplitude's and frequency's derivatives by dof."""
+        stored = {name: values[index] for name, values in self._stored.items()}
+        kind, dof = str(stored["peak_kind"]), int(stored["peak_dof"])
+        if not kind:
+            return "", {}
+        if kind == PeakKind.UNBOUNDED:
+            return UNBOUNDED, {}
+        amplitude, frequency = float(stored["peak_amplitude"]), float(stored["peak_frequency"])
+        coefficient = stored["peak_coefficient"]
+        finite = np.isfinite([amplitude, frequency]).all() and np.isfinite(coefficient).all()
+        if not finite or kind not in [*PeakKind]:
+            return NOT_VERIFIED, {}
+        place = index[: len(self._sweep.dims)]
+        if place != self._place:
+            self._place, self._known = place, {}
+        # Peaks of blades that move alike are one solution, stored for each of them.
+        alike = kind, frequency, amplitude, coefficient.tobytes()
+        if alike not in self._known:
+            harmonics = self._harmonics(stored.get("peak_highest_harmonic"))
+            problem, second_order = self._equations(place, harmonics)
+            unknowns = unknowns_of(problem.basis, harmonics, coefficient[:, : len(harmonics)])
+            peak = Peak(RADIANS * frequency, amplitude, dof, PeakKind(kind), unknowns, 0.0)
+            self._known[alike] = _derivatives(problem, second_order, peak)
+        return self._known[alike]
+
+    def _harmonics(self, highest: Any) -> tuple[int, ...]:
+        """The harmonics of one peak: it may have fewer than the dataset."""
+        harmonics = self.problem.harmonics
+        if highest is None or highest not in harmonics:
+            return harmonics
+        return tuple(n for n in harmonics if n <= highest)
+
+    def _equations(
+        self, place: tuple[int, ...], harmonics: tuple[int, ...]
+    ) -> tuple[HarmonicBalance, SecondOrder]:
+        """The problem of one parameter set with its second derivatives, compiled once per set."""
+        if harmonics not in self._sets:
+            given = self.problem
+            base = HarmonicBalance(given.model, given.excitation, harmonics)
+            self._sets[harmonics] = base, SecondOrder(base, self.names)
+        base, second_order = self._sets[harmonics]
+        number = int(np.ravel_multi_index(place, self._sweep.shape)) if place else 0
+        return base.with_parameters(**self._sweep.chosen(number)), second_order
+
+
+def _derivatives(
+    problem: HarmonicBalance, second_order: SecondOrder, peak: Peak
+) -> tuple[str, _Derivatives]:
+    """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
+    amplitude, _ = largest_displacement(problem.basis, problem.coefficients(peak.unknowns))
+    tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
+    if peak.dof not in tied:
+        return NOT_VERIFIED, {}
+    summit = Summit.at_peak(problem, peak)
+    together = {summit.contact, *summit.together} if summit.together else set()
+    for text, contacts in ((TOGETHER, together), (STILL, _still(summit))):
+        if contacts:
+            return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}
+    found: _Derivatives = {}
+    try:
+        for dof in tied:
+            start = Conditions(second_order, replace(summit, dof=dof))
+            if dof != peak.dof and not (start.stationarity <= _SLOPE and start.is_maximum()):
+                continue
+            solved = solve(start)
+            if solved is None or not _is_same(solved.summit, peak):
+                return NOT_VERIFIED, {}
+            found[dof] = solved.gradient, solved.frequency_gradient / RADIANS
+    except ArithmeticError:
+        return NOT_VERIFIED, {}
+    return EXACT, found
+
+
+def _still(summit: Summit) -> list[int]:
+    """Contacts at rest whose force has a kink there: centred between extremes, or without limit."""
+    problem = summit.problem
+    moving = problem.relative(summit.unknowns)[:, problem.basis.order > 0]
+    still = np.abs(moving).max(axis=1) <= _STILL * np.abs(summit.unknowns).max()
+    kink = (problem.basis.order[0] == 0) | (problem.slip_limit == 0)
+    return np.flatnonzero(still & kink & (problem.contact_stiffness > 0)).tolist()
+
+
+def _is_same(summit: Summit, peak: Peak) -> bool:
+    pairs = (summit.amplitude, peak.amplitude), (summit.frequency, peak.value)
+    return all(abs(one - other) <= _SAME * other for one, other in pairs)

@@ -1,0 +1,24 @@
+"""The verbs on one problem or many: respond, solve, move in time, verify."""
+
+from symhbm.response.angle_solvers import AngleStatus, solve_angles
+from symhbm.response.figures import FIGURES
+from symhbm.response.frf import follow, frf
+from symhbm.response.periodic import transient
+from symhbm.response.recover import recover
+from symhbm.response.run import resume
+from symhbm.response.solve import solve
+from symhbm.response.verify import summary, verify
+
+__all__ = [
+    "FIGURES",
+    "AngleStatus",
+    "follow",
+    "frf",
+    "recover",
+    "resume",
+    "solve",
+    "solve_angles",
+    "summary",
+    "transient",
+    "verify",
+]

@@ -1,0 +1,261 @@
+"""Eqs. (4)-(11) with the switching angles as unknowns, solved by a solver chosen by name.
+
+They have false solutions, and none at all where a contact reverses while it slips. So a solver
+starts from a solution with located angles, and what it finds must be that solution.
+"""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd
+from symhbm.continuation import ACCEPTED, newton, solve_point
+from symhbm.numerics import DENSE_LIMIT, FloatArray, check
+
+AGREEMENT = 1e-9
+"""Largest distance from the located solution, relative to it."""
+
+
+class AngleStatus(StrEnum):
+    """Outcome of a solver; the value of each member is the sentence shown to the user."""
+
+    SUCCESS = "success"
+    NOT_LOCATED = (
+        "there is no solution with located angles to start from and to check against; "
+        "try another frequency"
+    )
+    DOES_NOT_APPLY = (
+        "the form with switching angles as unknowns does not apply: a contact reverses while it "
+        "slips (applies is false for it); use located angles"
+    )
+    NO_CONVERGENCE = "the solver did not converge; try another solver, or located angles"
+    FALSE_SOLUTION = (
+        "the solver went to a false solution: for a contact (applies is false for it) theta_0 is "
+        "not where the relative displacement is largest, the motion reverses during slip, or the "
+        "force exceeds the limit; try another solver, or located angles"
+    )
+    OTHER_SOLUTION = (
+        "the solver went to another solution than that with located angles; try another solver, "
+        "or located angles"
+    )
+
+
+@dataclass(frozen=True)
+class AngleResult:
+    """What a solver found; coefficients and angles are NaN unless it is the solution.
+
+    ``unknowns`` (problem.n_unknowns,), the coefficients [m]; ``theta_0``, ``theta_star``
+    (n_contacts,) in rad from 0 to 2 pi, NaN where a contact does not slip; ``iterations`` of the
+    solver; ``applies`` (n_contacts,), which contacts move as Eqs. (4)-(11) suppose at the last
+    point where that was asked; ``difference`` from the located solution, relative to it, NaN
+    where the equations are not solved.
+    """
+
+    unknowns: FloatArray
+    theta_0: FloatArray
+    theta_star: FloatArray
+    iterations: int
+    status: AngleStatus
+    applies: NDArray[np.bool_]
+    difference: float
+
+    @property
+    def converged(self) -> bool:
+        """Whether the point solves the equations and is the located solution."""
+        return self.status == AngleStatus.SUCCESS
+
+
+def check_angles(problem: HarmonicBalance, solver: str) -> None:
+    """Raise ValueError unless there is such a solver and the form can be written for a problem."""
+    if solver not in _SOLVERS:
+        raise ValueError(f"angles={check.shown(solver)}: expected one of {', '.join(_SOLVERS)}")
+    if problem.samples is not None:
+        raise ValueError(
+            f"problem: samples={problem.samples}, expected None: a sampled law has no angles"
+        )
+    check_odd(problem.basis.harmonics)
+
+
+def solve_angles(
+    problem: HarmonicBalance,
+    frequency: float,
+    solver: str,
+    located_unknowns: ArrayLike | None = None,
+    *,
+    start: ArrayLike | None = None,
+    angles: SwitchingAngles | None = None,
+) -> AngleResult:
+    """Solve Eqs. (4)-(11) at one angular ``frequency`` [rad/s], the angles being unknowns.
+
+    Parameters
+    ----------
+    problem, frequency
+        What to solve, and where.
+    solver
+        ``"newton"`` (this package's), ``"rootfinder"`` (CasADi's) or ``"ipopt"``.
+    located_unknowns : (problem.n_unknowns,)
+        The located solution [m]; by default it is solved for.
+    start : (angles.n_unknowns,)
+        Where the solver starts; by default at the located solution.
+    angles
+        Equations and solvers to use again, for many points or parameter sets.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For a solver of another name, a bad frequency, arrays of another shape, harmonics that are
+        not odd, sampled friction, or ``angles`` of another problem.
+    """
+    check_angles(problem, solver)
+    frequency = check.scalar("frequency", frequency, "non-negative")
+    angles = SwitchingAngles(problem) if angles is None else angles
+    if located_unknowns is None:
+        located = solve_point(problem, frequency).unknowns
+    else:
+        located = _vector("located_unknowns", located_unknowns, problem.n_unknowns)
+    own, slip = angles.start(problem, located)
+    first = own if start is None else _vector("start", start, angles.n_unknowns)
+    inputs = angles.arguments(problem, own, frequency, slip)
+    evaluation = problem.evaluate(located, frequency)
+    if evaluation.norm > ACCEPTED:
+        return _result(problem, AngleStatus.NOT_LOCATED, np.zeros(len(slip), bool))
+    applies = angles.applies(problem, located, *_angles(angles, own, slip))
+    if not applies.all():
+        return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
+
+    column, row = _scales(problem, angles, own, slip, evaluation.magnitude)
+    data = [*inputs.values()][1:]
+    values = np.concatenate([np.ravel(a, order="F") for a in (*data, column, row)])
+    point, iterations = _SOLVERS[solver](angles, first, values, column, evaluation)
+    residual = np.asarray(_scaled(angles)(point, values)[0].full())
+    # In this order a value that is not finite fails too.
+    if not np.abs(residual).max() <= ACCEPTED:
+        return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
+
+    found = (angles.split(point * column)[0], *_angles(angles, point * column, slip))
+    applies = angles.applies(problem, *found)
+    difference = float(np.linalg.norm(found[0] - located) / (np.linalg.norm(located) or 1.0))
+    if not applies.all():
+        return _result(problem, AngleStatus.FALSE_SOLUTION, applies, iterations, difference)
+    if difference > AGREEMENT or problem.evaluate(found[0], frequency).norm > ACCEPTED:
+        return _result(problem, AngleStatus.OTHER_SOLUTION, applies, iterations, difference)
+    return _result(problem, AngleStatus.SUCCESS, applies, iterations, difference, found)
+
+
+def _result(problem, status, applies, iterations=0, difference=np.nan, found=None) -> AngleResult:
+    if found is None:
+        sizes = problem.n_unknowns, len(applies), len(applies)
+        found = [np.full(size, np.nan) for size in sizes]
+    coefficients, theta_0, theta_star = found
+    two_angles = theta_0 % (2 * np.pi), theta_star % (2 * np.pi)
+    return AngleResult(coefficients, *two_angles, iterations, status, applies, difference)
+
+
+def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
+    result = check.array(name, value)
+    if result.shape != (size,):
+        raise ValueError(f"{name}: expected shape {(size,)}, got {result.shape}")
+    return result
+
+
+def _angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
+    """``theta_0`` and ``theta_star`` [rad], NaN where a contact does not slip."""
+    _, theta_0, rho = angles.split(unknowns)
+    stick = 2 * np.arctan2(np.sqrt(rho), np.sqrt(1 - rho))
+    return np.where(slip, theta_0, np.nan), np.where(slip, theta_0 + stick, np.nan)
+
+
+def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, FloatArray]:
+    """Sizes of the unknowns and of the equations at the located solution."""
+    coefficients, _, rho = angles.split(unknowns)
+    response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
+    balance = np.full(len(coefficients), magnitude or 1.0)
+    spring = problem.model.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
+    turning = np.where(slip, spring, 1.0)
+    # Eq. (11) loses digits in gross slip as its forces shrink, theta_star as they are scaled by
+    # the spring force: the mean of both sizes serves both.
+    onset = np.where(slip, spring * np.sqrt(rho), 1.0)
+    return (
+        np.concatenate([response, np.ones(len(slip)), rho]),
+        np.concatenate([balance, turning, onset]),
+    )
+
+
+def _problem(angles: SwitchingAngles) -> dict[str, ca.SX]:
+    """Scaled unknowns, data, and scaled equations, under CasADi's names for them."""
+    function = angles.residual
+    point, column, row = (ca.SX.sym(name, angles.n_unknowns) for name in ("x", "column", "row"))
+    data = [ca.SX.sym(name, function.sparsity_in(name)) for name in function.name_in()[1:]]
+    residual = function.call([point * column, *data])[0] / row
+    return {"x": point, "p": ca.veccat(*data, column, row), "g": residual}
+
+
+def _scaled(angles: SwitchingAngles) -> ca.Function:
+    """CasADi function of the scaled equations and their Jacobian."""
+    if "scaled" not in angles.compiled:
+        named = _problem(angles)
+        outputs = [named["g"], ca.jacobian(named["g"], named["x"])]
+        angles.compiled["scaled"] = ca.Function("scaled", [named["x"], named["p"]], outputs)
+    return angles.compiled["scaled"]
+
+
+def _newton(angles, first, values, column, located: Evaluation) -> tuple[FloatArray, int]:
+    def evaluate(point: FloatArray) -> Evaluation:
+        residual, jacobian = _scaled(angles)(point, values)
+        matrix = jacobian.full() if len(point) <= DENSE_LIMIT else jacobian.sparse()
+        residual = np.asarray(residual.full())[:, 0]
+        return replace(located, residual=residual, magnitude=1.0, jacobian=matrix)
+
+    result = newton(evaluate, first / column)
+    return result.unknowns, result.iterations
+
+
+# A residual below round-off, so that the length of the last step decides.
+_ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
+_IPOPT: dict[str, Any] = {
+    "print_time": False,
+    "calc_lam_p": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.tol": 1e-13,
+    "ipopt.acceptable_iter": 0,
+    "ipopt.max_iter": 100,
+    "ipopt.nlp_scaling_method": "none",
+    # The barrier has nothing to weigh without an objective, and rho may be near its bounds.
+    "ipopt.mu_init": 1e-13,
+    "ipopt.bound_push": 1e-9,
+    "ipopt.bound_frac": 1e-9,
+    "ipopt.bound_relax_factor": 0.0,
+}
+_QUIET = {"show_eval_warnings": False}
+
+
+def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int]:
+    if "rootfinder" not in angles.compiled:
+        solver = ca.rootfinder("angles", "newton", _problem(angles), _ROOTFINDER | _QUIET)
+        angles.compiled["rootfinder"] = solver
+    return _call(angles.compiled["rootfinder"], x0=first / column, p=values)
+
+
+def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
+    if "ipopt" not in angles.compiled:
+        program = _problem(angles) | {"f": ca.SX(0)}
+        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, _IPOPT | _QUIET)
+    coefficients, theta_0, rho = angles.split(first)
+    free = np.full(len(coefficients), np.inf)
+    low = np.concatenate([-free, theta_0 - np.pi / 2, np.zeros(len(rho))]) / column
+    high = np.concatenate([free, theta_0 + np.pi / 2, np.ones(len(rho))]) / column
+    solver = angles.compiled["ipopt"]
+    return _call(solver, x0=first / column, p=values, lbx=low, ubx=high, lbg=0, ubg=0)
+
+
+def _call(solver: ca.Function, **inputs: Any) -> tuple[FloatArray, int]:
+    found = solver(**inputs)["x"]
+    return np.asarray(found.full())[:, 0], int(solver.stats()["iter_count"])
+
+
+_SOLVERS = {"newton": _newton, "rootfinder": _rootfinder, "ipopt": _ipopt}

@@ -1,0 +1,157 @@
+"""Figures of one stored point: what its equations, its energy and its friction law say of it.
+
+What is stored is recomputed from the coefficients alone, the friction by a slider marched from
+reversal to reversal instead of the closed forms.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.numerics import (
+    FloatArray,
+    largest_displacement,
+    relative_difference,
+    turning_points,
+    unknowns_of,
+)
+
+
+class Figure(NamedTuple):
+    """What a figure of a verification means, and the largest value allowed by default."""
+
+    bound: float | None
+    long_name: str
+    needs: tuple[str, ...] = ()
+
+
+CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
+"""Contact results of a point."""
+FIGURES = {
+    "residual_stored": Figure(1e-9, "residual of the stored coefficients, recomputed, relative"),
+    "residual_larger": Figure(None, "residual on a larger harmonic set, relative"),
+    "energy_error": Figure(1e-9, "work of the force less dissipation per cycle, relative"),
+    # At the onset of slip the stick fraction moves with the root of round-off.
+    "contact_mismatch": Figure(
+        1e-6, "stored contact results against the recomputed friction law", CONTACT
+    ),
+    "amplitude_mismatch": Figure(
+        1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
+    ),
+    "exact_difference": Figure(
+        None, "amplitude against the exact periodic motion, relative", ("amplitude",)
+    ),
+}
+"""The figures of a verification, all dimensionless, and what they need beside coefficients."""
+
+_EDGE = 1e-12
+"""Distance from the limit of slip, in logarithms, within which round-off decides the state."""
+_FORCE_SHARE = 1e-2
+"""Energies are relative at least to this share of the work of the largest force term: solutions are
+accepted with residuals of 1e-11 of that, which then stay below the bound."""
+_SPRING_SHARE = 1e-6
+"""The same of contact springs, of whose large forces closed forms leave round-off."""
+
+
+def point_figures(
+    stored: dict[str, Any], problem: HarmonicBalance, larger: HarmonicBalance, omega: float
+) -> dict[str, float]:
+    """All figures but the exact difference of one point at the angular frequency ``omega``.
+
+    ``stored`` holds its variables by the names of the dataset, as far as they are there; with a
+    ``dof``, the amplitude is that of one degree of freedom. ``larger`` is the same problem with the
+    harmonics of `larger_set`.
+    """
+    coefficient, basis = stored["coefficient"], problem.basis
+    unknowns = unknowns_of(basis, basis.harmonics, coefficient)
+    evaluation = problem.evaluate(unknowns, omega)
+    embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
+    lost, most = _marched(problem, unknowns, evaluation)
+    dissipation = stored.get("dissipation", lost)
+    figures = {
+        "residual_stored": evaluation.norm,
+        "residual_larger": larger.evaluate(embedded, omega).norm,
+        "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
+    }
+    if stored.keys() >= {*CONTACT}:
+        figures["contact_mismatch"] = _contact_mismatch(problem, evaluation, stored, lost, most)
+    if "amplitude" in stored:
+        amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
+        figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
+    return figures
+
+
+def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
+    """Relative difference of stored amplitudes, or that of one ``dof``, from those of all."""
+    return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])
+
+
+def _energy_error(
+    problem: HarmonicBalance,
+    unknowns: FloatArray,
+    omega: float,
+    dissipation: FloatArray,
+    magnitude: float,
+) -> float:
+    """Work of the force less what is lost, over the largest work the force could do."""
+    model, basis = problem.model, problem.basis
+    x = problem.coefficients(unknowns)
+    # Divided by the norm, products of coefficients are integrals over a period.
+    path = x @ basis.derivative_matrix.T / basis.norm
+    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
+    # Springs do work around a cycle where their matrix is not symmetric.
+    skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
+    viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
+    lost = float(np.sum(viscous * path)) + dissipation.sum()
+    largest = np.abs(force * path).sum() + np.abs(viscous * path).sum() + np.abs(dissipation).sum()
+    largest += _FORCE_SHARE * magnitude * np.abs(path).sum()
+    return float(abs(np.sum(force * path) - lost) / (largest or 1.0))
+
+
+def _marched(
+    problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation
+) -> tuple[FloatArray, FloatArray]:
+    """Dissipation of each contact by a slider marched over its reversals, and its largest scale."""
+    model, friction = problem.model, evaluation.friction
+    stiffness, limit = model.contact_stiffness, model.friction_coefficient * model.normal_load
+    relative = problem.relative(unknowns)
+    if not len(relative):
+        return np.zeros(0), np.zeros(0)
+    points = turning_points(problem.basis, relative)
+    # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
+    value = np.column_stack([points.value, points.value[:, 0]])
+    force, slipped = limit.copy(), np.zeros(len(limit))
+    for step in np.diff(value, axis=1).T:
+        trial = force + stiffness * step
+        force = np.clip(trial, -limit, limit)
+        slipped += np.abs(trial - force)
+    spread = value.max(axis=1) - value.min(axis=1)
+    rubs = stiffness > 0
+    lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+    if problem.samples is not None:
+        path = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
+        law = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
+        lost = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, path)
+    return lost, spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+
+
+def _contact_mismatch(
+    problem: HarmonicBalance,
+    evaluation: Evaluation,
+    stored: dict,
+    lost: FloatArray,
+    most: FloatArray,
+) -> float:
+    """Largest difference of state (1), reversals (1), stick fraction, and dissipation over most."""
+    friction, rubs = evaluation.friction, problem.model.contact_stiffness > 0
+    if not len(rubs):
+        return 0.0
+    state = np.where(rubs, friction.slip, -1) != stored["contact_state"]
+    mismatch = [
+        state & ~(np.abs(friction.excess) < _EDGE),
+        friction.reversals != stored["reversals"],
+        np.abs(friction.stick_fraction - stored["stick_fraction"]),
+        np.abs(lost - stored["dissipation"]) / np.where(most > 0, most, 1.0),
+    ]
+    return float(np.max(np.array(mismatch, dtype=float)))

@@ -1,0 +1,287 @@
+"""The front doors to curves: responses over the frequency or over any other parameter."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
+from typing import Any
+
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.model import warn_of_doubts
+from symhbm.model.condensation import CondensedModel
+from symhbm.numerics import check, check_executor
+from symhbm.response.accuracy import check_accuracy
+from symhbm.response.curve import curve_of
+from symhbm.response.run import run, told
+from symhbm.results import (
+    PARAMETERS,
+    Peaks,
+    Task,
+    check_band,
+    check_grid,
+    check_keep,
+    check_parameter,
+    check_place,
+    parse,
+)
+from symhbm.time_domain import check_stability
+
+
+def frf(
+    problem: HarmonicBalance,
+    frequency: tuple[float, float],
+    at: ArrayLike | None = None,
+    over: Mapping[str, Any] | xr.Dataset | None = None,
+    *,
+    accuracy: float | None = None,
+    stability: bool = False,
+    peaks: Peaks = "largest",
+    sector: bool = True,
+    keep: Iterable[str] | None = None,
+    verifiable: bool = True,
+    archive: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    throw: bool = False,
+    progress: bool = True,
+    max_points: int = 5000,
+) -> xr.Dataset:
+    """Frequency response between two frequencies, with every peak.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    frequency
+        First and last frequency of the band [Hz]; it is followed from the first to the last, so
+        downwards where the first is the larger.
+    at : (n,), ascending
+        Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
+        ``solution`` another where cubic springs may make several: those on one connected branch,
+        the path from the first frequency to the last, which need not be all. Peaks lie beside the
+        values of a grid, and above its largest amplitude: ``peak_frequency`` tells where. By
+        default the result holds the points of the path along ``point``, peaks among them.
+    over
+        Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
+        dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
+        pattern) and any other, for example ``sample``. Several names give their product, names
+        that share a dimension go in pairs.
+    accuracy
+        Error of the displacements, relative to their amplitudes, that the harmonics left out may
+        make. Every point then has as many harmonics as that takes, the problem's set being the
+        smallest, and tells its ``highest_harmonic`` and the ``truncation_error`` expected. By
+        default all points have the harmonics of the problem.
+    stability
+        Add ``growth_rate`` and ``stability`` of every response, which those of cubic springs have
+        anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
+        period.
+    peaks
+        Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
+        rises by 1 % of the largest response over the valleys beside it is found, and most of those
+        that rise by less. Without ``at`` each is also a point of the path.
+    sector
+        Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
+        under an engine order), and give the results of all; ``n_sectors`` tells their number. Not
+        with ``stability``, cubic springs or friction over samples.
+    keep
+        Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
+        tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
+        all. The attribute ``left_out`` names the others.
+    verifiable
+        Keep as well what `symhbm.verify` needs of the peaks: where and how large they are, and
+        their Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
+    archive
+        NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
+        in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
+        an interruption; of a finished archive nothing is computed, which a line on stderr says
+        where ``progress`` is shown. The checksum of the whole archive is compared each time.
+    executor
+        Where parameter sets are computed; by default in this process.
+    throw
+        Raise SolveError when a curve is incomplete, instead of a warning.
+    progress
+        Show a bar when the sweep takes longer than a few seconds.
+    max_points
+        Largest number of points of one path.
+
+    Returns
+    -------
+    Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; that of
+    an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status`` that
+    says so.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
+    SolveError
+        If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    KeyboardInterrupt
+        If it is interrupted; a note says what is safe and how to go on.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
+    >>> response.peak_amplitude.sel(normal_load=3).values.round(8)
+    array([0.00030849])
+    >>> sh.frf(problem, (10, 30), at=[15, 20, 25]).amplitude.sel(frequency=20).values.round(8)
+    array([0.00029952])
+    """
+    check_problem(problem)
+    band = check_band("frequency", frequency, "positive", " in Hz")
+    problem.check_frequencies("frequency", band)
+    task = dict(name="frequency", band=band, at=check_grid(at, band))
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
+
+
+def follow(
+    problem: HarmonicBalance,
+    parameter: str,
+    band: tuple[float, float],
+    at: ArrayLike | None = None,
+    over: Mapping[str, Any] | xr.Dataset | None = None,
+    *,
+    frequency: float,
+    contact: int | None = None,
+    dof: int | None = None,
+    accuracy: float | None = None,
+    stability: bool = False,
+    peaks: Peaks = "largest",
+    sector: bool = True,
+    keep: Iterable[str] | None = None,
+    verifiable: bool = True,
+    archive: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    throw: bool = False,
+    progress: bool = True,
+    max_points: int = 5000,
+) -> xr.Dataset:
+    """Response at one frequency between two values of any named parameter.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    parameter
+        The name of the parameter that moves, for example ``"normal_load"``.
+    band
+        Its first and last value (SI units).
+    at : (n,), ascending
+        Values at which the response is wanted; the parameter then is a dimension, and ``solution``
+        another where cubic springs may make several, as in `frf`. Peaks lie beside them.
+    over
+        Other parameters to sweep, as in `frf`.
+    frequency
+        The constant excitation frequency [Hz].
+    contact, dof
+        The one contact or blade whose parameter moves; by default it is set for all alike.
+    accuracy, stability, peaks, sector, keep, verifiable
+        As in `frf`; peaks are maxima over the parameter.
+    archive, executor, throw, progress, max_points
+        As in `frf`.
+
+    Returns
+    -------
+    Dataset as that of `frf`, with the parameter in the place of the frequency. ``status`` tells
+    where the path ended and why.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, each named with its value and what is allowed.
+    ArchiveError
+        If the archive is one of another computation, is in use, or cannot be written.
+    SolveError
+        If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.follow(problem, "normal_load", (0.1, 100), frequency=19.5)
+    >>> loads.event_kind.values, loads.event_normal_load.values.round(6)
+    (array(['end of slip'], dtype=object), array([4.009054]))
+    """
+    check_problem(problem)
+    bound = check_parameter(problem, parameter)
+    band = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
+    task = dict(
+        name=parameter,
+        band=band,
+        at=check_grid(at, band),
+        frequency=check.scalar("frequency", frequency, "positive"),
+        index=check_place(problem, parameter, contact, dof),
+    )
+    problem.check_frequencies("frequency", task["frequency"])
+    if isinstance(over, Mapping) and parameter in over:
+        raise ValueError(f"over: {parameter!r} is the parameter that is followed")
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
+    return _run(problem, task, options, over, archive, executor, throw, progress)
+
+
+def _run(
+    problem: HarmonicBalance,
+    described: dict[str, Any],
+    options: dict[str, Any],
+    over: Mapping[str, Any] | xr.Dataset | None,
+    archive: str | os.PathLike[str] | None,
+    executor: Executor | None,
+    throw: bool,
+    progress: bool,
+) -> xr.Dataset:
+    check_executor(executor)
+    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
+    peaks = options["peaks"]
+    if not isinstance(peaks, str) or peaks not in ("largest", "each"):
+        raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
+    sweep = parse(problem, over)
+    moving = {described["name"], *sweep.values}
+    springs = "cubic_stiffness" in moving
+    if options["accuracy"] is None:  # else the set is made complete
+        check_mean(problem)
+    if not isinstance(problem.model, CondensedModel):
+        hertz = described.get("frequency")
+        band = described["band"] if hertz is None else (hertz, hertz)
+        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
+    may_fold = springs or not problem.single_valued
+    accuracy = check_accuracy(problem, options["accuracy"])
+    task = Task(
+        **described,
+        each=peaks == "each",
+        may_fold=may_fold,
+        stability=check_stability(problem, options["stability"]) or may_fold,
+        max_points=check.integer("max_points", options["max_points"], minimum=2),
+        accuracy=accuracy,
+        sector=check.flag("sector", options["sector"]),
+        keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
+    )
+    curve_of(task, problem)
+    return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)

@@ -1,0 +1,163 @@
+"""The periodic motion in time, as a labelled dataset: the independent truth."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance, check_problem, is_held
+from symhbm.numerics import (
+    RADIANS,
+    FloatArray,
+    FourierBasis,
+    Table,
+    by_harmonic,
+    check,
+    check_harmonics,
+    unknowns_of,
+)
+from symhbm.results import schema
+from symhbm.status import SolveError, Status
+from symhbm.time_domain import TOLERANCE, ExactMotion, periodic_motion
+
+_KINDS = {"slip": "onset of slip", "stick": "end of slip"}
+
+
+def transient(
+    problem: HarmonicBalance,
+    frequency: float,
+    *,
+    harmonics: Iterable[int] | None = None,
+    n_angles: int = 512,
+    start: xr.Dataset | None = None,
+    throw: bool = False,
+) -> xr.Dataset:
+    """Find the periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(2), not truncated.
+
+    Newton's method with exact derivatives finds the motion that repeats itself. With friction
+    alone it is linear between events and known to round-off, as its events are. With cubic springs
+    it is integrated step by step, to the relative tolerance ``integration_tolerance``.
+
+    Parameters
+    ----------
+    problem
+        What moves; its samples play no part, nor do its harmonics but in the default start.
+    frequency
+        Excitation frequency [Hz].
+    harmonics
+        Harmonics of the Fourier coefficients; by default those of the problem.
+    n_angles
+        Number of equidistant angles of the period at which the motion is given.
+    start
+        A response nearby: one point of a result of `frf`, `follow`, `solve` or `transient`. Cubic
+        springs make several motions, stable or not, and the start chooses among them; by default
+        it is what `solve` finds. Friction alone makes one.
+    throw
+        Raise SolveError where no periodic motion was found.
+
+    Returns
+    -------
+    Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
+    coefficients, the changes of contact states along ``event``, Floquet multipliers, the work of
+    the exciting force and where it goes. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, and for a mass matrix that is not positive definite.
+    SolveError
+        If nothing converged and ``throw`` is True.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> motion = sh.transient(problem, 19.5)
+    >>> motion.amplitude.values.round(8)
+    array([0.0003079])
+    """
+    check_problem(problem, whole=True)
+    frequency = check.scalar("frequency", frequency, "positive")
+    n_angles = check.integer("n_angles", n_angles, minimum=1)
+    orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
+    near = None if start is None else _response(problem, start)
+    motion = periodic_motion(problem, RADIANS * frequency, near)
+    status = motion.status
+    if status == Status.NO_MOTION and not is_held(problem):
+        status = Status.NOT_HELD
+    motion = _describe(problem, motion, orders, n_angles)
+    result = schema.label_motion(problem, frequency, motion, orders, str(status))
+    if throw and status != Status.SUCCESS:
+        raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
+    return result
+
+
+def _response(problem: HarmonicBalance, start: xr.Dataset) -> tuple[HarmonicBalance, FloatArray]:
+    """A stored response as the unknowns (n_unknowns,) [m] of a balance of its harmonics."""
+    if not isinstance(start, xr.Dataset):
+        raise TypeError(f"start={check.shown(start)}: expected an xarray Dataset")
+    missing = [name for name in ("coefficient", "harmonic") if name not in start.variables]
+    if missing:
+        raise ValueError(f"start: expected a response of this library, without {missing}")
+    coefficient, n_dof = start["coefficient"], problem.model.n_dof
+    given = [check.integer("harmonic of start", n, 0) for n in start["harmonic"].values.tolist()]
+    expected = {"dof": n_dof, "harmonic": len(set(given)), "component": 2}
+    if dict(coefficient.sizes) != expected:
+        raise ValueError(
+            f"start: expected one point, with coefficients of sizes {expected}, "
+            f"got {dict(coefficient.sizes)}"
+        )
+    values = check.array("start.coefficient", coefficient.transpose(*expected).values)
+    harmonics = sorted({*given, *problem.harmonics})
+    balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
+    return balance, unknowns_of(balance.basis, tuple(given), values)
+
+
+def _describe(
+    problem: HarmonicBalance, motion: ExactMotion, harmonics: tuple[int, ...], n_angles: int
+) -> Table:
+    """All results by the names of the dataset; NaN where the motion is not periodic."""
+    basis = FourierBasis(harmonics)
+    angle = 2 * np.pi * np.arange(n_angles) / n_angles
+    displacement, velocity, friction = motion.at(angle)
+    response, force = motion.coefficients(harmonics)
+    neutral = np.zeros(problem.model.n_contacts, dtype=bool)
+    neutral[motion.neutral_contacts] = True
+    rubs = problem.model.contact_stiffness > 0
+    values = dict(
+        displacement=displacement,
+        velocity=velocity,
+        friction_force=friction,
+        coefficient=by_harmonic(basis, response),
+        friction_force_coefficient=by_harmonic(basis, force),
+        amplitude=motion.amplitude,
+        multiplier_real=np.real(motion.multipliers),
+        multiplier_imag=np.imag(motion.multipliers),
+        work=np.float64(motion.work),
+        dissipation=motion.friction_loss,
+        viscous_dissipation=np.float64(motion.damping_loss),
+        stick_fraction=motion.stick_fraction,
+    )
+    if problem.model.has_cubic_springs:
+        values["integration_tolerance"] = np.float64(TOLERANCE)
+    if not motion.converged:
+        values = {name: np.full_like(value, np.nan) for name, value in values.items()}
+    state = np.where(rubs, ~neutral, -1)
+    kinds = np.array([_KINDS[kind] for kind in motion.event_kind], dtype=object)
+    return values | dict(
+        angle=angle,
+        event_angle=motion.event_angle,
+        event_contact=motion.event_contact.astype(np.int32),
+        event_kind=kinds,
+        contact_state=np.where(motion.converged, state, -1).astype(np.int8),
+        neutral=neutral,
+        reversals=np.where(motion.converged, motion.reversals, -1).astype(np.int32),
+        periodicity=np.float64(motion.periodicity),
+        iterations=np.int32(motion.iterations),
+        converged=np.bool_(motion.converged),
+    )

@@ -1,0 +1,153 @@
+"""The front door to what a condensation eliminated: the response of every degree of freedom."""
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
+from symhbm.numerics import (
+    RADIANS,
+    Factorisation,
+    FloatArray,
+    by_harmonic,
+    check,
+    largest_displacement,
+    length_of,
+)
+from symhbm.results import meaning
+
+
+def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
+    """Response of all degrees of freedom of a condensed structure at one point of a result.
+
+    Each harmonic is one direct factorisation of the interior, which is moved by what is kept.
+
+    Parameters
+    ----------
+    problem
+        What was solved, of a condensed structure.
+    point
+        One point of a result of `frf`, `follow` or `solve`, ``response.isel(point=3)``, or one
+        of its peaks, ``response.drop_dims("point").isel(peak=0)``. Parameters that were swept
+        have the values they have there.
+
+    Returns
+    -------
+    Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
+    degrees of freedom, ``frequency`` [Hz], and two measures of all equations of the whole
+    structure, contacts included: ``residual_norm``, their largest residual over the largest sum of
+    absolute force terms, and ``condensation_error``, how far the response of what is kept is from
+    solving them: the length of a step of Newton's method over that of the response. It tells how
+    exact this one response is, slipping contacts and resonances included.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the problem is not condensed, if the dataset is not one point, or one without a
+        solution, and if a harmonic of the force resonates with what is kept held.
+    """
+    check_problem(problem)
+    if not isinstance(problem.model, CondensedModel):
+        raise TypeError("problem: expected one of a condensed structure; others have all responses")
+    if not isinstance(point, xr.Dataset):
+        raise TypeError(f"point={check.shown(point)}: expected an xarray Dataset")
+    kept, frequency = _kept(problem, point)
+    stored = {
+        name: point[name].values
+        for name, value in problem.parameters.items()
+        if name in point.variables and point[name].shape in ((), np.shape(value))
+    }
+    problem = problem.with_parameters(**stored)
+    coefficients, norm, error = recovered(problem, kept.ravel(), RADIANS * frequency)
+    basis = problem.basis
+    variables = {
+        "coefficient": by_harmonic(basis, coefficients),
+        "amplitude": largest_displacement(basis, coefficients)[0],
+        "residual_norm": np.float64(norm),
+        "condensation_error": np.float64(error),
+        "frequency": np.float64(frequency),
+    }
+    about = {name: meaning(name) for name in variables}
+    dataset = xr.Dataset(
+        {
+            name: (about[name].inner, value, {"units": m.units, "long_name": m.long_name})
+            for (name, value), m in zip(variables.items(), about.values(), strict=True)
+        }
+    )
+    coordinates = {name: point[name].variable for name in ("harmonic", "component")}
+    return dataset.set_coords("frequency").assign_coords(coordinates)
+
+
+def recovered(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float
+) -> tuple[FloatArray, float, float]:
+    """Coefficients (n_dof of all, n_components) [m], residual norm and error, see `recover`.
+
+    From the ``unknowns`` (n_unknowns,) [m] of a condensed problem at an angular ``frequency``.
+    """
+    model, basis = problem.model, problem.basis
+    assert isinstance(model, CondensedModel)
+    structure, masters = model.structure, model.dofs
+    others = np.setdiff1d(np.arange(structure.n_dof), masters)
+    parts = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
+    exact = [matrix.tocsr().astype(LONG) for matrix in parts]
+    force = problem.excitation.amplitude * problem.excitation.shape(structure.n_dof, basis)
+    evaluation, contacts = problem.evaluate(unknowns, frequency), problem.contact_forces(unknowns)
+    level = np.abs(force)
+    level[masters] += np.abs(contacts)
+    force[masters] -= contacts
+    motion = np.zeros_like(force)
+    motion[masters] = problem.coefficients(unknowns)
+    rest = np.zeros_like(force)
+    for n in basis.harmonics:
+        first = basis.component(n)
+        at = slice(first, first + 1 + (n > 0))
+        sign = np.array([1.0, -1j])[: 1 + (n > 0)]
+        s = n * frequency
+        stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
+        x, push = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
+        rows = stiffness[others]
+        inside = rows[:, others]
+        try:
+            factors = factorised(inside.astype(complex))
+        except RuntimeError:
+            raise ValueError(
+                f"point: {s / RADIANS:g} Hz is a resonance of the structure with what is kept held"
+            ) from None
+        right = push[others] - rows[:, masters] @ x[masters]
+        x[others] = refined(factors, inside, right[:, None])[:, 0]
+        left = stiffness @ x - push
+        motion[:, at] = np.column_stack([x.real, -x.imag])[:, : len(sign)]
+        rest[:, at] = np.column_stack([left.real, -left.imag])[:, : len(sign)]
+        terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in parts]
+        level[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
+    norm = float(np.abs(rest).max() / (level.max() or 1.0))
+    step = Factorisation(evaluation.jacobian).solve(rest[masters].ravel())
+    size = length_of(unknowns) or 1.0
+    return motion, norm, np.nan if step is None else length_of(step) / size
+
+
+def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:
+    """Unknowns (n_dof, n_components) [m] and frequency [Hz] that a dataset of one point holds."""
+    basis, sizes = problem.basis, {"dof": problem.n_dof, "harmonic": None, "component": 2}
+    for prefix in ("", "peak_"):
+        name = f"{prefix}coefficient"
+        if name in point and {*point[name].dims} == {*sizes}:
+            frequency = point.get(f"{prefix}frequency", point.get("frequency"))
+            break
+    else:
+        raise ValueError(
+            "point: expected one point of a result, with coefficients of the dimensions "
+            f"{tuple(sizes)}, for example response.isel(point=0)"
+        )
+    harmonics = [int(n) for n in point["harmonic"].values]
+    values = point[name].transpose(*sizes).values
+    if len(values) != problem.n_dof or [*basis.harmonics] != harmonics:
+        raise ValueError(
+            f"point: expected {problem.n_dof} degrees of freedom and the harmonics "
+            f"{basis.harmonics} of the problem, got {len(values)} and {tuple(harmonics)}"
+        )
+    if frequency is None or frequency.ndim or not np.isfinite(values).all():
+        raise ValueError("point: expected a point with one frequency and a solution, got NaN")
+    place = np.searchsorted(harmonics, basis.order)
+    return values[:, place, basis.is_sine.astype(int)], float(frequency)

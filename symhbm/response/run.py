@@ -1,0 +1,251 @@
+"""Ensembles of curves as datasets: in memory, or in archives that outlive their process."""
+
+import json
+import os
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import check, check_executor
+from symhbm.response.curve import blank_branch
+from symhbm.response.ensemble import compute
+from symhbm.results import Branch, Sweep, Task, schema, tables
+from symhbm.results.archive import (
+    SUFFIX,
+    ArchiveError,
+    Spool,
+    Store,
+    bytes_of,
+    call_of,
+    existing,
+    load,
+    merge,
+    path_of,
+    rebuild,
+    working_file,
+)
+from symhbm.status import SolveError, Status
+
+
+def run(
+    problem: HarmonicBalance,
+    sweep: Sweep,
+    task: Task,
+    archive: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
+
+    A note on KeyboardInterrupt tells what is safe and how to go on.
+
+    Raises KeyError for names to keep that the result does not have, and ArchiveError if there is an
+    archive of another computation, if it is in use, or cannot be written.
+    """
+    call, whole = schema.describe(problem, sweep, task), blank_branch(problem, task)
+    blank = tables.reduced(whole, task)
+    names = [tables.name_of(key, task) for key in tables.flat(whole) if key != "harmonics"]
+    for name in task.keep or ():
+        check.known(
+            name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
+        )
+    if task.keep is not None:
+        kept = {tables.name_of(key, task) for key in tables.flat(blank)}
+        call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
+    if archive is None:
+        with Spool() as spool, _noted(lambda: _lost(len(spool), sweep.size)):
+            for found in compute(problem, sweep, task, blank, executor, progress):
+                spool.add(found)
+            return schema.label(call, sweep, task, spool.stacked())
+    target = _target("archive", archive)
+    file, call = working_file(target), call.dataset()
+    if target.exists():
+        complete = _of_call(call, target, progress)
+        if file.exists():
+            # Its process was killed just before it removed the working file.
+            with suppress(ArchiveError), Store(file) as store:
+                _check_same(call, call_of(store), file)
+                store.remove()
+        return complete
+    written, empty = bytes_of(call), tables.encode(tables.flat(blank))
+    with Store(file) as store:
+        if store.call is None:
+            store.begin(written, sweep.size, empty)
+        _check_same(call, call_of(store), file)
+        return _finished(store, target, call, problem, blank, executor, progress)
+
+
+def told(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
+    """A result whose incomplete curves raise SolveError, or warn who is so many calls above."""
+    ends = list(map(str, result["status"].values.ravel()))
+    reasons = Counter(end for end in ends if end != Status.REACHED_END)
+    if not reasons:
+        return result
+    reason, number = reasons.most_common(1)[0]
+    text = f"the curve is incomplete: {reason}"
+    if len(ends) > 1:
+        many = "" if len(reasons) == 1 else f", {number} of them"
+        text = f"{reasons.total()} of {len(ends)} curves are incomplete{many}: {reason}"
+        text += " (status has the reason of each)"
+    if throw:
+        raise SolveError(text, result)
+    warnings.warn(text, RuntimeWarning, stacklevel=depth)
+    return result
+
+
+def resume(
+    path: str | os.PathLike[str], *, executor: Executor | None = None, progress: bool = True
+) -> xr.Dataset:
+    """Finish an interrupted archive from its working file alone, ``<path>.partial``.
+
+    Parameters
+    ----------
+    path
+        The ``archive`` that `frf` or `follow` was given.
+    executor
+        Where the parameter sets that are left are computed; by default in this process.
+    progress
+        Show a bar when it takes longer than a few seconds.
+
+    Returns
+    -------
+    Dataset of the archive, opened lazily, as the uninterrupted call gives it. One that is finished
+    comes as it is, with a line on stderr that nothing was computed where ``progress`` is shown.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is neither an archive nor a working file.
+    ArchiveError
+        If the archive is in use by another process, cannot be written, or the working file is
+        damaged or of a problem that cannot be rebuilt.
+    KeyboardInterrupt
+        If it is interrupted; a note says what is safe and how to go on.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with the most common reason.
+    """
+    check_executor(executor)
+    return told(_resumed(path, executor, check.flag("progress", progress)))
+
+
+def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
+    target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
+    file = working_file(target)
+    if not file.exists():
+        complete = load(target, lazy=True)
+        _say_complete(target, progress)
+        return complete
+    with Store(file) as store:
+        call = call_of(store)
+        problem, task = rebuild(call), schema.recall(call)[1]
+        blank = tables.reduced(blank_branch(problem, task), task)
+        return _finished(store, target, call, problem, blank, executor, progress)
+
+
+def _finished(
+    store: Store,
+    target: Path,
+    call: xr.Dataset,
+    problem: HarmonicBalance,
+    blank: Branch,
+    executor: Executor | None,
+    progress: bool,
+) -> xr.Dataset:
+    if target.exists():
+        complete = _of_call(call, target, progress)
+        store.remove()
+        return complete
+    sweep, task = schema.recall(call)
+    _check_names(store, blank)
+    with _noted(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
+        curves = compute(problem, sweep, task, blank, executor, progress, store.done)
+        # Closed at once where the file cannot be written: nothing more is computed.
+        with closing(curves):
+            for found in curves:
+                store.add(found)
+        merge(store, target, progress)
+        store.remove()
+    return load(target, lazy=True)
+
+
+@contextmanager
+def _noted(rest: Callable[[], str]) -> Iterator[None]:
+    """Tell by a note of KeyboardInterrupt what it leaves."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        interrupt.add_note(f"symhbm: interrupted; {rest()}")
+        raise
+
+
+def _lost(n_done: int, n_sets: int) -> str:
+    if n_sets == 1:
+        return "nothing is kept of a curve that is not finished"
+    return (
+        f"{n_done} of {n_sets} parameter sets were computed and are lost; with archive= each is "
+        "kept on disk once it is finished"
+    )
+
+
+def _of_call(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
+    """A finished archive; ArchiveError if it is one of another computation."""
+    complete = load(target, lazy=True)
+    try:
+        _check_same(call, complete, target)
+    except ArchiveError:
+        complete.close()
+        raise
+    _say_complete(target, progress)
+    return complete
+
+
+def _say_complete(target: Path, progress: bool) -> None:
+    if progress:
+        print(f"symhbm: {str(target)!r} is complete, nothing was computed", file=sys.stderr)
+
+
+def _check_names(store: Store, blank: Branch) -> None:
+    """Raise ArchiveError for a working file whose sets hold other names than those of today."""
+    [(_, (layout, _))] = store.read(-1, -1)
+    found = {*tables.stored_layout(layout)} ^ {*tables.flat(blank)}
+    if found:
+        raise ArchiveError(
+            f"path={str(store.path)!r}: written by another version of symhbm, whose curves differ "
+            f"in {', '.join(sorted(found))}; finish it with that version, or remove it to start "
+            "anew"
+        )
+
+
+def _check_same(call: xr.Dataset, other: xr.Dataset, path: Path) -> None:
+    """Raise ArchiveError that tells what a file was computed of, unless it is the same."""
+    found = schema.differences(call, other) if "followed" in other.attrs else ["everything"]
+    if found:
+        raise ArchiveError(
+            f"path={str(path)!r}: of another computation, different in {', '.join(found)}; choose "
+            "another archive, or remove this one to start anew"
+        )
+
+
+def _target(name: str, path: str | os.PathLike[str]) -> Path:
+    target = path_of(path, name)
+    if not target.name or target.is_dir() or not target.parent.is_dir():
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected a file name in an existing, writable directory"
+        )
+    if target.name.endswith(SUFFIX):
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected the name of the archive, without {SUFFIX!r}"
+        )
+    target = existing(target)
+    # The directory of the process may change before the end.
+    return target.absolute()

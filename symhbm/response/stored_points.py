@@ -1,0 +1,230 @@
+"""The points or peaks of an archive and the problems they were computed from."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import RADIANS, FloatArray, check, larger_set, unknowns_of
+from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
+from symhbm.results import OF_PEAKS, VARIABLES, left_out, without
+from symhbm.results.archive import ArchiveError, rebuild
+from symhbm.time_domain import periodic_motion
+
+_OF_POINTS = ("coefficient", "amplitude", *CONTACT)
+_COEFFICIENT = VARIABLES["coefficient"].inner
+
+
+def stored_parts(dataset: xr.Dataset) -> list["StoredPoints"]:
+    """The points of a dataset, if they can be verified, and then its peaks, if those can be.
+
+    Raises TypeError for anything else, and ArchiveError where there are neither.
+    """
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    problem = rebuild(dataset)
+    prefixes = [
+        prefix
+        for prefix in ("", "peak_")
+        if not [name for name in _needed(dataset, prefix) if name not in dataset.variables]
+    ]
+    if not prefixes:
+        lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
+        if {*lacking} <= {*left_out(dataset)}:
+            raise ArchiveError(
+                f"dataset: nothing to verify, {', '.join(missing(dataset))} were left out by "
+                "keep=; with verifiable=True its peaks can be verified"
+            )
+        raise ArchiveError(
+            "dataset: expected a result of frf, follow or solve with all it is verified by, "
+            f"got one {without(dataset, lacking)}"
+        )
+    return [StoredPoints(dataset, problem, prefix) for prefix in prefixes]
+
+
+def missing(dataset: xr.Dataset) -> list[str]:
+    """Variables without which something of a dataset is not verified."""
+    wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
+    # Where nothing was left out there may be no peaks.
+    absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
+    return [n for n in absent if n in left_out(dataset) or n in _OF_POINTS]
+
+
+def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
+    """Variables without which no point or peak is verified."""
+    count = "n_peaks" if prefix else "residual_norm"
+    return f"{prefix}coefficient", *_places(_followed(dataset), prefix).values(), count
+
+
+def _followed(dataset: xr.Dataset) -> dict[str, Any]:
+    return json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+
+
+def _places(followed: dict[str, Any], prefix: str) -> dict[str, str]:
+    """The variables that tell the frequency and the parameter that is followed, by its name."""
+    name = followed["name"]
+    return {"frequency": "frequency"} | {name: prefix + name}
+
+
+class StoredPoints:
+    """The points of a dataset and their problems; an index has one entry per dimension of them.
+
+    ``prefix`` is that of the names of variables: none, or ``"peak_"`` for its peaks. Raises
+    ArchiveError where dimensions are missing or of other sizes than the problem has.
+    """
+
+    def __init__(self, dataset: xr.Dataset, problem: HarmonicBalance, prefix: str = ""):
+        self.problem, self.dataset, self.prefix = problem, dataset, prefix
+        self.followed = _followed(dataset)
+        wanted = {name: prefix + name for name in (OF_PEAKS if prefix else _OF_POINTS)}
+        held = {key: name for key, name in wanted.items() if name in dataset.variables}
+        coefficient, places = dataset[held["coefficient"]], _places(self.followed, prefix)
+        inner = ("peak",) if prefix else ("point", self.followed["name"], "solution")
+        dims = [str(dim) for dim in coefficient.dims if dim not in _COEFFICIENT]
+        self.outer = [dim for dim in dims if dim not in inner]
+        self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
+        try:
+            self.stored = {
+                key: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
+                for key, name in held.items()
+            }
+            like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)
+            self.moving = {
+                name: dataset[place].broadcast_like(like).transpose(*self.dims)
+                for name, place in places.items()
+            }
+        except ValueError as error:
+            raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
+        n_dof, harmonics = problem.model.n_dof, problem.harmonics
+        expected = {"dof": n_dof, "harmonic": len(harmonics), "component": 2}
+        sizes = {name: coefficient.sizes[name] for name in expected}
+        if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
+            raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
+        # Flags do not hide what is stored.
+        self.solved = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
+        if not prefix and "converged" in dataset.variables:
+            converged = dataset["converged"].transpose(*self.dims).values
+            self.solved |= np.asarray(converged, dtype=bool)
+        self._highest = dataset.get(f"{prefix}highest_harmonic")
+        if self._highest is not None:
+            self._highest = self._highest.transpose(*self.dims).values
+        self._sets: dict[tuple[int, ...], HarmonicBalance] = {harmonics: problem}
+        self.place: tuple[int, ...] | None = None
+
+    @property
+    def known(self) -> list[str]:
+        """The figures that can be computed."""
+        return [name for name, about in FIGURES.items() if {*about.needs} <= self.stored.keys()]
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """The largest stored amplitude of each point, 0 where none is stored."""
+        if "amplitude" not in self.stored:
+            return np.zeros(self.solved.shape)
+        values = self.stored["amplitude"]
+        return values if self.prefix else values.max(axis=-1, initial=0.0)
+
+    def problem_at(self, index: tuple[int, ...]) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency of one point."""
+        place = index[: len(self.outer)]
+        if place != self.place:
+            chosen = dict(zip(self.outer, place, strict=True))
+            self.problem, self.place = rebuild(self.dataset.isel(chosen)), place
+        problem, name = self.problem, self.followed["name"]
+        if name != "frequency":
+            values = np.array(problem.parameters[name], dtype=float)
+            each = self.followed["index"]
+            values[... if each is None else each] = self.moving[name].values[index]
+            problem = problem.with_parameters(**{name: values})
+        return problem, RADIANS * float(self.moving["frequency"].values[index])
+
+    def figures(self, index: tuple[int, ...]) -> dict[str, float]:
+        """All figures of one point but the exact difference; infinite where there is none."""
+        figures = dict.fromkeys(name for name in self.known if name != "exact_difference")
+        harmonics = self._harmonics(index)
+        stored = {name: values[index] for name, values in self.stored.items()}
+        stored["coefficient"] = stored["coefficient"][:, : len(harmonics)]
+        # Damaged numbers lead anywhere: to no parameter set, no motion, or out of range.
+        try:
+            with np.errstate(all="ignore"):
+                problem, omega = self.problem_at(index)
+                same, larger = (
+                    self._with(problem, each) for each in (harmonics, larger_set(harmonics))
+                )
+                figures |= point_figures(stored, same, larger, omega)
+        except (ValueError, ArithmeticError, IndexError):
+            pass
+        return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
+
+    def _harmonics(self, index: tuple[int, ...]) -> tuple[int, ...]:
+        """The harmonics of one point: it may have fewer than the dataset."""
+        harmonics = self.problem.harmonics
+        if self._highest is None or self._highest[index] not in harmonics:
+            return harmonics
+        return tuple(n for n in harmonics if n <= self._highest[index])
+
+    def _with(self, problem: HarmonicBalance, harmonics: tuple[int, ...]) -> HarmonicBalance:
+        """A problem with other harmonics."""
+        if harmonics == problem.harmonics:
+            return problem
+        if harmonics not in self._sets:
+            self._sets[harmonics] = HarmonicBalance(problem.model, problem.excitation, harmonics)
+        return self._sets[harmonics].with_parameters(**problem.parameters)
+
+    def exact_difference(self, index: tuple[int, ...]) -> float:
+        """Difference from the exact amplitude; NaN where no exact motion is found.
+
+        What is stored chooses among the motions that cubic springs make, and tells nothing else.
+        """
+        try:
+            problem, omega = self.problem_at(index)
+            near = None
+            if problem.model.has_cubic_springs:
+                balance, coefficient = problem.located(), self.stored["coefficient"][index]
+                near = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
+            motion = periodic_motion(problem, omega, near)
+        except (ValueError, ArithmeticError):
+            return np.nan
+        if not motion.converged:
+            return np.nan
+        stored = {key: values[index] for key, values in self.stored.items()}
+        return amplitude_difference(stored, motion.amplitude)
+
+    def ranked(self, points: list[tuple], scores: tuple[FloatArray, ...]) -> list[tuple]:
+        """Points in the order of interest: the highest score of each curve, then the others."""
+        best: list[list[tuple]] = []
+        for score in scores:
+            order = sorted(points, key=lambda index: -np.nan_to_num(score[index]))
+            leaders: dict[tuple, tuple] = {}
+            for index in order:
+                leaders.setdefault(index[: len(self.outer)], index)
+            best.append([*leaders.values()])
+        mixed = [index for pair in zip(*best, strict=True) for index in pair]
+        rest = sorted(points, key=lambda index: -scores[0][index])
+        return list(dict.fromkeys([*mixed, *rest]))
+
+    def worst(self, values: FloatArray, bound: float | None) -> dict[str, Any]:
+        """Largest value, where it is, and whether it breaks its bound, as JSON takes them."""
+        entry: dict[str, Any] = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
+        # What was not checked does not pass.
+        entry["broken"] = bound is not None
+        if np.isnan(values).all():
+            return entry
+        index = np.unravel_index(int(np.nanargmax(values)), values.shape)
+        labels = {
+            dim: self.dataset[dim].values[i].item() if dim in self.dataset.coords else int(i)
+            for dim, i in zip(self.dims, index, strict=True)
+        }
+        labels |= {name: float(value.values[index]) for name, value in self.moving.items()}
+        worst = float(values[index])
+        if bound is not None:
+            entry["n_broken"] = int(np.sum(values > bound))
+            entry["broken"] = worst > bound
+        # JSON knows no infinity.
+        plain = {
+            k: v if not isinstance(v, float) or np.isfinite(v) else str(v)
+            for k, v in labels.items()
+        }
+        return entry | {"worst": worst if np.isfinite(worst) else str(worst), "at": plain}

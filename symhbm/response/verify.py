@@ -1,0 +1,231 @@
+"""Archives that verify themselves: every stored point against equations, energy and friction law.
+
+Nothing is needed but the dataset.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from symhbm.numerics import FloatArray, check
+from symhbm.response.figures import FIGURES
+from symhbm.response.stored_points import StoredPoints, missing, stored_parts
+from symhbm.results import left_out
+
+_BAR_DELAY = 2.0
+"""Seconds before a progress bar appears."""
+
+
+def verify(
+    dataset: xr.Dataset,
+    *,
+    points: int | Literal["all"] = "all",
+    bounds: Mapping[str, float | None] | None = None,
+    exact: int | Literal["all", "none"] = 4,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from itself alone.
+
+    Every point and every peak is; events, angles of slip, stability and estimated errors are not.
+
+    Parameters
+    ----------
+    dataset
+        What to verify, or a part of it.
+    points
+        All points that have a solution, or so many of them, evenly spread.
+    bounds
+        Largest allowed value by name of `FIGURES`, in place of the default; None lifts it.
+    exact
+        How many points are compared with their exact periodic motion (up to a second each): those
+        of the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
+        springs it is the motion closest to what is stored.
+    progress
+        Show a bar when it takes longer than a few seconds.
+
+    Returns
+    -------
+    Copy of the dataset with the variables of `FIGURES` (all dimensionless) over its points, and
+    with ``peak_`` before their names over its peaks. They are NaN where there is no solution or
+    none was asked for, infinite where a figure cannot be computed. The attribute ``verification``
+    holds the worst of each as JSON, and under ``missing`` the variables without which something is
+    not verified: where ``keep`` left out the coefficients of points, the peaks alone are. A bound
+    on a figure that no point has is broken: what was not checked does not pass.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, or a dataset of another kind; ArchiveError, which is a ValueError, where
+        the problem cannot be rebuilt.
+    KeyError
+        For a bound of an unknown figure.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> verified = sh.verify(sh.frf(problem, (10, 30)), exact="none")
+    >>> verified.residual_stored.max().item() < 1e-9
+    True
+    """
+    limits = _limits(bounds)
+    n_points = _count("points", points, {"all": None}, minimum=1)
+    n_exact = _count("exact", exact, {"all": None, "none": 0}, minimum=0)
+    parts = stored_parts(dataset)
+    chosen = [[tuple(row) for row in np.argwhere(part.solved).tolist()] for part in parts]
+    n_solved = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
+    if n_points is not None and n_points < n_solved.get("", 0):
+        places = np.linspace(0, n_solved[""] - 1, n_points).round().astype(int)
+        chosen[0] = [chosen[0][i] for i in places]
+    # Peaks are compared with exact motions where there is nothing else.
+    exactly, n_wanted = parts[0], 0
+    if "exact_difference" in exactly.known:
+        n_wanted = min(len(chosen[0]) if n_exact is None else n_exact, len(chosen[0]))
+    found: dict[str, tuple[StoredPoints, FloatArray]] = {}
+    failed = 0
+    with tqdm(
+        total=sum(map(len, chosen)) + n_wanted,
+        unit="point",
+        delay=_BAR_DELAY,
+        disable=not progress,
+        leave=False,
+    ) as bar:
+        for part, indices in zip(parts, chosen, strict=True):
+            known = [n for n in part.known if n != "exact_difference" or part is exactly]
+            figures = {name: np.full(part.solved.shape, np.nan) for name in known}
+            found |= {part.prefix + name: (part, values) for name, values in figures.items()}
+            for index in indices:
+                for name, value in part.figures(index).items():
+                    figures[name][index] = value
+                bar.update()
+        scores = found[f"{exactly.prefix}residual_larger"][1], exactly.amplitude
+        for index in exactly.ranked(chosen[0], scores)[:n_wanted]:
+            difference = exactly.exact_difference(index)
+            found[f"{exactly.prefix}exact_difference"][1][index] = difference
+            failed += bool(np.isnan(difference))
+            bar.update()
+    worst = _worst(found, limits, {*(bounds or {})})
+    n_checked = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
+    report = {
+        "passed": any(chosen) and not any(entry["broken"] for entry in worst.values()),
+        "n_checked": n_checked.get("", 0),
+        "n_unchecked": n_solved.get("", 0) - n_checked.get("", 0),
+        "n_skipped": sum(part.solved.size for part in parts if not part.prefix)
+        - n_solved.get("", 0),
+        "n_peaks": n_checked.get("peak_", 0),
+        "n_exact": n_wanted - failed,
+        "n_exact_failed": failed,
+        "missing": missing(dataset),
+        "figures": worst,
+    }
+    result = dataset.assign(
+        {
+            name: (part.dims, values, _attributes(name, part.prefix))
+            for name, (part, values) in found.items()
+            if name in worst
+        }
+    )
+    return result.assign_attrs(verification=json.dumps(report))
+
+
+def _worst(
+    found: dict[str, tuple[StoredPoints, FloatArray]],
+    limits: dict[str, float | None],
+    asked: set[str],
+) -> dict[str, dict[str, Any]]:
+    """The worst of each figure by name; one with a bound ``asked`` for that nothing has is broken.
+
+    There may be no peaks, and few of them, or points, are compared with the exact motion.
+    """
+    worst = {}
+    for name, (part, values) in found.items():
+        if not part.prefix or not np.isnan(values).all():
+            worst[name] = part.worst(values, limits[name.removeprefix(part.prefix)])
+    for name in asked:
+        if not {name, f"peak_{name}"} & worst.keys():
+            nothing = {"worst": None, "at": {}, "n_broken": 0}
+            worst[name] = nothing | {"bound": limits[name], "broken": limits[name] is not None}
+    return worst
+
+
+def _attributes(name: str, prefix: str) -> dict[str, str]:
+    about = FIGURES[name.removeprefix(prefix)].long_name
+    return {"units": "1", "long_name": f"{about}, at the peak" if prefix else about}
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Table of a verified dataset as plain text: figure, worst, bound, verdict and at which point.
+
+    Raises ValueError for a dataset that `verify` has not returned.
+    """
+    if not isinstance(dataset, xr.Dataset) or "verification" not in dataset.attrs:
+        raise ValueError(f"dataset={check.shown(dataset)}: expected what verify returns")
+    report = json.loads(dataset.attrs["verification"])
+    rows = [("figure", "worst", "bound", "", "at")]
+    for name, entry in report["figures"].items():
+        worst, bound = (
+            "-" if entry[key] is None else f"{float(entry[key]):.1e}" for key in ("worst", "bound")
+        )
+        verdict = "" if entry["bound"] is None else "BROKEN" if entry["broken"] else "ok"
+        places = (f"{key}={_short(value)}" for key, value in entry["at"].items())
+        rows.append((name, worst, bound, verdict, ", ".join(places)))
+    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(map(str.ljust, row, width)).rstrip() for row in rows]
+    failures = f" ({report['n_exact_failed']} impossible)" if report["n_exact_failed"] else ""
+    exactly = f"{report['n_exact']} against the exact motion{failures}"
+    # Archives of earlier versions say nothing of peaks.
+    peaks = [f"{report['n_peaks']} peaks checked"] if report.get("n_peaks") else []
+    n_points = report["n_checked"] + report["n_unchecked"] + report["n_skipped"]
+    if n_points or not peaks:
+        lines.append(
+            f"{report['n_checked']} points checked, {exactly}; {report['n_unchecked']} not asked "
+            f"for, {report['n_skipped']} empty or without solution"
+        )
+        lines += peaks
+    else:
+        lines.append(f"{peaks[0]}, {exactly}")
+    for names, why in _why_missing(dataset, report.get("missing", [])):
+        lines.append(f"not verified for want of {', '.join(names)}: {why}")
+    return "\n".join(lines)
+
+
+def _why_missing(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], str]]:
+    by_keep = [name for name in names if name in left_out(dataset)]
+    others = [name for name in names if name not in by_keep]
+    if by_keep:
+        yield by_keep, "left out by keep="
+    if others:
+        yield others, "not in the dataset"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
+
+
+def _limits(bounds: Mapping[str, float | None] | None) -> dict[str, float | None]:
+    limits = {name: figure.bound for name, figure in FIGURES.items()}
+    if not isinstance(bounds, Mapping | None):
+        raise TypeError(f"bounds={check.shown(bounds)}: expected a mapping from names of figures")
+    for name, value in (bounds or {}).items():
+        check.known(name, FIGURES, "figure of a verification")
+        where = f"bounds[{name!r}]"
+        limits[name] = None if value is None else check.scalar(where, value, "non-negative")
+    return limits
+
+
+def _count(name: str, value: Any, words: dict[str, int | None], minimum: int) -> int | None:
+    """Number of points, None for all of them."""
+    if isinstance(value, str) and value in words:
+        return words[value]
+    if isinstance(value, str) or value is None:
+        allowed = ", ".join(map(repr, words))
+        raise ValueError(f"{name}={check.shown(value)}: expected {allowed} or an integer")
+    return check.integer(name, value, minimum)

@@ -1,0 +1,53 @@
+"""What a dataset is: the request, names and units of its variables, provenance."""
+
+from symhbm.results import schema, tables, variables
+from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
+from symhbm.results.request import (
+    OF_PEAKS,
+    Branch,
+    Peaks,
+    Task,
+    check_band,
+    check_grid,
+    check_keep,
+    check_parameter,
+    check_place,
+)
+from symhbm.results.schema import check_held, left_out, recall, without
+from symhbm.results.sweep import Sweep, parse
+from symhbm.results.tables import Encoded, encode, flat, reduced
+from symhbm.results.variables import OWN_DIMENSIONS, PARAMETERS, VARIABLES, meaning
+
+__all__ = [
+    "DRAWN",
+    "LARGEST_OF",
+    "MATRICES",
+    "OF_PEAKS",
+    "OWN_DIMENSIONS",
+    "PARAMETERS",
+    "SCHEMA_VERSION",
+    "VARIABLES",
+    "Branch",
+    "Encoded",
+    "Peaks",
+    "Sweep",
+    "Task",
+    "check_band",
+    "check_grid",
+    "check_held",
+    "check_keep",
+    "check_parameter",
+    "check_place",
+    "encode",
+    "flat",
+    "left_out",
+    "meaning",
+    "parse",
+    "recall",
+    "reduced",
+    "schema",
+    "tables",
+    "variables",
+    "with_provenance",
+    "without",
+]

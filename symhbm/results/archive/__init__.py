@@ -1,0 +1,33 @@
+"""NetCDF archives, and the working files they are made from."""
+
+from symhbm.results.archive.merge import merge
+from symhbm.results.archive.netcdf import (
+    ArchiveError,
+    bytes_of,
+    call_of,
+    check_schema,
+    existing,
+    load,
+    path_of,
+    rebuild,
+    save,
+)
+from symhbm.results.archive.spool import Spool
+from symhbm.results.archive.working_file import SUFFIX, Store, working_file
+
+__all__ = [
+    "SUFFIX",
+    "ArchiveError",
+    "Spool",
+    "Store",
+    "bytes_of",
+    "call_of",
+    "check_schema",
+    "existing",
+    "load",
+    "merge",
+    "path_of",
+    "rebuild",
+    "save",
+    "working_file",
+]

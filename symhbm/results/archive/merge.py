@@ -1,0 +1,165 @@
+"""A NetCDF archive from a working file, in bounded memory, whole or not at all."""
+
+import itertools
+import math
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from symhbm.results import schema, tables
+from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
+from symhbm.results.archive.seal import seal
+from symhbm.results.archive.working_file import ArchiveError, Store
+from symhbm.results.provenance import Parts
+from symhbm.results.tables import Layout
+
+if TYPE_CHECKING:
+    import netCDF4
+
+_SLAB = 2**26
+"""Memory [bytes] of the parameter sets that are written at once."""
+_CHUNK = 2**20
+"""Memory [bytes] of what is compressed, and read again, at once."""
+_BAR_DELAY = 2.0
+"""Seconds before a progress bar appears."""
+
+
+def merge(store: Store, archive: Path, progress: bool) -> None:
+    """Write the archive of a working file in which all sets are finished.
+
+    Raises ArchiveError if it cannot be written, or the working file is damaged.
+    """
+    # Slow to import, and not needed to compute.
+    import netCDF4
+
+    part, sample = (store.path.with_name(f"{store.path.name}-{name}") for name in ("nc", "sample"))
+    try:
+        call = call_of(store)
+        layout, dataset = _without_numbers(store, call)
+        results = [str(name) for name in dataset.variables if name not in call.variables]
+        write(dataset.drop_vars(results), part)
+        # xarray says how the results of one set are stored; they follow in slabs.
+        write(dataset.isel(dict.fromkeys(schema.recall(call)[0].dims, slice(1))), sample)
+        with netCDF4.Dataset(part, "a") as target, netCDF4.Dataset(sample) as source:
+            _fill(store, layout, dataset, source, target, progress)
+        seal(part)
+        os.replace(part, archive)
+    except ArchiveError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:
+        # NetCDF does not tell a full disk from any other failure.
+        free = f", {shutil.disk_usage(part.parent).free:,} bytes free" if part.exists() else ""
+        raise ArchiveError(
+            f"path={str(archive)!r}: cannot be written ({error}{free}); {store.rest}"
+        ) from error
+    finally:
+        for file in (part, sample):
+            file.unlink(missing_ok=True)
+
+
+def _without_numbers(store: Store, call: xr.Dataset) -> tuple[Layout, xr.Dataset]:
+    """The layout of all sets, and the dataset of them with nothing in its results."""
+    layout: Layout = {}
+    most, widest = 0, 0
+    for number, text in store.layouts():
+        layout = tables.common([layout, tables.stored_layout(text)])
+        if layout["harmonics"][1][0] > most:
+            (most,), widest = layout["harmonics"][1], number
+    [(_, encoded)] = store.read(widest, widest)
+    results = {
+        name: np.broadcast_to(tables.blank(dtype, ()), (store.n_sets, *shape))
+        for name, (dtype, shape) in layout.items()
+    }
+    results["harmonics"] = tables.decode(*encoded)["harmonics"][None]
+    return layout, schema.label(Parts.of(call), *schema.recall(call), results)
+
+
+def _fill(
+    store: Store,
+    layout: Layout,
+    dataset: xr.Dataset,
+    source: "netCDF4.Dataset",
+    target: "netCDF4.Dataset",
+    progress: bool,
+) -> None:
+    sweep, task = schema.recall(dataset)
+    for file in (source, target):
+        file.set_auto_maskandscale(False)
+    target.set_fill_off()
+    n_sets = max(1, _SLAB // tables.n_bytes(layout))
+    slab = _block(sweep.shape, n_sets)
+    keys = {tables.name_of(key, task): key for key in layout}
+    names = [name for name in source.variables if name not in target.variables]
+    for name in names:
+        dtype, shape = layout[keys[name]]
+        size = max(1, dtype.itemsize * math.prod(shape))
+        chunk = _block(sweep.shape, min(n_sets, max(1, _CHUNK // size))) + shape
+        _create(source[name], target, dict(dataset.sizes), chunk)
+    # Coordinates that no variable has are named by the file.
+    for name in {"coordinates"} & {*target.ncattrs()}:
+        target.delncattr(name)
+    target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
+    with tqdm(
+        total=store.n_sets,
+        desc="archive",
+        unit="curve",
+        delay=_BAR_DELAY,
+        disable=not progress,
+        leave=False,
+    ) as bar:
+        for corner in itertools.product(*map(range, [0] * len(slab), sweep.shape, slab)):
+            region = [
+                slice(at, min(at + step, size))
+                for at, step, size in zip(corner, slab, sweep.shape, strict=True)
+            ]
+            sizes = tuple(part.stop - part.start for part in region)
+            first = sum(at * math.prod(sweep.shape[i + 1 :]) for i, at in enumerate(corner))
+            rows = store.read(first, first + math.prod(sizes) - 1)
+            found = (tables.decode(*encoded) for _, encoded in rows)
+            stacked = tables.stack(found, len(rows), layout)
+            for name in names:
+                values = stacked[keys[name]]
+                if values.size:
+                    values = values.reshape(sizes + values.shape[1:])
+                    if values.dtype.kind == "b":
+                        values = values.astype(np.int8)
+                    target[name][(*region, ...)] = values
+            bar.update(len(rows))
+
+
+def _create(
+    like: "netCDF4.Variable", target: "netCDF4.Dataset", sizes: dict, chunk: tuple[int, ...]
+) -> None:
+    """A variable as another, of full size."""
+    for dim in like.dimensions:
+        if dim not in target.dimensions:
+            target.createDimension(dim, sizes[dim])
+    attributes = {name: like.getncattr(name) for name in like.ncattrs()}
+    packed = COMPRESSION if like.dtype is not str and chunk and all(chunk) else {}
+    variable = target.createVariable(
+        like.name,
+        like.dtype,
+        like.dimensions,
+        fill_value=attributes.pop("_FillValue", None),
+        chunksizes=chunk if packed else None,
+        **packed,
+    )
+    variable.setncatts(attributes)
+
+
+def _block(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
+    """Sizes of blocks of at most so many entries that follow each other in memory.
+
+    Powers of two, so that larger blocks are made of whole smaller ones.
+    """
+    sizes: list[int] = []
+    for size in reversed(shape):
+        step = size if size <= most else 2 ** (most.bit_length() - 1)
+        sizes.insert(0, step)
+        most = most // step if step == size else 1
+    return tuple(sizes)

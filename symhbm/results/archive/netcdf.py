@@ -1,0 +1,268 @@
+"""NetCDF archives: save, load and rebuild."""
+
+import os
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import Table, check
+from symhbm.results import tables
+from symhbm.results.archive.lazy import open_lazily
+from symhbm.results.archive.seal import is_damaged, seal
+from symhbm.results.archive.working_file import SUFFIX, ArchiveError, Store, working_file
+from symhbm.results.provenance import SCHEMA_VERSION, Parts, describe_problem
+from symhbm.results.schema import label, recall
+from symhbm.results.variables import TEXTS
+from symhbm.status import Status
+
+_AT_ONCE = 64
+"""Parameter sets of a working file that are read at once."""
+COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
+
+
+def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write a dataset to a NetCDF file, whole or not at all, and return the path.
+
+    Parameters
+    ----------
+    dataset
+        What to write.
+    path
+        The file; a name without a suffix gets ``.nc``.
+    overwrite
+        Replace an existing file, once the new one is complete.
+
+    Raises
+    ------
+    TypeError
+        If ``dataset`` is no Dataset.
+    FileExistsError
+        If there is such a file and ``overwrite`` is False.
+    ArchiveError
+        If the file cannot be written; nothing is left behind. It is an OSError and a ValueError.
+    """
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    overwrite = check.flag("overwrite", overwrite)
+    _check_attributes(dataset)
+    target = path_of(path)
+    part = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
+    try:
+        if not target.is_dir():
+            target = with_suffix(target)
+        if not target.name or target.is_dir() or not target.parent.is_dir():
+            raise OSError("expected a file name in an existing, writable directory")
+        if target.name.endswith(SUFFIX):
+            raise OSError(f"{SUFFIX!r} is the end of the name of a working file")
+        if target.exists() and not overwrite:
+            raise FileExistsError(
+                f"path={str(target)!r}: there is such a file; overwrite=True replaces it"
+            )
+        try:
+            write(dataset, part)
+            seal(part)
+            os.replace(part, target)
+        finally:
+            part.unlink(missing_ok=True)
+    except FileExistsError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:
+        raise ArchiveError(f"path={str(target)!r}: cannot be written ({error})") from error
+    return target
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset to a NetCDF file, which is damaged where that fails."""
+    encoding = {
+        str(name): dict(COMPRESSION)
+        for name, variable in dataset.variables.items()
+        if variable.ndim and variable.dtype.kind in "fib"
+    }
+    dataset.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
+    """Read an archive.
+
+    The working file of an interrupted one, ``<path>.partial``, gives what is finished; parameter
+    sets that are not have NaN and the status `Status.NOT_STARTED`.
+
+    Parameters
+    ----------
+    path
+        A NetCDF file, or a working file; ``.nc`` may be left out.
+    lazy
+        Leave the numbers of a NetCDF file where they are until they are used; by default they are
+        read into memory. The checksum of the whole file is compared first in either case (700 MB
+        take 0.5 s, or as long as the disk takes to read them); a file that changes later raises
+        ArchiveError where its numbers are used.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ArchiveError
+        If the file is damaged, is no NetCDF file, or was not written by this library. It is an
+        OSError and a ValueError.
+    """
+    source = existing(path_of(path))
+    lazy = check.flag("lazy", lazy)
+    if not source.exists():
+        raise FileNotFoundError(f"path={str(source)!r}: no such file{_on_the_way(source)}")
+    if source.name.endswith(SUFFIX):
+        return _finished_part(source)
+    try:
+        # Where NetCDF reads damaged bytes, it may never come back.
+        if is_damaged(source):
+            raise OSError("it is not as it was written")
+        dataset = open_lazily(source) if lazy else xr.load_dataset(source, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        raise ArchiveError(f"path={str(source)!r}: damaged, or no NetCDF file ({error})") from error
+    try:
+        check_schema(dataset, f"path={str(source)!r}")
+    except ArchiveError:
+        dataset.close()
+        raise
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind in "US" or (name in TEXTS and variable.dtype != object):
+            dataset[name] = variable.astype(object)
+    for variable in dataset.variables.values():
+        variable.encoding = {}
+    dataset.encoding = {}
+    return dataset
+
+
+def _on_the_way(archive: Path) -> str:
+    """What there is instead of an archive."""
+    file = working_file(archive)
+    if not file.exists():
+        return ""
+    with Store(file, write=False) as store:
+        if store.call is None:
+            return f" yet, and nothing in {str(file)!r}"
+        return (
+            f" yet, {len(store.done)} of its {store.n_sets} parameter sets are finished: "
+            f"symhbm.resume({str(archive)!r}) computes the others, "
+            f"symhbm.load({str(file)!r}) gives those"
+        )
+
+
+def _finished_part(file: Path) -> xr.Dataset:
+    with Store(file, write=False) as store:
+        call = call_of(store)
+        [(_, encoded)] = store.read(-1, -1)
+        blank = tables.decode(*encoded)
+        blank["status"] = np.array(str(Status.NOT_STARTED), dtype=object)
+        layouts = [encoded[0], *(layout for _, layout in store.layouts())]
+        layout = tables.common(map(tables.stored_layout, layouts))
+        results = tables.stack(_filled(store, blank), store.n_sets, layout)
+    return label(Parts.of(call), *recall(call), results)
+
+
+def _filled(store: Store, blank: Table) -> Iterator[Table]:
+    """The tables of all sets in order, a ``blank`` one of those that are not finished."""
+    for first in range(0, store.n_sets, _AT_ONCE):
+        last = min(first + _AT_ONCE, store.n_sets) - 1
+        found = dict(store.read(first, last))
+        for number in range(first, last + 1):
+            yield tables.decode(*found[number]) if number in found else blank
+
+
+def call_of(store: Store) -> xr.Dataset:
+    """What is computed, as a working file tells it."""
+    if store.call is None:
+        raise ArchiveError(f"path={str(store.path)!r}: nothing was stored yet; start anew")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "call.nc")
+        copy.write_bytes(store.call)
+        return load(copy)
+
+
+def bytes_of(call: xr.Dataset) -> bytes:
+    """What is computed, as a working file keeps it; ArchiveError if NetCDF cannot hold it."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return save(call, Path(folder, "call.nc")).read_bytes()
+        except ArchiveError as error:
+            raise ArchiveError(f"over: cannot be archived ({error.__cause__})") from error
+
+
+def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
+    """Rebuild the problem that a dataset of this library was computed from.
+
+    Swept parameters have their nominal values; select one set first to get its values, as in
+    ``rebuild(dataset.sel(normal_load=3))``.
+
+    Raises
+    ------
+    TypeError
+        If ``dataset`` is no Dataset.
+    ArchiveError
+        If it does not describe a problem.
+    """
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    check_schema(dataset, "dataset")
+    if '"condensed": {' in str(dataset.attrs.get("problem")):
+        raise ArchiveError(
+            "dataset: of a condensed structure, whose matrices are not in it; condense the "
+            "structure again, or compute on with the problem that gave this dataset"
+        )
+    try:
+        return describe_problem(dataset)
+    except (KeyError, AttributeError, TypeError, ValueError) as error:
+        raise ArchiveError(
+            f"dataset: the description of the problem is damaged ({error})"
+        ) from error
+
+
+def check_schema(dataset: xr.Dataset, what: str) -> None:
+    """Raise ArchiveError unless ``dataset`` follows a schema this version can read."""
+    number = dataset.attrs.get("symhbm_schema")
+    if number is None:
+        raise ArchiveError(
+            f"{what}: not written by symhbm (the attribute symhbm_schema is missing)"
+        )
+    if not isinstance(number, (int, np.integer)) or not 1 <= number <= SCHEMA_VERSION:
+        raise ArchiveError(
+            f"{what}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
+        )
+
+
+def with_suffix(path: Path) -> Path:
+    """The name of an archive, with ``.nc`` where it has no suffix; digits, as in 0.5, are none."""
+    named = path.name and not path.suffix[1:2].isalpha()
+    return path.with_name(f"{path.name}.nc") if named else path
+
+
+def existing(path: Path) -> Path:
+    """An archive or its working file under the name that is given or under that with ``.nc``."""
+    if path.exists() or working_file(path).exists():
+        return path
+    return with_suffix(path)
+
+
+def path_of(path: object, name: str = "path") -> Path:
+    """A path as such; TypeError that names the argument if it is none."""
+    try:
+        return Path(path)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{name}={check.shown(path)}: expected text or a path") from None
+
+
+def _check_attributes(dataset: xr.Dataset) -> None:
+    """Raise TypeError for attributes that NetCDF cannot hold as they are."""
+    owners = {"dataset": dataset, **{f"dataset[{n!r}]": v for n, v in dataset.variables.items()}}
+    for owner, holder in owners.items():
+        for name, value in holder.attrs.items():
+            simple = isinstance(value, (str, int, float, np.generic, np.ndarray))
+            if not simple or np.asarray(value).dtype.kind not in "iufU":
+                raise TypeError(
+                    f"{owner}.attrs[{name!r}]={check.shown(value)}: expected text or real numbers"
+                )

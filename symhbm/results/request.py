@@ -1,0 +1,147 @@
+"""What a dataset is computed from: what to follow, and the checks of what was asked for."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.numerics import RADIANS, FloatArray, Table, check
+
+Peaks = Literal["largest", "each"]
+_ROUND_OFF = 1e-9
+"""Distance of a value from an end of the band, relative to the band, that is none."""
+OF_PEAKS = ("coefficient", "amplitude", "dof")
+"""What peaks are verified by, without ``peak_``, beside where they are."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to follow: the parameter ``name`` over a ``band``, from its first to its last value.
+
+    ``name`` is ``"frequency"`` (in Hz) or a parameter, set for all blades or contacts or for that
+    at ``index`` alone, at a constant ``frequency`` [Hz]. ``at``: values at which solutions are
+    wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
+    ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
+    of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
+    make, relatively. ``sector``: solve one sector where there are several that move alike.
+    ``keep``: names of the dataset to keep, None for all.
+    """
+
+    name: str
+    band: tuple[float, float]
+    at: FloatArray | None = None
+    frequency: float | None = None
+    index: int | None = None
+    each: bool = False
+    may_fold: bool = False
+    stability: bool = False
+    max_points: int = 5000
+    accuracy: float | None = None
+    sector: bool = True
+    keep: tuple[str, ...] | None = None
+
+    @property
+    def unit(self) -> float:
+        """The value that continuation sees over that of the user."""
+        return RADIANS if self.frequency is None else 1.0
+
+    def shown(self, value: float) -> float:
+        """A value in the user's unit; the ends of the band come back as they were given."""
+        ends = {self.unit * edge: edge for edge in self.band}
+        return ends.get(value, value / self.unit)
+
+
+@dataclass
+class Branch:
+    """A response curve.
+
+    ``points``, ``peaks`` and ``events`` hold arrays by the names of the dataset, ``value`` for that
+    of the moving parameter, each with the point, peak or event as the first axis and, for points
+    on a grid where the curve may fold, the solution as the second; ``counts``, one number each.
+    ``harmonics`` are those of the coefficients.
+    """
+
+    points: Table
+    peaks: Table
+    events: Table
+    status: str
+    harmonics: tuple[int, ...]
+    counts: dict[str, int] = field(default_factory=dict)
+
+
+def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
+    """The bound of the values that a parameter may move over, by a name of `check`."""
+    check.known(parameter, problem.parameters)
+    if isinstance(problem.parameters[parameter], int):
+        raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
+    bounds = {"cubic_stiffness": "any", "mass": "positive"}
+    return bounds.get(parameter, "non-negative")
+
+
+def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
+    """Two different values within a ``bound`` of `symhbm.numerics.check`."""
+    edges = check.array(name, band, bound)
+    if edges.shape != (2,) or edges[0] == edges[1]:
+        raise ValueError(
+            f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
+        )
+    return float(edges[0]), float(edges[1])
+
+
+def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | None:
+    """Ascending values within a band, None for None; at an end up to round-off is at the end."""
+    if at is None:
+        return None
+    grid = check.array("at", at)
+    for end in band:
+        grid = np.where(np.abs(grid - end) <= _ROUND_OFF * max(map(abs, band)), end, grid)
+    if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
+        raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
+    low, high = sorted(band)
+    if grid[0] < low or grid[-1] > high:
+        edges = check.told_apart(low, high, float(grid[0]), float(grid[-1]))
+        raise ValueError(
+            f"at={check.shown(at)}: expected values within the band "
+            f"{edges[0]} to {edges[1]}, got {edges[2]} to {edges[3]}"
+        )
+    return grid
+
+
+def check_place(
+    problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
+) -> int | None:
+    """The number of the one contact or blade that is chosen, None for all."""
+    places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
+    chosen = None
+    for name, (place, parameters) in places.items():
+        if place is None:
+            continue
+        if parameter not in parameters:
+            raise ValueError(
+                f"{name}={check.shown(place)}: expected None, {parameter} has no value per {name}"
+            )
+        chosen = check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
+    return chosen
+
+
+def check_keep(
+    keep: Iterable[str] | None, verifiable: bool, name: str, accuracy: float | None
+) -> tuple[str, ...] | None:
+    """Names to keep, sorted, None for all; TypeError unless they are names.
+
+    With those that the peaks of what goes along ``name`` can be ``verifiable`` by.
+    """
+    verifiable = check.flag("verifiable", verifiable)
+    if keep is None:
+        return None
+    names = [keep] if isinstance(keep, str) or not isinstance(keep, Iterable) else [*keep]
+    if isinstance(keep, str) or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"keep={check.shown(keep)}: expected a sequence of names")
+    if verifiable:
+        more = () if accuracy is None else ("highest_harmonic",)
+        names += [f"peak_{each}" for each in (name, *OF_PEAKS, *more)]
+    return tuple(sorted(set(names)))

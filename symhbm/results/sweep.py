@@ -1,0 +1,167 @@
+"""Parameter sets from what the user sweeps: names, dimensions and values."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.numerics import check
+from symhbm.results.variables import OWN_DIMENSIONS, PARAMETERS, VARIABLES
+
+PATTERN_DIMENSIONS = ("dof", "contact")
+RESERVED = {*OWN_DIMENSIONS, *VARIABLES, *PARAMETERS}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Swept parameters: ``values`` by name, all broadcast over ``dims`` of the given ``shape``."""
+
+    values: dict[str, xr.DataArray]
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, values: dict[str, xr.DataArray]) -> "Sweep":
+        """The sweep over all dimensions of some values that are no pattern, as they come."""
+        sizes = {
+            str(dim): size
+            for value in values.values()
+            for dim, size in value.sizes.items()
+            if dim not in PATTERN_DIMENSIONS
+        }
+        return cls(values, tuple(sizes), tuple(sizes.values()))
+
+    @property
+    def size(self) -> int:
+        """Number of parameter sets."""
+        return math.prod(self.shape)
+
+    def chosen(self, number: int) -> dict[str, np.ndarray]:
+        """The values of one parameter set, by its number among the flattened dimensions."""
+        place = dict(zip(self.dims, np.unravel_index(number, self.shape), strict=True))
+        return {
+            name: value.values[tuple(place[str(dim)] for dim in value.dims if dim in place)]
+            for name, value in self.values.items()
+        }
+
+
+def parse(
+    problem: HarmonicBalance, over: Mapping[str, Any] | xr.Dataset | None, argument: str = "over"
+) -> Sweep:
+    """Read ``over``: a list becomes a dimension of its own name, names that share one go in pairs.
+
+    ``argument`` is what messages call it.
+
+    The extreme values are applied to the problem, so bad ones raise here and not in a worker.
+
+    Raises
+    ------
+    TypeError
+        If ``over`` is no mapping.
+    KeyError
+        If a name is no parameter of the problem.
+    ValueError
+        If a value is out of range, a list is empty, or dimensions do not fit.
+    """
+    if over is None:
+        return Sweep({}, (), ())
+    if not isinstance(over, Mapping):
+        raise TypeError(
+            f"{argument}={check.shown(over)}: expected a mapping of parameters or a Dataset"
+        )
+    values: dict[str, xr.DataArray] = {}
+    for name, value in (over.data_vars if isinstance(over, xr.Dataset) else over).items():
+        check.known(str(name), problem.parameters)
+        values[str(name)] = _array(problem, str(name), value, argument)
+    sizes: dict[str, int] = {}
+    labels: dict[str, np.ndarray] = {}
+    for name, value in values.items():
+        for dim in (str(d) for d in value.dims if d not in PATTERN_DIMENSIONS):
+            size = value.sizes[dim]
+            if sizes.setdefault(dim, size) != size:
+                raise ValueError(
+                    f"{argument}[{name!r}]: dimension {dim!r} has {size} values, "
+                    f"elsewhere it has {sizes[dim]}"
+                )
+            own = value[dim].values if dim in value.coords else labels.get(dim)
+            if own is not None and not np.array_equal(labels.setdefault(dim, own), own):
+                raise ValueError(
+                    f"{argument}[{name!r}]: {dim!r} has the labels {check.shown(own.tolist())}, "
+                    f"elsewhere {check.shown(labels[dim].tolist())}"
+                )
+            if dim in PARAMETERS and dim not in values:
+                raise ValueError(
+                    f"{argument}[{name!r}]: expected a name of your own for a dimension, "
+                    f"{dim!r} is a parameter that is not swept"
+                )
+    for name, value in values.items():
+        for chosen in _extremes(value):
+            problem.with_parameters(**{name: chosen})
+    return Sweep.of(values)
+
+
+def _extremes(value: xr.DataArray) -> list[np.ndarray]:
+    """The sets of one parameter that break a bound if any does: bounds are on single values."""
+    pattern = [size for dim, size in value.sizes.items() if dim in PATTERN_DIMENSIONS]
+    rows = value.values.reshape(-1, *pattern)
+    if value.dtype.kind == "i":
+        return list(np.unique(rows, axis=0))
+    flat = rows.reshape(len(rows), -1)
+    return [rows[flat.min(axis=1).argmin()], rows[flat.max(axis=1).argmax()]]
+
+
+def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr.DataArray:
+    where = f"{argument}[{name!r}]"
+    if not isinstance(value, xr.DataArray):
+        values = check.array(where, value)
+        if values.ndim > 1:
+            raise ValueError(
+                f"{where}: expected a number, a list or a DataArray, got shape {values.shape}; "
+                "name the dimensions, for example DataArray(values, dims=('sample', 'contact'))"
+            )
+        dims = (name,) if values.ndim else ()
+        coords = {name: _natural(problem, name, values, where)} if values.ndim else {}
+        value = xr.DataArray(values, dims=dims, coords=coords)
+    check.array(where, value.values)
+    value = value.copy(data=_natural(problem, name, value.values, where))
+    sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
+    of_what = {"dof": BLADE_PARAMETERS, "contact": CONTACT_PARAMETERS}
+    for dim in (*value.dims, *value.coords):
+        if dim in RESERVED and dim not in (*PATTERN_DIMENSIONS, *PARAMETERS):
+            raise ValueError(f"{where}: expected a name of your own, {dim!r} is the result's")
+        if dim in value.coords and dim not in value.dims and dim in PARAMETERS:
+            raise ValueError(
+                f"{where}: expected a coordinate name of your own, {dim!r} is a parameter"
+            )
+    for dim in value.dims:
+        if value.sizes[dim] == 0:
+            raise ValueError(f"{where}: expected at least one value along {dim!r}, got none")
+        if dim not in PATTERN_DIMENSIONS:
+            continue
+        if name not in of_what[str(dim)]:
+            raise ValueError(f"{where}: {name} has no value per {dim}")
+        if value.sizes[dim] != sizes[str(dim)]:
+            raise ValueError(
+                f"{where}: expected {sizes[str(dim)]} values along {dim!r}, got {value.sizes[dim]}"
+            )
+        if dim in value.coords and not np.array_equal(value[dim], np.arange(value.sizes[dim])):
+            raise ValueError(
+                f"{where}: expected the labels 0 to {value.sizes[dim] - 1} along {dim!r}, "
+                f"got {check.shown(value[dim].values.tolist())}"
+            )
+    pattern = [d for d in value.dims if d in PATTERN_DIMENSIONS]
+    return value.transpose(..., *pattern)
+
+
+def _natural(problem: HarmonicBalance, name: str, values: np.ndarray, where: str) -> np.ndarray:
+    """Integers for an integer parameter, floats for all others."""
+    if isinstance(problem.parameters[name], int):
+        if np.any(values != np.round(values)):
+            raise ValueError(f"{where}={check.shown(values.tolist())}: expected integers")
+        return values.astype(np.int64)
+    return np.asarray(values, dtype=float)

@@ -1,0 +1,22 @@
+"""Exact periodic motions in time and their stability: the independent truth."""
+
+from symhbm.time_domain.event_march import March, march
+from symhbm.time_domain.exact_motion import ExactMotion
+from symhbm.time_domain.linear_motion import LinearPieces, extremes
+from symhbm.time_domain.periodic_motion import periodic_motion
+from symhbm.time_domain.periodic_orbit import TOLERANCE, energy_scale
+from symhbm.time_domain.stability import check_stability, growth_rate, verdict
+
+__all__ = [
+    "TOLERANCE",
+    "ExactMotion",
+    "LinearPieces",
+    "March",
+    "check_stability",
+    "energy_scale",
+    "extremes",
+    "growth_rate",
+    "march",
+    "periodic_motion",
+    "verdict",
+]

@@ -1,0 +1,211 @@
+"""The exact periodic motion with dry friction: the independent truth for harmonic balance.
+
+Between events the motion is linear and known to round-off (`symhbm.time_domain.linear_motion`),
+events are located to round-off (`symhbm.time_domain.event_march`), and the periodic one is found by
+Newton's method with the exact derivative of the map over a period, or over half of it where the
+force is antiperiodic.
+"""
+
+from dataclasses import dataclass, field
+from itertools import chain
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.status import Status
+from symhbm.time_domain.event_march import Cells, march
+from symhbm.time_domain.linear_motion import LinearPieces, extremes
+from symhbm.time_domain.periodic_orbit import (
+    TOLERANCE,
+    balanced_starts,
+    energy_scale,
+    periodic_state,
+)
+
+_UNBOUNDED = 1e9
+"""Inertia over exciting force that double precision cannot balance."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExactMotion:
+    """Exact periodic motion, ``tau = omega t``.
+
+    Attributes
+    ----------
+    frequency
+        Angular, [rad/s].
+    state : (2 n_dof + n_contacts,)
+        Displacement, its derivative by ``tau`` [m] and friction forces [N] at ``tau = 0``.
+    event_angle : (n_events,)
+        Angles where a contact changes its state [rad].
+    event_contact : (n_events,)
+        The contact.
+    event_kind : (n_events,)
+        ``"slip"`` or ``"stick"``, which begins.
+    event_displacement, event_velocity : (n_events, n_dof)
+        State there [m, m/s].
+    event_friction : (n_events, n_contacts)
+        Friction forces there [N].
+    amplitude : (n_dof,)
+        Largest ``|x|`` over the period [m].
+    multipliers : (2 n_dof + n_states,)
+        Floquet multipliers of the period, largest first, without the neutral ones; ``n_states``
+        counts the contacts that slip.
+    neutral_contacts : (n_neutral,)
+        Contacts that never slip: each has one more multiplier, exactly 1, of its static force.
+    work : float
+        Done by the force per period [J].
+    friction_loss : (n_contacts,)
+        Dissipated by the contacts per period [J].
+    damping_loss : float
+        Dissipated by the damping matrix per period [J].
+    stick_fraction : (n_contacts,)
+        Share of the period spent sticking.
+    reversals : (n_contacts,)
+        Changes of sign of the relative velocity per period.
+    periodicity : float
+        Distance of the states a period apart over the size of the motion, in the norm of energy.
+    iterations : int
+        Steps of Newton's method.
+    status
+        A sentence.
+    """
+
+    frequency: float
+    state: FloatArray
+    event_angle: FloatArray
+    event_contact: np.ndarray
+    event_kind: np.ndarray
+    event_displacement: FloatArray
+    event_velocity: FloatArray
+    event_friction: FloatArray
+    amplitude: FloatArray
+    multipliers: np.ndarray
+    neutral_contacts: np.ndarray
+    work: float
+    friction_loss: FloatArray
+    damping_loss: float
+    stick_fraction: FloatArray
+    reversals: np.ndarray
+    periodicity: float
+    iterations: int
+    status: Status
+    _pieces: LinearPieces = field(repr=False)
+    _cells: Cells = field(repr=False)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the motion is periodic to `TOLERANCE`."""
+        return self.status == Status.SUCCESS
+
+    def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Displacement [m], velocity [m/s] and friction forces [N] at the angles ``tau`` [rad].
+
+        ``tau`` (...) gives (..., n_dof), (..., n_dof) and (..., n_contacts). Raises as
+        `symhbm.numerics.check.array`.
+        """
+        tau = check.array("tau", tau)
+        x, slope, friction = self._cells.evaluate(self._pieces, tau.ravel() % (2 * np.pi))
+        parts = x, self.frequency * slope, _spread(self._pieces, friction)
+        dof, _, contact = (part.reshape(*tau.shape, part.shape[1]) for part in parts)
+        return dof, parts[1].reshape(dof.shape), contact
+
+    def coefficients(self, harmonics: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Fourier coefficients of displacement [m] and friction forces [N].
+
+        Shapes (n_dof, n_components) and (n_contacts, n_components), components as in
+        `symhbm.numerics.fourier.FourierBasis`. Raises as `symhbm.numerics.fourier.check_harmonics`.
+        """
+        basis = FourierBasis(check_harmonics(harmonics))  # type: ignore[arg-type]
+        tau, weight, (x, slope, friction) = self._cells.quadrature(self._pieces, basis.highest)
+        functions = weight[:, None] * basis.values(tau) * basis.norm
+        # By parts: no round-off of a large mean, and less of the fundamental in high harmonics.
+        rates = weight[:, None] * basis.values(tau, 1) * basis.norm
+        displacement = slope.T @ rates / np.maximum(basis.order, 1) ** 2
+        still = basis.order == 0
+        displacement[:, still] = x.T @ functions[:, still]
+        return displacement, _spread(self._pieces, friction).T @ functions
+
+
+def exact_motion(
+    problem: HarmonicBalance, frequency: float, start: ArrayLike | None = None
+) -> ExactMotion:
+    """Find the exact periodic motion at an angular ``frequency`` [rad/s].
+
+    ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default, and where it leads
+    nowhere, it comes from the balance of a few harmonics. Friction is that of the model, whatever
+    law the problem computes with. A contact that never slips is centred between its limits.
+
+    Raises TypeError or ValueError for bad values, cubic springs, and a mass matrix that is not
+    positive definite; ArithmeticError where contacts change their states without end.
+    """
+    frequency = check.scalar("frequency", frequency, "positive")
+    pieces = LinearPieces(problem, frequency)
+    starts = balanced_starts(problem, pieces)
+    if start is not None:
+        given = check.array("start", start)
+        expected = (2 * pieces.n_dof + pieces.n_contacts,)
+        if given.shape != expected:
+            raise ValueError(f"start: expected shape {expected}, got {given.shape}")
+        starts = chain([pieces.of_active(given)], starts)
+    # A step that overshoots all numbers is found by the march, and is one that is too long.
+    with np.errstate(over="ignore", invalid="ignore"):
+        state, iterations, status = periodic_state(pieces, starts)
+    return describe_motion(pieces, state, iterations, status)
+
+
+def _spread(pieces: LinearPieces, friction: FloatArray) -> FloatArray:
+    """Values of the active contacts (n, n_active) among those of all."""
+    result = np.zeros((len(friction), pieces.n_contacts))
+    result[:, pieces.active] = friction
+    return result
+
+
+def describe_motion(
+    pieces: LinearPieces, state: FloatArray, iterations: int, status: Status
+) -> ExactMotion:
+    """All results of a motion from its ``state`` (2 n_dof + n_active,) at ``tau = 0``."""
+    n, omega, active = pieces.n_dof, pieces.frequency, pieces.active
+    run = march(pieces, state, 2 * np.pi)
+    cells, scale = run.cells, energy_scale(pieces)
+    size = np.linalg.norm(scale * state)
+    distance = np.linalg.norm(scale * (run.end - state))
+    periodicity = float(distance / size) if size else float(distance)
+    amplitude = np.max(np.abs(extremes(cells.displacement)), axis=0)
+    force = pieces.largest_force
+    if np.abs(pieces.mass @ amplitude).max() * omega**2 > _UNBOUNDED * force > 0:
+        status = Status.SYSTEM_SINGULAR
+    elif status == Status.SUCCESS and periodicity > 2 * TOLERANCE:
+        status = Status.NO_MOTION
+    relative = cells.displacement @ pieces.all_directions.T
+    travel = relative[:, 1:, active].sum(axis=1)
+    loss, slip = np.zeros(pieces.n_contacts), np.where(pieces.sprung, 1.0, 0.0)
+    loss[active] = np.where(cells.slip != 0, cells.friction * travel, 0.0).sum(axis=0)
+    slip[active] = cells.width @ (cells.slip != 0) / (2 * np.pi)
+    work, damping_loss = cells.work(pieces)
+    x, slope, friction = np.split(run.event_state, [n, 2 * n], axis=1)
+    return ExactMotion(
+        frequency=omega,
+        state=np.concatenate([state[: 2 * n], _spread(pieces, state[None, 2 * n :])[0]]),
+        event_angle=run.event_angle,
+        event_contact=active[run.event_contact],
+        event_kind=np.where(run.event_slip != 0, "slip", "stick"),
+        event_displacement=x,
+        event_velocity=omega * slope,
+        event_friction=_spread(pieces, friction),
+        amplitude=amplitude,
+        multipliers=run.multipliers(pieces),
+        neutral_contacts=active[~run.slipped],
+        work=work,
+        friction_loss=loss,
+        damping_loss=damping_loss,
+        stick_fraction=1 - slip,
+        reversals=cells.reversals(pieces),
+        periodicity=periodicity,
+        iterations=iterations,
+        status=status,
+        _pieces=pieces,
+        _cells=cells,
+    )

@@ -1,0 +1,190 @@
+"""Floquet multipliers of a response: the monodromy along it, from event to event of its contacts.
+
+Along a known motion the angles are known where its contacts begin to stick and to slip, and so is
+the stiffness ``3 gamma y^2`` of its cubic springs. Acceleration is continuous at all events: of a
+small motion beside the known one nothing jumps but the friction force of a contact that begins to
+slip, which becomes a constant. Between events the power series of the small motion is summed to
+round-off, so that the only error is that of the known motion.
+"""
+
+import math
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model.contacts import stick_intervals
+from symhbm.numerics import FloatArray
+
+_DIGITS = 37.0
+"""Of a series, as a natural logarithm."""
+_GROWTH = 12.0
+"""Logarithm of the growth of a motion over the disk around a cell, whose radius is three cells."""
+_MOST_WORK = 3e8
+"""Cells times the cube of the size of the state: a second."""
+_LEAST_CUBE = 3e4
+"""What a small state costs all the same."""
+
+
+def multipliers(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> NDArray[np.complex128]:
+    """Floquet multipliers of the period, (2 n_dof + n_slipping,), largest magnitude first.
+
+    ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
+    velocity and the friction forces of the contacts that slip; one that never slips is a spring,
+    whose neutral multiplier is left out. Friction is located, whatever law the problem has.
+
+    Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
+    ArithmeticError for a structure too stiff and too large to follow its oscillations.
+    """
+    model = problem.model
+    limit = model.friction_coefficient * model.normal_load
+    active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
+    relative = problem.relative(unknowns)
+    contact, begin, end = stick_intervals(
+        problem.basis, relative[active], model.contact_stiffness[active], limit[active]
+    )
+    slipping, contact = np.unique(active[contact], return_inverse=True)
+    motion = _SmallMotion(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
+    size = 2 * model.n_dof + len(slipping)
+    repeats = _repeats(problem.harmonics)
+    edge, stick = _stretches(contact, begin, end, len(slipping), 2 * np.pi / repeats)
+    if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
+        raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
+    variation = np.eye(size)
+    for left, right, sticks in zip(edge[:-1], edge[1:], stick, strict=True):
+        variation = motion.carry(variation, left, right, sticks)
+    values = np.linalg.eigvals(variation) ** repeats
+    return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+
+
+def _repeats(harmonics: tuple[int, ...]) -> int:
+    """How often a period repeats the equations of small motions, which are blind to a sign."""
+    common = math.gcd(*harmonics)
+    return common * (2 if all(n // common % 2 for n in harmonics) else 1)
+
+
+def _stretches(
+    contact: np.ndarray, begin: FloatArray, end: FloatArray, n_contacts: int, length: float
+) -> tuple[FloatArray, np.ndarray]:
+    """Ends (n + 1,) of the stretches between events [rad], and who sticks there (n, n_contacts)."""
+    event = np.concatenate([begin, end]) % (2 * np.pi)
+    edge = np.unique(np.concatenate([[0.0, length], event[event < length]]))
+    middle = (edge[1:] + edge[:-1]) / 2
+    inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
+    return edge, inside @ (contact[:, None] == np.arange(n_contacts))
+
+
+class _SmallMotion:
+    """Linear equations, by the angle, of a small motion beside a known one.
+
+    ``relative`` (n_contacts, n_components) is the known motion [m]; contacts ``stuck`` are springs,
+    those ``slipping`` stick at times. A series converges as on a disk of complex angles: by
+    Cauchy's estimate its terms fall by the radius of the disk over the length of the cell, from the
+    growth of the motion in the disk.
+    """
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        frequency: float,
+        relative: FloatArray,
+        slipping: np.ndarray,
+        stuck: np.ndarray,
+    ):
+        model = problem.model
+        self.n_dof = model.n_dof
+        mass, damping, stiffness = (
+            getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
+        )
+        factor = np.linalg.cholesky(mass)
+        bent = np.flatnonzero(model.cubic_stiffness)
+        directions = model.directions.toarray()
+        spring = model.contact_stiffness[:, None] * directions
+        stiffness = stiffness + directions[stuck].T @ spring[stuck]
+        self.spring, self.bent = spring[slipping], directions[bent]
+        parts = stiffness, directions[slipping].T, self.bent.T
+        parts = (scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts)
+        self.elastic, self.push, self.bend = parts
+        self.viscous = scipy.linalg.cho_solve((factor, True), damping) / frequency
+
+        # More samples than the square has harmonics, twice those of the motion.
+        count = 4 * problem.basis.highest + 1
+        y = relative[bent] @ problem.basis.values(2 * np.pi * np.arange(count) / count).T
+        waves = np.fft.rfft(3 * model.cubic_stiffness[bent, None] * y**2) / count
+        self.order = np.arange(waves.shape[1])
+        self.waves = np.where(self.order == 0, 1, 2) * waves
+
+        linear = _norm(factor, stiffness + directions[slipping].T @ self.spring)
+        rates = linear, _norm(factor, self.bent.T @ self.bent), _norm(factor, damping)
+        self._set_growth(frequency, *rates)
+
+    def _set_growth(self, frequency: float, linear: float, bent: float, damping: float) -> None:
+        """Bound the growth on disks: the generator has the norm of its frequencies."""
+        slowest = max((np.sqrt(linear) + damping) / frequency, 1.0)
+        self.radius = np.geomspace(0.01, 100, 120) / slowest
+        # Disks where waves grow more than that are too large anyway.
+        wave = np.exp(np.minimum(np.multiply.outer(self.order, self.radius), 50))
+        cubic = bent * (np.abs(self.waves) @ wave).max(axis=0, initial=0.0)
+        self.growth = self.radius * (np.sqrt(linear + cubic) + damping) / frequency
+        self.longest_cell = float(np.interp(_GROWTH, self.growth, self.radius)) / 3
+
+    def carry(
+        self, variation: FloatArray, left: float, right: float, stick: np.ndarray
+    ) -> FloatArray:
+        """Carry the variation (2 n_dof + n_slipping, n) over a stretch without an event."""
+        n_cells = math.ceil((right - left) / self.longest_cell)
+        width = (right - left) / n_cells
+        for i in range(n_cells):
+            variation = self._cell(variation, left + i * width, width, stick)
+        return variation
+
+    def _cell(
+        self, variation: FloatArray, start: float, width: float, stick: np.ndarray
+    ) -> FloatArray:
+        """Carry it over a cell; a contact that slips has no variation of its force."""
+        n, spring, push = self.n_dof, self.spring[stick], self.push[:, stick]
+        series = self._series_start(variation, width)
+        count, columns = len(series), variation.shape[1]
+        factorial = np.cumprod(np.maximum(np.arange(count), 1.0))
+        law = np.hstack([self.elastic + push @ spring, self.viscous / width]) * -(width**2)
+        offset = variation[2 * n :][stick] - spring @ variation[:n]
+        stiffening = self._stiffening(start, width, count)
+        travel = np.empty((count, len(self.bent), columns))
+        # Derivatives times powers of the width.
+        for k in range(count - 2):
+            series[k + 2] = law @ series[k : k + 2].reshape(2 * n, columns)
+            if k == 0:
+                series[2] -= width**2 * push @ offset
+            if len(self.bent):
+                travel[k] = self.bent @ series[k] / factorial[k]
+                force = np.einsum("kc,kcm->cm", stiffening[k::-1], travel[: k + 1])
+                series[k + 2] -= width**2 * factorial[k] * self.bend @ force
+        ends = np.array([1 / factorial, np.arange(count) / factorial / width])
+        result = np.zeros_like(variation)
+        result[: 2 * n] = (ends @ series.reshape(count, -1)).reshape(2 * n, columns)
+        result[2 * n :][stick] = offset + spring @ result[:n]
+        return result
+
+    def _series_start(self, variation: FloatArray, width: float) -> FloatArray:
+        """Room for all derivatives that count, (n_terms, n_dof, n), the first two filled in."""
+        wide = self.radius > width
+        needed = (self.growth[wide] + _DIGITS) / np.log(self.radius[wide] / width)
+        series = np.empty((2 + math.ceil(needed.min()), self.n_dof, variation.shape[1]))
+        series[0] = variation[: self.n_dof]
+        series[1] = width * variation[self.n_dof : 2 * self.n_dof]
+        return series
+
+    def _stiffening(self, start: float, width: float, count: int) -> FloatArray:
+        """``3 gamma y^2`` as powers of the share of a cell, (count, n_bent) [N/m]."""
+        first = np.exp(1j * self.order * start)
+        factor = 1j * width * self.order / np.arange(1, count)[:, None]
+        return (np.cumprod(np.vstack([first, factor]), axis=0) @ self.waves.T).real
+
+
+def _norm(factor: FloatArray, matrix: FloatArray) -> float:
+    """Norm of ``L^-1 matrix L^-T`` with ``M = L L^T``."""
+    half = np.linalg.solve(factor, matrix)
+    return float(np.linalg.norm(np.linalg.solve(factor, half.T), 2))

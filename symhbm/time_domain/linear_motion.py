@@ -1,0 +1,252 @@
+"""Linear motion between two events of the contacts, and the zeros of its polynomials, proven.
+
+While no contact changes its state the motion is linear: ``M x'' + C x' + K x`` with the springs of
+the sticking contacts, under harmonic and constant forces. Its exponential series is summed to
+round-off on cells short enough for it, which needs neither distinct eigenvalues nor a dynamic
+stiffness that can be inverted: critical damping, bodies without springs and resonances are no
+exceptions. In the Bernstein basis of a cell the signs of the coefficients bound the number of
+zeros (variation diminishing), so none is missed however close the next one is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+import scipy.linalg
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model import positive_definite
+from symhbm.numerics import FloatArray
+
+DEGREE = 24
+"""Of the polynomials of a cell."""
+_REACH = 2.0
+"""Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
+_CLOSEST = 2.0**-46
+"""Share of a cell at which a cluster of zeros is no longer halved."""
+_KEPT_NUMBERS = 3e7
+"""Numbers in all the series that are kept for the next march."""
+
+_ROW = range(DEGREE + 1)
+BERNSTEIN = np.array([[comb(i, k) / comb(DEGREE, k) for k in _ROW] for i in _ROW])
+"""Maps powers to Bernstein coefficients; every entry is at most one: no digits are lost."""
+_LEFT = np.array([[comb(i, k) / 2.0**i for k in _ROW] for i in _ROW])
+_RIGHT = _LEFT[::-1, ::-1].copy()
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Series of the motion with one set of sticking contacts.
+
+    ``width`` is the length of a cell [rad]; ``series`` (DEGREE + 1, n_dof, 3 n_dof + n_waves) maps
+    displacement, its derivative by ``tau``, constant acceleration and the waves of the force at
+    the start of a cell to the powers of the share of the cell; ``full`` (2 n_dof, 3 n_dof) maps
+    the first three to displacement and derivative at its end.
+    """
+
+    width: float
+    series: FloatArray
+    full: FloatArray
+
+    def transition(self, share: float) -> FloatArray:
+        """Displacement and its derivative at a ``share`` of the cell, (2 n_dof, 3 n_dof)."""
+        return self.full if share == 1.0 else _transition(self.series, self.width, share)
+
+
+class LinearPieces:
+    """The linear motions of a problem at an angular ``frequency`` [rad/s], by contact state.
+
+    Contacts without spring or limit carry no force and are left out: ``active`` are the others.
+
+    Attributes
+    ----------
+    mass, damping, stiffness : (n_dof, n_dof)
+        Dense matrices [kg, N s/m, N/m].
+    active : (n_active,)
+        Contacts that can carry a force.
+    directions : (n_active, n_dof)
+        Their directions ``w_j``.
+    contact_stiffness, limit : (n_active,)
+        Their ``k_d`` [N/m] and ``mu F_n`` [N].
+    orders : (n_orders,), cosine, sine : (n_dof, n_orders)
+        Harmonics of the force and their coefficients [N]; ``static`` (n_dof,) is its mean.
+
+    Raises ValueError for cubic springs and for a mass matrix that is not positive definite.
+    """
+
+    def __init__(self, problem: HarmonicBalance, frequency: float):
+        model = problem.model
+        if model.has_cubic_springs:
+            raise ValueError("cubic_stiffness: the exact motion is of friction contacts only")
+        self.frequency = frequency
+        self.n_dof, self.n_contacts = model.n_dof, model.n_contacts
+        self.mass, self.damping, self.stiffness = (
+            np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
+            for name in ("mass", "damping", "stiffness")
+        )
+        limit = model.friction_coefficient * model.normal_load
+        self.sprung = np.asarray(model.contact_stiffness > 0)
+        self.active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
+        self.all_directions = model.directions.toarray()
+        self.directions = self.all_directions[self.active]
+        self.contact_stiffness = np.array(model.contact_stiffness[self.active])
+        self.limit = np.array(limit[self.active])
+        self._set_force(problem)
+        factor = positive_definite(self.mass)
+        parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
+        parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
+        self._elastic, self.push, self._static, self._cosine, self._sine = parts
+        self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
+        # In the coordinates of the factor the generator has the norm of its frequencies.
+        self._factor = factor
+        viscous = np.linalg.solve(factor, self.damping) / frequency
+        viscous = np.linalg.solve(factor, viscous.T)
+        self._viscous_norm = np.linalg.norm(viscous, 2)
+        self._pieces: dict[bytes, Piece] = {}
+
+    def _set_force(self, problem: HarmonicBalance) -> None:
+        basis = problem.basis
+        force = problem.excitation.amplitude * problem.excitation.shape(self.n_dof, basis)
+        acts = {int(n) for n, column in zip(basis.order, force.T, strict=True) if column.any()}
+        self.orders = np.array(sorted(acts - {0}), dtype=int)
+        nothing = np.zeros(self.n_dof)
+        self.static = force[:, basis.component(0)] if 0 in acts else nothing
+        shape = (self.n_dof, len(self.orders))
+        self.cosine, self.sine = np.zeros(shape), np.zeros(shape)
+        for i, n in enumerate(self.orders):
+            self.cosine[:, i] = force[:, basis.component(n)]
+            self.sine[:, i] = force[:, basis.component(n, sine=True)]
+        self.largest_force = float(np.abs(force).max())
+        self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and not self.static.any()
+
+    def of_active(self, state: FloatArray) -> FloatArray:
+        """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
+        return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
+
+    def piece(self, stick: np.ndarray) -> Piece:
+        """Series with the contacts ``stick`` (n_active,) sticking."""
+        key = stick.tobytes()
+        if key not in self._pieces:
+            piece = self._build(stick)
+            if len(self._pieces) * piece.series.size > _KEPT_NUMBERS:
+                self._pieces.clear()
+            self._pieces[key] = piece
+        return self._pieces[key]
+
+    def _build(self, stick: np.ndarray) -> Piece:
+        n, n_orders = self.n_dof, len(self.orders)
+        held = self.directions[stick] * self.contact_stiffness[stick, None]
+        whole = self.stiffness + self.directions[stick].T @ held
+        norm = np.linalg.solve(self._factor, whole)
+        norm = np.linalg.solve(self._factor, norm.T)
+        rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
+        width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
+        elastic = (self._elastic + self.push[:, stick] @ held) * width**2
+        viscous = self._viscous * width
+        series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
+        series[0, :, :n] = np.eye(n)
+        series[1, :, n : 2 * n] = width * np.eye(n)
+        # cos(n (t + s)) and sin(n (t + s)) as powers of s times the waves cos(n t), sin(n t).
+        wave = np.concatenate([self._cosine, self._sine], axis=1) * width**2
+        turned = np.concatenate([self._sine, -self._cosine], axis=1) * width**2
+        slope = np.concatenate([self.orders, self.orders]) * width
+        factor = np.ones(2 * n_orders)
+        for k in range(DEGREE - 1):
+            right = -(k + 1) * viscous @ series[k + 1]
+            # The force of a sticking contact at the start is given; its spring acts on the travel.
+            right -= (elastic if k else self._elastic * width**2) @ series[k]
+            if k == 0:
+                right[:, 2 * n : 3 * n] += width**2 * np.eye(n)
+            right[:, 3 * n :] += (wave, turned, -wave, -turned)[k % 4] * factor
+            factor = factor * slope / (k + 1)
+            series[k + 2] = right / ((k + 1) * (k + 2))
+        return Piece(width, series, _transition(series, width, 1.0))
+
+    def expand(
+        self, piece: Piece, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+    ) -> FloatArray:
+        """Powers of the share of a cell that starts at ``tau``, (DEGREE + 1, n_dof) [m].
+
+        ``x`` and ``slope`` (n_dof,) are displacement and its derivative by ``tau`` [m],
+        ``friction`` (n_active,) the forces of the contacts [N], all at ``tau``.
+        """
+        waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
+        constant = self._static[:, 0] - self.push @ friction
+        return piece.series @ np.concatenate([x, slope, constant, *waves])
+
+
+def _transition(series: FloatArray, width: float, share: float) -> FloatArray:
+    n = series.shape[1]
+    k = np.arange(DEGREE + 1)
+    powers = share**k
+    rates = np.concatenate([[0.0], k[1:] * powers[:-1]]) / width
+    flat = series[:, :, : 3 * n].reshape(DEGREE + 1, -1)
+    return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
+
+
+def crossings(powers: FloatArray) -> Iterator[tuple[float, bool]]:
+    """Changes of sign of a polynomial on [0, 1], ascending: where, and whether it falls.
+
+    ``powers`` (DEGREE + 1,) are its coefficients. Zeros closer than 1e-14 may be taken as one, or
+    as none where no sign is left.
+    """
+    before = None
+    todo = [(BERNSTEIN @ powers, 0.0, 1.0)]
+    while todo:
+        values, left, width = todo.pop()
+        positive = values[values != 0] > 0
+        if not len(positive):
+            continue
+        changes = np.count_nonzero(positive[1:] != positive[:-1])
+        if changes > 1 and width > _CLOSEST:
+            width /= 2
+            todo.append((_RIGHT @ values, left + width, width))
+            todo.append((_LEFT @ values, left, width))
+            continue
+        if before is not None and positive[0] != before:
+            yield left, bool(before)
+        if positive[0] != positive[-1]:
+            yield _zero(powers.tolist(), left, left + width, bool(positive[0])), bool(positive[0])
+        before = positive[-1]
+
+
+def alternates(powers: FloatArray) -> np.ndarray:
+    """Whether polynomials (..., DEGREE + 1) may change their sign on [0, 1]."""
+    values = powers @ BERNSTEIN.T
+    return (values.min(axis=-1) < 0) & (values.max(axis=-1) > 0)
+
+
+def extremes(powers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Highest and lowest values of consecutive polynomials (n_cells, DEGREE + 1, n_functions)."""
+    high = np.maximum(powers[:, 0].max(axis=0), powers[-1].sum(axis=0))
+    low = np.minimum(powers[:, 0].min(axis=0), powers[-1].sum(axis=0))
+    slopes = np.zeros_like(powers)
+    slopes[:, :-1] = np.arange(1, DEGREE + 1)[:, None] * powers[:, 1:]
+    for cell, function in zip(*np.nonzero(alternates(np.moveaxis(slopes, 1, 2))), strict=True):
+        for place, _ in crossings(slopes[cell, :, function]):
+            value = np.polynomial.polynomial.polyval(place, powers[cell, :, function])
+            high[function] = max(high[function], value)
+            low[function] = min(low[function], value)
+    return high, low
+
+
+def _zero(powers: list[float], left: float, right: float, falls: bool) -> float:
+    """The only zero between ``left`` and ``right``: Newton's method kept inside a bracket."""
+    root = (left + right) / 2
+    for _ in range(100):
+        value = slope = 0.0
+        for power in reversed(powers):
+            slope = slope * root + value
+            value = value * root + power
+        if (value > 0) == falls:
+            left = root
+        else:
+            right = root
+        new = root - value / slope if slope else left - 1.0
+        if not left <= new <= right:
+            new = (left + right) / 2
+        step, root = abs(new - root), new
+        if step <= 1e-16 + 2e-16 * root:
+            break
+    return root

@@ -1,0 +1,38 @@
+"""The periodic motion in time by the method that the contacts ask for."""
+
+from functools import partial
+
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation import newton, solve_point
+from symhbm.numerics import FloatArray, by_harmonic, larger_set, unknowns_of
+from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
+from symhbm.time_domain.periodic_orbit import state_of
+from symhbm.time_domain.shooting import shoot
+
+Balanced = tuple[HarmonicBalance, FloatArray]
+"""A problem and its unknowns (n_unknowns,) [m]."""
+
+
+def periodic_motion(
+    problem: HarmonicBalance, frequency: float, near: Balanced | None = None
+) -> ExactMotion:
+    """Find the periodic motion at an angular ``frequency`` [rad/s], exact for friction alone.
+
+    With cubic springs there may be several: it is the one close to the response ``near``, by
+    default to one that is solved for. Raises as `exact_motion` and `shoot`.
+    """
+    if not problem.model.has_cubic_springs:
+        return exact_motion(problem, frequency, None if near is None else state_of(*near))
+    if near is None:
+        balance = problem.located()
+        near = balance, solve_point(balance, frequency).unknowns
+    motion = shoot(*near, frequency)
+    return motion if motion.converged else shoot(*_closer(*near, frequency), frequency)
+
+
+def _closer(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Balanced:
+    """The response with more harmonics."""
+    larger = HarmonicBalance(balance.model, balance.excitation, larger_set(balance.harmonics))
+    coefficient = by_harmonic(balance.basis, balance.coefficients(unknowns))
+    start = unknowns_of(larger.basis, balance.harmonics, coefficient)
+    return larger, newton(partial(larger.evaluate, frequency=frequency), start).unknowns

@@ -1,0 +1,166 @@
+"""The periodic motion among all motions: Newton's method on the map over a period or half a one."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation import NewtonResult, linear_response, newton, solve_point
+from symhbm.numerics import Factorisation, FloatArray
+from symhbm.status import Status
+from symhbm.time_domain.event_march import March, march
+from symhbm.time_domain.linear_motion import LinearPieces, extremes
+
+TOLERANCE = 1e-11
+"""Largest residual of periodicity relative to the motion, in the norm of energy."""
+_ITERATIONS = 60
+_SHARES = 0.5 ** np.arange(4)
+"""Of a step of Newton's method: shorter ones end at a corner, another start is cheaper by then."""
+_PERIODS = 10
+"""Marched where no step of Newton's method leads on: every one comes closer to the response."""
+_SMALLEST = 1e-12
+"""Singular values below this share of the largest one are those of motions that are free."""
+
+
+def balanced_starts(problem: HarmonicBalance, pieces: LinearPieces) -> Iterator[FloatArray]:
+    """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
+
+    Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
+    without slip for the exact one; the path on which the force grows goes through that corner.
+    """
+    for highest, solve in ((7, _from_stuck), (1, solve_point)):
+        harmonics = range(1, highest + 1, 2) if pieces.antiperiodic else range(highest)
+        harmonics = {1, *harmonics, *pieces.orders.tolist()}
+        balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
+        unknowns = np.zeros(balance.n_unknowns)
+        with contextlib.suppress(ArithmeticError):
+            unknowns = solve(balance, pieces.frequency).unknowns
+        yield pieces.of_active(state_of(balance, unknowns))
+
+
+def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
+    unknowns = linear_response(balance, frequency)
+    if unknowns is None:
+        unknowns = np.zeros(balance.n_unknowns)
+    return newton(partial(balance.evaluate, frequency=frequency), unknowns)
+
+
+def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+    """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
+    law, model = balance.locate(unknowns), balance.model
+    stick = np.einsum("cij,cj->ci", law.matrix, balance.relative(unknowns))
+    friction = model.contact_stiffness[:, None] * stick
+    friction += (model.friction_coefficient * model.normal_load)[:, None] * law.vector
+    x, slope = (balance.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1))
+    return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
+
+
+def energy_scale(pieces: LinearPieces) -> FloatArray:
+    """Roots of the energies of unit states (2 n_dof + n_active,)."""
+    inertia = pieces.frequency**2 * np.diag(pieces.mass)
+    elastic = np.diag(pieces.stiffness)
+    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / pieces.contact_stiffness]))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    state: FloatArray
+    run: March
+    residual: FloatArray
+    norm: float
+
+
+def periodic_state(
+    pieces: LinearPieces, starts: Iterator[FloatArray]
+) -> tuple[FloatArray, int, Status]:
+    """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended.
+
+    ``starts`` (2 n_dof + n_active,) are states; each is for where the one before leads nowhere.
+    """
+    if not pieces.largest_force:
+        return np.zeros(2 * pieces.n_dof + len(pieces.active)), 0, Status.SUCCESS
+    length, sign = (np.pi, -1.0) if pieces.antiperiodic else (2 * np.pi, 1.0)
+    n, scale = 2 * pieces.n_dof, energy_scale(pieces)
+
+    def attempt(state: FloatArray) -> _Trial:
+        state = state.copy()
+        state[n:] = np.clip(state[n:], -pieces.limit, pieces.limit)
+        run = march(pieces, state, length)
+        residual = sign * run.end - state
+        if not pieces.antiperiodic:
+            state = _centred(pieces, run, state)
+        return _Trial(state, run, residual, float(np.linalg.norm(scale * residual)))
+
+    def begin(state: FloatArray) -> _Trial:
+        try:
+            return attempt(state)
+        except ArithmeticError:
+            return attempt(np.zeros_like(state))
+
+    now = begin(next(starts))
+    for iteration in range(_ITERATIONS):
+        near = now.norm <= TOLERANCE * np.linalg.norm(scale * now.state)
+        if now.norm == 0:
+            return now.state, iteration, Status.SUCCESS
+        step = _newton_step(pieces, now, sign, scale)
+        if step is None:
+            return now.state, iteration, Status.SYSTEM_SINGULAR
+        for share in _SHARES[: 1 if near else None]:
+            with contextlib.suppress(ArithmeticError):
+                trial = attempt(now.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * now.norm:
+                    now = trial
+                    break
+        else:
+            if near:
+                return now.state, iteration, Status.SUCCESS
+            start = next(starts, None)
+            if start is not None:
+                now = begin(start)
+                continue
+            for _ in range(_PERIODS):
+                now = attempt(sign * now.run.end)
+    return now.state, _ITERATIONS, Status.NO_MOTION
+
+
+def _newton_step(
+    pieces: LinearPieces, now: _Trial, sign: float, scale: FloatArray
+) -> FloatArray | None:
+    assert now.run.jacobian is not None
+    unit = np.eye(len(scale))
+    matrix, right = sign * now.run.jacobian - unit, -now.residual
+    floats = not pieces.antiperiodic and np.linalg.matrix_rank(pieces.stiffness) < pieces.n_dof
+    if not pieces.antiperiodic and not floats:
+        # The static force of a contact that never slips is free: no step changes it.
+        free = 2 * pieces.n_dof + np.flatnonzero(~now.run.slipped)
+        matrix[free], right[free] = unit[free], 0.0
+    matrix, right = matrix * (scale[:, None] / scale), scale * right
+    if floats:
+        # The place of a body without springs is free instead: the nearest one.
+        step = np.linalg.lstsq(matrix, right, rcond=_SMALLEST)[0]
+    else:
+        step = Factorisation(matrix).solve(right)
+    return None if step is None else step / scale
+
+
+def _centred(pieces: LinearPieces, run: March, state: FloatArray) -> FloatArray:
+    """The same motion with the forces of contacts that never slip between their limits.
+
+    Static forces of such contacts move the whole motion, and no other force sees that.
+    """
+    stuck = np.flatnonzero(~run.slipped)
+    directions = pieces.directions[stuck]
+    force = pieces.contact_stiffness[stuck] * (run.cells.displacement @ directions.T)
+    force[:, 0] = run.cells.friction[:, stuck]
+    high, low = extremes(force)
+    push = -(high + low) / 2 @ directions
+    move = np.linalg.lstsq(pieces.stiffness, -push, rcond=None)[0]
+    if np.abs(pieces.stiffness @ move + push).max() > 1e-9 * np.abs(push).max():
+        return state
+    shift = np.zeros_like(state)
+    shift[: pieces.n_dof] = move
+    shift[2 * pieces.n_dof + stuck] = -(high + low) / 2
+    return state + shift

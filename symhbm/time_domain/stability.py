@@ -1,0 +1,118 @@
+"""Stability of responses: by Hill's method with smooth laws, else by the monodromy.
+
+A small motion beside a response is ``exp(lambda t)`` times one of its period. Balanced in the
+harmonics of the response it gives ``(J + lambda D + lambda^2 M) p = 0``, whose matrix at
+``lambda = 0`` is the Jacobian of Eq. (9): stability changes at folds, exactly. Where contacts slip
+that holds for slow changes of the motion alone; the monodromy along it knows the others too.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.model.condensation import CondensedModel
+from symhbm.numerics import FloatArray, check
+from symhbm.time_domain.floquet import multipliers
+
+LARGEST_SIZE = 400
+"""Number of unknowns above which exponents cost more than the path."""
+NEUTRAL = 1e-9
+"""Growth over the frequency that is none: at a fold, or without damping."""
+_TIE = 0.01
+"""Difference of imaginary parts, over the frequency, that is one of truncation."""
+
+
+def check_stability(problem: HarmonicBalance, stability: object) -> bool:
+    """Whether stability is asked for; ValueError for a condensed structure, which lacks masses."""
+    wanted = check.flag("stability", stability)
+    if wanted and isinstance(problem.model, CondensedModel):
+        raise ValueError(
+            "stability=True: expected False for a condensed structure; responses of friction with "
+            "dissipative damping are stable, for cubic springs use the whole structure, the "
+            "attribute structure of its model"
+        )
+    return wanted
+
+
+def growth_rate(
+    problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
+) -> float:
+    """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
+
+    ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
+    or too stiff, for condensed ones, and without a mass matrix that can be inverted.
+    """
+    if problem.n_unknowns > LARGEST_SIZE or isinstance(problem.model, CondensedModel):
+        return np.nan
+    try:
+        jacobian = _jacobian(problem, evaluation)
+        if _slides(problem, evaluation):
+            values = multipliers(problem, frequency, unknowns)
+            if _agrees(jacobian, values):
+                largest = max(np.abs(values[0]), np.finfo(float).tiny)
+                return float(np.log(largest) * frequency / (2 * np.pi))
+        return _by_hill(problem, frequency, jacobian)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return np.nan
+
+
+def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
+    """Whether multipliers and balance see the same folds, which few harmonics keep apart.
+
+    Each takes one real multiplier through one, and the determinant through zero: at a fold of the
+    balance round-off has its sign.
+    """
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    if sizes[-1] <= NEUTRAL * sizes[0]:
+        return False
+    beyond = np.count_nonzero((values.imag == 0) & (values.real > 1))
+    return bool((beyond % 2 == 0) == (np.linalg.slogdet(jacobian)[0] > 0))
+
+
+def _jacobian(problem: HarmonicBalance, evaluation: Evaluation) -> FloatArray:
+    """Dense derivative of Eq. (9) by the unknowns, at given static forces of sticking contacts.
+
+    Eq. (9) centres the undetermined force of a contact that never slips; small motions leave it.
+    """
+    model, friction, jacobian = problem.model, evaluation.friction, evaluation.jacobian
+    matrix = jacobian.toarray() if sp.issparse(jacobian) else np.array(jacobian)
+    directions = model.directions.toarray()
+    unit = np.eye(problem.basis.n_components)
+    for j in np.flatnonzero(~friction.slip if problem.basis.order[0] == 0 else []):
+        spring = model.contact_stiffness[j] * np.outer(directions[j], directions[j])
+        matrix += np.kron(spring, unit - friction.matrix[j])
+    return matrix
+
+
+def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -> float:
+    model, basis = problem.model, problem.basis
+    each = np.eye(basis.n_components)
+    mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
+    inertia = np.kron(mass, each)
+    first = 2 * frequency * np.kron(mass, basis.derivative_matrix) + np.kron(damping, each)
+    size = problem.n_unknowns
+    # In units of the frequency, so that both halves of the companion matrix are of one size.
+    left = np.zeros((2 * size, 2 * size))
+    left[:size, size:] = np.eye(size)
+    right = np.hstack([jacobian / frequency**2, first / frequency])
+    left[size:] = -np.linalg.solve(inertia, right)
+    exponents = np.linalg.eigvals(left)
+    # Copies of an exponent differ by harmonics; those cut off by the truncation are the far ones.
+    # With odd harmonics alone two exponents may be equally near.
+    distance = np.abs(exponents.imag)
+    near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
+    return float(frequency * exponents.real[near].max())
+
+
+def verdict(rate: float, frequency: float) -> int:
+    """1 for stable, 0 for unstable, -1 where it is not known."""
+    if np.isnan(rate) or abs(rate) <= NEUTRAL * frequency:
+        return -1
+    return int(rate < 0)
+
+
+def _slides(problem: HarmonicBalance, evaluation: Evaluation) -> bool:
+    friction, model = evaluation.friction, problem.model
+    limit = model.friction_coefficient * model.normal_load
+    return bool(np.any(friction.slip & (model.contact_stiffness > 0) & (limit > 0)))

@@ -1,1 +1,0 @@
-"""Peaks followed over a parameter, and the highest of them all."""

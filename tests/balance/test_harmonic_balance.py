@@ -1,0 +1,154 @@
+"""The balance of Eq. (9): terms, sparse exact derivatives, parameters, pickling."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.numerics.linear_algebra import DENSE_LIMIT, Factorisation, bordered
+
+PARAMETERS = [
+    "mass",
+    "damping",
+    "stiffness",
+    "contact_stiffness",
+    "friction_coefficient",
+    "normal_load",
+    "force_amplitude",
+]
+
+
+def ring(n_blades=5, harmonics=(1, 3), **changes):
+    rng = np.random.default_rng(1)
+    values = dict(
+        mass=rng.uniform(0.9, 1.1, n_blades),
+        stiffness=rng.uniform(0.9e4, 1.1e4, n_blades),
+        damping=rng.uniform(0.4, 0.6, n_blades),
+        contact_stiffness=rng.uniform(0.8e6, 1.2e6, n_blades),
+        friction_coefficient=rng.uniform(0.3, 0.7, n_blades),
+        normal_load=rng.uniform(5, 15, n_blades),
+    )
+    disk = sh.bladed_disk(n_blades, **(values | changes))
+    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.3), harmonics)
+
+
+def unknowns_of(problem, size=1e-4, seed=2):
+    return size * np.random.default_rng(seed).normal(size=problem.n_unknowns)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2)])
+def test_residual_in_the_time_domain(harmonics):
+    """Without contacts the balance holds instant by instant."""
+    problem = ring(harmonics=harmonics, normal_load=0.0)
+    omega, tau = 123.0, np.linspace(0, 2 * np.pi, 40)
+    unknowns, basis, model = unknowns_of(problem), problem.basis, problem.model
+    wave = problem.coefficients(unknowns)
+    x, v, a = (omega**d * wave @ basis.values(tau, d).T for d in range(3))
+    blades = np.arange(model.n_dof)[:, None]
+    force = 1.3 * np.cos(tau - 2 * np.pi * 2 * blades / model.n_dof)
+    left = model.mass_matrix @ a + model.damping_matrix @ v + model.stiffness_matrix @ x - force
+    residual = problem.coefficients(problem.evaluate(unknowns, omega).residual)
+    np.testing.assert_allclose(residual @ basis.values(tau).T, left, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["unknowns", "frequency", *PARAMETERS])
+@pytest.mark.parametrize("size", [1e-7, 1e-4], ids=["stick", "slip"])
+def test_derivatives_against_central_differences(name, size):
+    problem, omega = ring(), 700.0
+    unknowns = unknowns_of(problem, size)
+    states = problem.locate(unknowns).slip
+    assert states.any() == (size == 1e-4)
+    exact = problem.derivative(name)(**problem.arguments(unknowns, omega))["jacobian"]
+    assert exact.shape[0] == problem.n_unknowns
+    exact = np.asarray(exact.full())
+
+    def residual(column, step):
+        if name == "unknowns":
+            moved = unknowns + step * np.eye(problem.n_unknowns)[column]
+            return problem.evaluate(moved, omega).residual
+        if name == "frequency":
+            return problem.evaluate(unknowns, omega + step).residual
+        value = np.array(problem.parameters[name], dtype=float)
+        value[(column,) if value.ndim else ()] += step
+        return problem.with_parameters(**{name: value}).evaluate(unknowns, omega).residual
+
+    values = {"unknowns": size, "frequency": omega} | problem.parameters
+    step = 1e-6 * float(np.max(np.abs(values[name])))
+    for column in range(exact.shape[1]):
+        numeric = (residual(column, step) - residual(column, -step)) / (2 * step)
+        # Required 1e-6; central differences err by the square of the relative step.
+        scale = np.abs(exact).max()
+        np.testing.assert_allclose(exact[:, column], numeric, rtol=0, atol=1e-6 * scale)
+
+
+def test_derivatives_are_sparse():
+    problem = ring(n_blades=12, harmonics=(1,))
+    pattern = problem.derivative("unknowns").sparsity_out(0)
+    # A blade's two equations see its own and its neighbours' two coefficients each.
+    assert pattern.nnz() == 12 * 2 * 6
+    assert problem.derivative("normal_load").sparsity_out(0).nnz() == 12 * 2 * 2
+    assert problem.derivative("mass").sparsity_out(0).nnz() == 12 * 2
+
+
+def test_one_compiled_residual_serves_every_parameter_set():
+    problem = ring()
+    other = problem.with_parameters(normal_load=3.0, force_amplitude=2.0, engine_order=1)
+    assert other.residual is problem.residual
+    assert problem.parameters["force_amplitude"] == 1.3
+    fresh = sh.HarmonicBalance(other.model, other.excitation, (1, 3))
+    unknowns = unknowns_of(problem)
+    np.testing.assert_array_equal(
+        other.evaluate(unknowns, 50.0).residual, fresh.evaluate(unknowns, 50.0).residual
+    )
+
+
+def test_buffers_and_public_function_agree():
+    problem, omega = ring(), 300.0
+    unknowns = unknowns_of(problem)
+    public = problem.residual(**problem.arguments(unknowns, omega))["residual"]
+    direct = problem.evaluate(unknowns, omega)
+    np.testing.assert_array_equal(np.asarray(public.full())[:, 0], direct.residual)
+    jacobian = problem.derivative("unknowns")(**problem.arguments(unknowns, omega))["jacobian"]
+    np.testing.assert_array_equal(np.asarray(jacobian.full()), direct.jacobian)
+
+
+def test_pickle_gives_the_same_equations():
+    problem = ring()
+    copy = pickle.loads(pickle.dumps(problem))
+    unknowns = unknowns_of(problem)
+    np.testing.assert_array_equal(
+        copy.evaluate(unknowns, 10.0).residual, problem.evaluate(unknowns, 10.0).residual
+    )
+
+
+def test_repr_reads_well():
+    text = repr(ring())
+    assert "harmonics (1, 3)" in text
+    assert "5 lumped blades" in text
+    assert "EngineOrder(order=2" in text
+
+
+def test_sparse_and_dense_factors_agree():
+    """Solution and sign of the determinant, on the bordered matrix of a large ring."""
+    rng = np.random.default_rng(4)
+    size = DENSE_LIMIT // 2 + 10
+    problem = ring(n_blades=size, harmonics=(1,))
+    assert problem.n_unknowns > DENSE_LIMIT
+    evaluation = problem.evaluate(unknowns_of(problem), 600.0)
+    column, row = rng.normal(size=(2, problem.n_unknowns + 1))
+    column = column[:-1]
+    right = rng.normal(size=len(row))
+    sparse = Factorisation(bordered(evaluation.jacobian / 1e6, column, row))
+    dense = Factorisation(bordered(evaluation.jacobian.toarray() / 1e6, column, row))
+    assert sparse.sign == dense.sign != 0
+    # Round-off times the condition number, about 1e4.
+    np.testing.assert_allclose(sparse.solve(right), dense.solve(right), rtol=1e-9)
+
+
+def test_sign_of_the_determinant():
+    rng = np.random.default_rng(5)
+    for size in (2, 5, 9):
+        matrix = rng.normal(size=(size, size))
+        assert Factorisation(matrix).sign == np.sign(np.linalg.det(matrix))
+    assert Factorisation(np.zeros((3, 3))).solve(np.ones(3)) is None

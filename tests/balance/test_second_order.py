@@ -1,0 +1,249 @@
+"""Second derivatives of the balance, against differences of its exact first ones."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import symhbm as sh
+from symhbm.balance.second_order import Expansion, SecondOrder, extreme_hessian
+from symhbm.model.contacts.coulomb_located import stick_intervals
+from symhbm.numerics.turning_points import turning_points
+
+NAMES = ("mass", "damping", "stiffness", "contact_stiffness", "friction_coefficient")
+NAMES += ("normal_load", "force_amplitude")
+SPRINGS = (*NAMES, "cubic_stiffness")
+SETS = [(1,), (1, 3), (1, 3, 5), (0, 1), (0, 1, 2, 3)]
+OMEGA = 90.0
+ROUND_OFF = 1e-8
+"""Of gradients, some 1e-15 of the largest, over steps of 1e-5, and once more by extrapolation."""
+
+
+def ring(harmonics, springs=False):
+    model = sh.bladed_disk(
+        3,
+        mass=[1.0, 1.1, 0.9],
+        stiffness=[1e4, 1.1e4, 0.9e4],
+        damping=[0.5, 0.6, 0.4],
+        contact_stiffness=[1e4, 2e4, 3e4],
+        friction_coefficient=[0.5, 0.4, 0.6],
+        normal_load=3.0,
+        cubic_stiffness=[1e8, 2e8, -1e8] if springs else 0.0,
+    )
+    return sh.HarmonicBalance(model, sh.EngineOrder(1, amplitude=3.0), harmonics)
+
+
+def with_limits(problem, unknowns, shares):
+    """The problem with limits of slip at these shares of what its contacts need to stick."""
+    points = turning_points(problem.basis, problem.relative(unknowns))
+    spread = points.value.max(axis=1) - points.value.min(axis=1)
+    limit = problem.contact_stiffness * spread / 2 * shares
+    return problem.with_parameters(normal_load=limit / problem.model.friction_coefficient)
+
+
+def gradient(found: Expansion, multipliers):
+    """First derivatives of the weighted balance by all variables."""
+    evaluation = found.evaluation
+    by_unknowns = evaluation.jacobian.T @ multipliers
+    by_frequency = evaluation.by_parameter @ multipliers
+    return np.concatenate([by_unknowns, [by_frequency], found.by_parameters.T @ multipliers])
+
+
+def differences(second_order, problem, unknowns, multipliers, along, step):
+    """Central difference of the gradient in one direction of all variables."""
+    n, sides = problem.n_unknowns, []
+    for h in (-step, step):
+        moved = {
+            name: np.atleast_1d(problem.parameters[name]) + h * along[place]
+            for name, place in second_order.places.items()
+        }
+        amplitude = float(moved.pop("force_amplitude")[0])
+        other = problem.with_parameters(**moved, force_amplitude=amplitude)
+        at = unknowns + h * along[:n], OMEGA + h * along[n]
+        sides.append(gradient(second_order(other, *at, multipliers), multipliers))
+    return (sides[1] - sides[0]) / (2 * step)
+
+
+def compare(problem, second_order, unknowns, rng):
+    """Error of the Hessian against differences, their own doubt, and the Hessian.
+
+    All variables relative to their sizes, errors to the largest second derivative.
+    """
+    multipliers = rng.normal(size=problem.n_unknowns)
+    values = [np.atleast_1d(problem.parameters[name]) for name in second_order.names]
+    sizes = np.concatenate([np.full(len(unknowns), np.abs(unknowns).max()), [OMEGA], *values])
+    hessian = second_order(problem, unknowns, OMEGA, multipliers).hessian
+    level = np.abs(hessian * np.outer(sizes, sizes)).max()
+    # What is 0 does not move, but has a derivative.
+    scale = np.where(sizes == 0, 1.0, np.abs(sizes))
+    error = doubt = 0.0
+    for _ in range(2):
+        along = rng.normal(size=len(sizes)) * sizes
+        coarse, fine = (
+            scale * differences(second_order, problem, unknowns, multipliers, along, step)
+            for step in (2e-5, 1e-5)
+        )
+        # Their error goes with the square of the step.
+        best = fine + (fine - coarse) / 3
+        doubt = max(doubt, np.abs(fine - coarse).max() / level)
+        error = max(error, np.abs(best - scale * (hessian @ along)).max() / level)
+    return error, doubt, hessian
+
+
+def check(problem, second_order, unknowns, rng):
+    """Assert that the Hessian is what differences give."""
+    error, doubt, hessian = compare(problem, second_order, unknowns, rng)
+    assert doubt < 1e-5
+    assert error < ROUND_OFF + doubt
+    return hessian
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    """Problems and their second derivatives by harmonic set, and with cubic springs or not."""
+    found = {}
+    for harmonics in SETS:
+        for springs in (False, True):
+            problem = ring(harmonics, springs)
+            second_order = SecondOrder(problem, SPRINGS if springs else NAMES)
+            found[harmonics, springs] = problem, second_order
+    return found
+
+
+@pytest.mark.parametrize("springs", [False, True], ids=["friction", "cubic"])
+@pytest.mark.parametrize("harmonics", SETS)
+@settings(max_examples=5, deadline=None)
+@given(seed=st.integers(0, 10**6), share=st.floats(0.02, 0.95))
+def test_hessian_is_the_derivative_of_the_gradient(compiled, harmonics, springs, seed, share):
+    problem, second_order = compiled[harmonics, springs]
+    rng = np.random.default_rng(seed)
+    unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
+    # One contact sticks, two slip, with small loops wherever harmonics above 1 lead.
+    problem = with_limits(problem, unknowns, [1.5, share, 0.3])
+    assert problem.locate(unknowns).slip.tolist() == [False, True, True]
+    error, doubt, _ = compare(problem, second_order, unknowns, rng)
+    # Close to an onset second derivatives grow like the inverse root of the distance: where a step
+    # comes across one, differences tell nothing.
+    assume(doubt < 1e-5)
+    assert error < ROUND_OFF + doubt
+
+
+@pytest.mark.parametrize("harmonics", [(1, 3, 5), (0, 1, 2, 3)])
+def test_small_loops_are_among_the_motions(compiled, harmonics):
+    problem, rng = compiled[harmonics, False][0], np.random.default_rng(1)
+    loops = same_side = 0
+    for _ in range(20):
+        unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
+        here = with_limits(problem, unknowns, [0.1, 0.2, 0.3])
+        motion = here.relative(unknowns)
+        contact, begin, end = stick_intervals(
+            here.basis, motion, here.contact_stiffness, here.slip_limit
+        )
+        change = np.einsum(
+            "im,im->i", here.basis.values(end) - here.basis.values(begin), motion[contact]
+        )
+        travel = here.contact_stiffness[contact] * change / here.slip_limit[contact]
+        # A run of stick ends on the other side of the limit, or, a loop closed, on the same.
+        assert np.abs(np.abs(travel) - 2 * np.round(np.abs(travel) / 2)).max() < 1e-9
+        same_side += int(np.sum(np.abs(travel) < 1))
+        loops += int(np.sum(np.bincount(contact) > 2))
+    # So that what the other tests compare is made of them, too.
+    assert loops > 20
+    assert same_side > 3
+
+
+@pytest.mark.parametrize("harmonics", SETS)
+@pytest.mark.parametrize("shares", [[2.0, 3.0, 4.0], [0.1, 0.5, 0.9]], ids=["stick", "slip"])
+def test_all_contacts_in_one_state(compiled, harmonics, shares):
+    problem, second_order = compiled[harmonics, False]
+    rng = np.random.default_rng(7)
+    unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
+    check(with_limits(problem, unknowns, shares), second_order, unknowns, rng)
+
+
+@pytest.mark.parametrize("harmonics", SETS)
+def test_contact_without_a_limit(compiled, harmonics):
+    """Its force turns its sign at reversals that move: a jump, and no stretch of stick."""
+    problem, second_order = compiled[harmonics, False]
+    rng = np.random.default_rng(11)
+    unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
+    problem = with_limits(problem, unknowns, [0.0, 0.4, 1.5])
+    hessian = check(problem, second_order, unknowns, rng)
+    by_load = hessian[: problem.n_unknowns, second_order.places["normal_load"].start]
+    assert np.abs(by_load).max() > 1.0
+
+
+def test_motionless_contacts():
+    problem = ring((1, 3))
+    second_order = SecondOrder(problem, NAMES)
+    rng = np.random.default_rng(3)
+    motion = np.zeros((3, problem.basis.n_components))
+    motion[:] = 1e-3 * rng.normal(size=problem.basis.n_components)
+    check(problem, second_order, motion.ravel(), rng)
+
+
+def test_contact_without_a_spring():
+    """A cubic spring alone: nothing pulls the slider, the load has no effect."""
+    model = sh.Model(
+        [[1.0]],
+        [[0.1]],
+        [[1.0]],
+        [(0,)],
+        contact_stiffness=0.0,
+        friction_coefficient=0.5,
+        normal_load=0.0,
+        cubic_stiffness=0.1,
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3))
+    names = ("contact_stiffness", "normal_load", "cubic_stiffness", "force_amplitude")
+    second_order = SecondOrder(problem, names)
+    found = second_order(problem, np.array([1.0, 0.2, 0.1, 0.3]), 1.1, np.ones(4))
+    by_parameters = found.by_parameters
+    assert not by_parameters[:, :2].any()
+    assert by_parameters[:, 2:].any(axis=0).all()
+    assert np.isfinite(found.hessian).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), lowest=st.booleans())
+def test_extremes_of_motions(seed, lowest):
+    problem = ring((0, 1, 2, 3))
+    basis, rng = problem.basis, np.random.default_rng(seed)
+    motion, along = rng.normal(size=(2, 1, basis.n_components))
+
+    def slope(coefficients):
+        points = turning_points(basis, coefficients)
+        at = points.lowest[0] if lowest else 0
+        return basis.values(points.angle[:, at])[0]
+
+    coarse, fine = (
+        (slope(motion + h * along) - slope(motion - h * along)) / (2 * h) for h in (2e-5, 1e-5)
+    )
+    doubt = np.abs(fine - coarse).max()
+    # Two extremes that change places, or a flat one: no derivative to compare.
+    assume(doubt < 1e-4)
+    exact = extreme_hessian(basis, motion, lowest)[0] @ along[0]
+    assert (
+        np.abs(fine + (fine - coarse) / 3 - exact).max() < 1e-8 * (1 + np.abs(exact).max()) + doubt
+    )
+
+
+def test_places_and_copies():
+    problem = ring((1,))
+    second_order = SecondOrder(problem, ("normal_load", "force_amplitude"))
+    n = problem.n_unknowns
+    assert second_order.places == {
+        "normal_load": slice(n + 1, n + 4),
+        "force_amplitude": slice(n + 4, n + 5),
+    }
+    at = np.full(n, 1e-3), OMEGA, np.ones(n)
+    second_order(problem.with_parameters(normal_load=[1, 2, 3]), *at)
+    with pytest.raises(ValueError, match="a copy of it by with_parameters"):
+        second_order(ring((1,)), *at)
+
+
+def test_sampled_friction_is_refused():
+    problem = ring((1,))
+    sampled = sh.HarmonicBalance(problem.model, problem.excitation, (1,), samples=64)
+    with pytest.raises(ValueError, match="samples=64: expected a problem with located"):
+        SecondOrder(sampled)

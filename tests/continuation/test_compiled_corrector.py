@@ -1,0 +1,301 @@
+"""Corrections as one compiled call: the same as step by step, and as little work as promised."""
+
+import shutil
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from symhbm.continuation.between.crests import zero
+from symhbm.continuation.between.divisions import Stretches
+from symhbm.continuation.between.slopes import Slopes, turning
+from symhbm.continuation.branch import Walk
+from symhbm.continuation.correctors import compiled
+from symhbm.continuation.correctors.bordered_system import point_system
+from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
+from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.events.resonances import modes
+from symhbm.continuation.problem import FrequencyCurve
+from symhbm.continuation.segment import Station
+from symhbm.numerics import native
+from symhbm.numerics.compiled import Compiled
+from symhbm.peaks.survey import sector_of
+
+TURN = 2 * np.pi
+
+
+def ring(load=10.0, harmonics=(1,)):
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=load,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), harmonics)
+
+
+def mistuned(seed=1):
+    problem = ring()
+    drawn = sh.mistuning.uniform(
+        problem.model,
+        n_samples=1,
+        seed=seed,
+        friction_coefficient=0.4,
+        contact_stiffness=0.2,
+        normal_load=0.3,
+    )
+    values = {str(name): drawn[name].values[0] for name in drawn.data_vars}
+    return problem.with_parameters(**values)
+
+
+def with_a_mean():
+    """A blade that a constant force pushes aside."""
+    blade = fig03.problem().model
+    force = sh.HarmonicForce({0: [30.0], 1: [100.0]})
+    return sh.HarmonicBalance(blade, force, (0, 1))
+
+
+def condensed(harmonics=(1,)):
+    """A chain on springs, a force inside and dampers here and there, kept at its contacts."""
+    size = 40
+    chain = sp.diags_array(
+        [np.full(size, 2.1), np.full(size, -1.0), np.full(size, -1.0)], offsets=[0, 1, -1]
+    )
+    damping = sp.diags_array(np.where(np.arange(size) % 7 == 3, 0.3, 0.02))
+    model = sh.Model(
+        sp.eye_array(size),
+        damping,
+        1e3 * chain,
+        contacts=[(5,), (12, 13), (30,)],
+        contact_stiffness=2e3,
+        friction_coefficient=0.5,
+        normal_load=[1.0, 0.5, 2.0],
+    )
+    cosine = {1: np.where(np.arange(size) == 20, 30.0, 0.0)}
+    if 0 in harmonics:
+        cosine[0] = np.where(np.arange(size) == 5, 3.0, 0.0)
+    force = sh.HarmonicForce(cosine=cosine)
+    small = sh.condense(model, force, (4.0, 8.0), harmonics, dofs=(20,))
+    return sh.HarmonicBalance(small, force, harmonics)
+
+
+PROBLEMS = {
+    "blade": (fig03.problem, (10, 30)),
+    "ring": (ring, (150, 280)),
+    "sector": (lambda: sector_of(ring()), (150, 280)),
+    "mistuned": (mistuned, (150, 280)),
+    "condensed": (condensed, (4, 8)),
+    "condensed with a mean": (lambda: condensed((0, 1)), (4, 8)),
+}
+
+
+def walk(name):
+    build, band = PROBLEMS[name]
+    return Walk(FrequencyCurve(build()), (TURN * band[0], TURN * band[1]), 5000, False)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_compiled_correction_is_the_one_step_by_step(name):
+    """From guesses off the path and onto limits; both end on the curve to its tolerance."""
+    found = walk(name)
+    curve = found.curve
+    fast, slow = Corrector(curve), Corrector(curve)
+    assert fast._compiled is not None
+    slow._compiled = None
+    rng = np.random.default_rng(0)
+    compared = 0
+    for point in found.points:
+        scale = point.scale
+        guess = point.state + scale * 1e-3 * rng.normal(size=len(scale))
+        constraints = [
+            Hyperplane(guess, scale, point.after / scale),
+            Hyperplane(guess, scale, unit_parameter(len(scale))),
+        ]
+        near = int(np.argmin(np.abs(point.excess)))
+        if abs(point.excess[near]) < 0.1:
+            constraints.append(AtLimit(curve, near, scale))
+        for constraint in constraints:
+            one, other = (c.correct(guess, scale, constraint, point.slip) for c in (fast, slow))
+            assert (one is None) == (other is None)
+            if one is None or other is None:
+                continue
+            compared += 1
+            # Two iterations that differ by round-off end within the tolerance of the residual.
+            assert np.abs((one.point - other.point) / scale).max() < 1e-9
+            assert one.direction == pytest.approx(other.direction, abs=1e-5)
+            assert one.excess == pytest.approx(other.excess, abs=1e-8)
+            assert one.rate == pytest.approx(other.rate, rel=1e-4, abs=1e-4)
+            assert one.error == pytest.approx(other.error, rel=1e-6)
+            # The force of one blade of a sector, or the largest of all as they turn.
+            rough = 0.3 if name == "sector" else 1e-9
+            assert one.amplification == pytest.approx(other.amplification, rel=rough)
+            assert one.crosses == other.crosses
+            assert one.below == other.below
+            assert max(one.residual_norm, other.residual_norm) <= 1e-12
+        tangents = [
+            c.tangent(point.state, scale, point.after / scale, point.slip) for c in (fast, slow)
+        ]
+        assert tangents[0].direction == pytest.approx(tangents[1].direction, abs=1e-9)
+        assert tangents[0].rate == pytest.approx(tangents[1].rate, rel=1e-7, abs=1e-7)
+    assert compared > len(found.points)
+    assert fast.solves == pytest.approx(slow.solves, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["blade", "ring", "sector", "mistuned"])
+def test_resonances_below_are_counted(name):
+    """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
+    found = walk(name)
+    for point in found.points:
+        friction = found.curve.problem.locate(point.unknowns, point.slip)
+        known = modes(found.curve, point.unknowns, point.value, friction)
+        assert known is not None
+        assert point.below == (np.count_nonzero(known.detuning < 0),)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1)])
+def test_modes_of_a_condensed_structure_are_counted(harmonics):
+    """The count alone against that of the modes, which have been told one by one."""
+    problem = condensed(harmonics)
+    found = Walk(FrequencyCurve(problem), (4 * TURN, 8 * TURN), 5000, False)
+    for point in found.points:
+        friction = problem.locate(point.unknowns, point.slip)
+        known = modes(found.curve, point.unknowns, point.value, friction)
+        assert known is not None
+        assert point.below == (np.count_nonzero(known.detuning < 0),)
+
+
+def test_outside_the_band_of_a_condensation_nothing_is_found():
+    problem = condensed()
+    curve, size = FrequencyCurve(problem), problem.n_unknowns + 1
+    guess = np.append(np.zeros(size - 1), 9.0 * TURN)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, unit_parameter(size))
+    slip = np.zeros(problem.n_contacts, dtype=bool)
+    assert Corrector(curve).correct(guess, scale, plane, slip) is None
+
+
+def test_a_mean_beside_one_harmonic_is_compiled_too():
+    problem = with_a_mean()
+    curve = sh.frf(problem, (10, 30), throw=True)
+    assert problem.in_closed_form
+    assert curve.converged.all()
+    assert float(curve.residual_norm.max()) <= 1e-11
+
+
+def test_what_cannot_be_solved_is_none():
+    """A singular system, a guess that is not finite, and one too far away."""
+    curve = FrequencyCurve(ring())
+    corrector = Corrector(curve)
+    size = curve.problem.n_unknowns + 1
+    guess, slip = np.append(np.zeros(size - 1), 1000.0), np.zeros(13, dtype=bool)
+    scale = curve.scale(guess)
+    flat = Hyperplane(guess, scale, np.zeros(size))
+    assert corrector.correct(guess, scale, flat, slip) is None
+    assert corrector.tangent(guess, scale, np.full(size, np.nan), slip) is not None  # by frequency
+    lost = np.full(size, np.nan)
+    plane = Hyperplane(guess, scale, unit_parameter(size))
+    assert corrector.correct(lost, scale, plane, slip) is None
+    assert corrector.correct(guess, scale, plane, slip, radius=1e-9) is None
+
+
+@pytest.mark.parametrize("place", [0, 7, 26])
+def test_one_number_that_is_none_is_no_solution(place):
+    """Not even where all other equations are balanced."""
+    problem = ring()
+    n, n_contacts = problem.n_unknowns, problem.n_contacts
+    equations, arguments = problem.compiled
+    point = np.append(np.zeros(n), 1000.0)
+    point[place] = np.nan
+    inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, point, np.zeros(n + 1)]
+    inputs += [point, np.zeros(n_contacts), np.zeros(n_contacts), np.array([1.0, 1000.0])]
+    values = Compiled(point_system(equations))(*inputs)[2]
+    assert not values[0] < np.inf
+
+
+@pytest.mark.skipif(not any(map(shutil.which, native._COMPILERS)), reason="no compiler of C")
+@pytest.mark.parametrize("build", [fig03.problem, mistuned])
+def test_machine_code_gives_the_same_bits(build):
+    problem = build()
+    equations, arguments = problem.compiled
+    system = point_system(equations)
+    code = native.native(system)
+    assert code is not None
+    rng = np.random.default_rng(0)
+    one, other = Compiled(system), Compiled(code)
+    n, n_contacts = problem.n_unknowns, problem.n_contacts
+    for _ in range(50):
+        point = np.append(1e-4 * rng.normal(size=n), 1300.0)
+        inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, 1.01 * point]
+        inputs += [rng.normal(size=n + 1), point, np.eye(n_contacts)[0]]
+        inputs += [rng.integers(2, size=n_contacts), np.array([1e-4, 1300.0])]
+        for a, b in zip(one(*inputs), other(*inputs), strict=True):
+            assert np.array_equal(a, b, equal_nan=True)
+
+
+def test_many_curves_without_a_compiler(monkeypatch):
+    """The change to machine code, or none where there is no compiler, changes no number."""
+    problem = fig03.problem()
+    first = sh.frf(problem, (10, 30))
+    monkeypatch.setattr(native.shutil, "which", lambda name: None)
+    monkeypatch.setattr(compiled, "_OFTEN", 2)
+    assert native.native(point_system(problem.compiled[0])) is None
+    for _ in range(3):
+        assert sh.frf(problem, (10, 30)).drop_attrs().equals(first.drop_attrs())
+
+
+def test_a_compiler_that_fails_is_none(monkeypatch):
+    monkeypatch.setattr(native, "_COMPILERS", ("false",))
+    assert native.native(point_system(fig03.problem().compiled[0])) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "solves"), [("blade", 46, 180), ("ring", 28, 105), ("mistuned", 110, 700)]
+)
+def test_work_of_a_curve(name, points, solves):
+    """Bounds a quarter above what is needed; solves for events and peaks included."""
+    found = walk(name)
+    assert len(found.points) <= points
+    assert found.corrector.solves <= solves
+
+
+def test_slopes_of_many_stretches_are_those_of_each():
+    found = walk("mistuned")
+    problem, points = found.curve.problem, found.points
+    state, before, after = (
+        np.array([getattr(p, name) for p in points]) for name in ("state", "before", "after")
+    )
+    sides = (Slopes.of(problem, Station(state, side)) for side in (before, after))
+    stretches = Stretches.of(points, *sides)
+    roots = np.random.default_rng(0).random((len(points) - 1, 2)) < 0.3
+    stretches = stretches._replace(roots=roots)
+    together = turning(problem, *stretches[3:-1])
+    assert np.isfinite(together.error).all()
+    for k in range(len(points) - 1):
+        alone = turning(problem, *stretches.take(k)[3:-1])
+        for one, many in zip(alone[:-1], together.take(k)[:-1], strict=True):
+            # Sums of a few numbers in another order.
+            assert one == pytest.approx(many, rel=1e-7, abs=1e-18)
+
+
+@pytest.mark.parametrize("start", [0.05, 0.3, 0.6, 0.95])
+@pytest.mark.parametrize(
+    "slope",
+    [
+        lambda h: 0.3 - h,
+        lambda h: np.cos(4 * h) - 0.5,
+        lambda h: 1.0 if h < 0.6 else -2.0,  # a corner: no zero at all
+        lambda h: np.sqrt(0.7 - h) if h < 0.7 else -h,
+        lambda h: (h - 0.2) ** 2 * (0.5 - h) + 1e-3 * (0.5 - h),
+        lambda h: 3e-7 - h,  # next to an end
+        lambda h: 1 - 3e-7 - h,
+    ],
+)
+def test_a_maximum_between_slopes_of_opposite_sign(slope, start):
+    share = zero(slope, slope(0.0), slope(1.0), start)
+    aside = 1e-8
+    assert slope(share - aside) > 0 > slope(share + aside)

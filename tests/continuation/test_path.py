@@ -1,0 +1,183 @@
+"""The path itself: an iterator that says why it ended, with events that are points of their own."""
+
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig12_mistuned_disk as fig12
+from symhbm.continuation import path as continuation
+from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.deflation import other_solution
+from symhbm.continuation.events import corners
+from symhbm.continuation.path import Path
+from symhbm.continuation.problem import FrequencyCurve, ParameterCurve
+from symhbm.continuation.start import solve_point
+from symhbm.status import Status
+
+TURN = 2 * np.pi
+
+
+def duffing(**changes):
+    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18)).with_parameters(**changes)
+
+
+def path(curve, start, end, **options):
+    return Path(curve, solve_point(*curve.at(start)).unknowns, start, end, **options)
+
+
+def test_points_come_one_by_one():
+    walk = path(FrequencyCurve(fig03.problem()), 10 * TURN, 30 * TURN)
+    assert walk.status == Status.NOT_STARTED
+    first = next(iter(walk))
+    assert first.value == 10 * TURN
+    assert walk.status == Status.NOT_STARTED
+    points = list(walk)
+    assert walk.status == Status.REACHED_END
+    assert points[-1].value == 30 * TURN
+
+
+def test_largest_number_of_points():
+    walk = path(FrequencyCurve(fig03.problem()), 10 * TURN, 30 * TURN, max_points=7)
+    assert len(list(walk)) == 7
+    assert walk.status == Status.MAXIMUM_POINTS
+    assert "max_points" in walk.status
+
+
+def test_a_start_that_is_no_solution():
+    walk = Path(FrequencyCurve(fig03.problem()), np.array([1.0, 2.0]), 60.0, 180.0)
+    assert list(walk) == []
+    assert walk.status == Status.NO_START
+
+
+def test_a_path_that_comes_back_to_its_start_says_so():
+    """Downwards from 1.2 rad/s on the lower branch: a fold at 1.1156, and back on the middle."""
+    walk = path(FrequencyCurve(duffing()), 1.2, 0.5)
+    points = list(walk)
+    assert walk.status == Status.TURNED_BACK
+    assert points[0].value == points[-1].value == 1.2
+    kinds = [event.kind for point in points for event in point.events]
+    assert kinds == ["fold"]
+    # The middle solution is larger than the lower one.
+    assert np.linalg.norm(points[-1].unknowns) > 2 * np.linalg.norm(points[0].unknowns)
+
+
+@pytest.mark.parametrize(("band", "several"), [((0.5, 1.2), True), ((0.5, 2.0), False)])
+def test_branches_cut_by_the_end_of_the_band_are_told(band, several):
+    told = pytest.warns(RuntimeWarning, match="other solutions") if several else nullcontext()
+    with told:
+        curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN))
+    assert ("other solutions" in str(curve.status.values)) == several
+    assert ("wider band" in str(curve.status.values)) == several
+
+
+def test_another_solution_is_found_where_there_is_one():
+    problem = duffing()
+    for frequency, several in ((1.2, True), (1.0, False)):
+        known = solve_point(problem, frequency).unknowns
+
+        def balance(unknowns, omega=frequency):
+            return problem.evaluate(unknowns, omega)
+
+        other = other_solution(balance, known, [1.01 * known])
+        assert (other is not None) == several
+        if other is not None:
+            # Newton's tolerance.
+            assert balance(other).norm <= 1e-12
+            assert np.linalg.norm(other - known) > 0.1 * np.linalg.norm(known)
+
+
+def test_parameter_through_zero():
+    """A spring that softens, is none, and stiffens: the closed form at every point."""
+    curve = ParameterCurve(duffing(), "cubic_stiffness", 0.8, smallest=1e-3)
+    walk = path(curve, -0.05, 0.2)
+    points = list(walk)
+    assert walk.status == Status.REACHED_END
+    for point in points:
+        square = float(point.unknowns @ point.unknowns)
+        force = np.sqrt(square * ((1 - 0.64 + 0.75 * point.value * square) ** 2 + 0.04**2))
+        # Newton's tolerance times the condition of the balance.
+        assert force == pytest.approx(0.18, rel=1e-10)
+
+
+def test_values_out_of_range_are_failed_steps():
+    """Towards a load of zero no iteration may end in an exception."""
+    for start in (3.0, 0.3):
+        curve = ParameterCurve(fig03.problem(), "normal_load", 19 * TURN, smallest=1e-3)
+        walk = path(curve, start, 0.0)
+        assert list(walk)[-1].value == 0
+        assert walk.status == Status.REACHED_END
+    with pytest.raises(ArithmeticError, match="normal_load"):
+        curve.evaluate(np.zeros(2), -1.0)
+
+
+@pytest.mark.parametrize("overshoot", [1.05, 2.0])
+def test_a_hop_over_an_event_lands_on_it(overshoot, monkeypatch):
+    """A step at fixed value that meets another contact state ends where the state changes."""
+    monkeypatch.setattr(corners, "LARGEST_PREDICTION_ERROR", 10.0)
+    curve = FrequencyCurve(fig03.problem((1, 3)).with_parameters(normal_load=18))
+    points = list(path(curve, 10 * TURN, 30 * TURN))
+    at = next(i for i, point in enumerate(points) if point.events)
+    base, event = points[at - 1], points[at]
+    length = overshoot * (event.value - base.value) / base.after[-1]
+    found = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=True)
+    assert found is not None
+    # Both are solved to the round-off of the limit.
+    assert found.found.point[-1] == pytest.approx(event.value, rel=1e-11)
+    assert found.slip.tolist() == event.slip.tolist()
+    kept = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=False)
+    assert kept is None
+
+
+def test_hops_reach_the_end_alone():
+    """From point to point by hops in the states they meet, as over corners nobody located."""
+    curve = FrequencyCurve(fig03.problem((1, 3)).with_parameters(normal_load=18))
+    points = list(path(curve, 10 * TURN, 30 * TURN))
+    base = points[3]
+    found = corners.hop(Corrector(curve), base, 30 * TURN, 0.2)
+    assert found is not None
+    assert found.found.residual_norm <= 1e-11
+    assert base.value < found.found.point[-1] < 30 * TURN
+
+
+def test_a_mass_matrix_that_is_singular():
+    """One of two degrees of freedom moves without inertia: the path does without modes."""
+    mass = np.ones((2, 2))
+    stiffness = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    model = sh.Model(mass, 0.02 * np.eye(2), stiffness)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.3), throw=True)
+    for i, frequency in enumerate(curve.frequency.values):
+        omega = TURN * frequency
+        exact = np.linalg.solve(stiffness - omega**2 * mass + 0.02j * omega * np.eye(2), [1, 0])
+        # Newton's tolerance times the condition of the balance.
+        np.testing.assert_allclose(curve.amplitude[i], np.abs(exact), rtol=1e-9)
+
+
+def test_grid_values_next_to_points_of_the_path():
+    """One unit in the last place beside a point: neither an error nor a gap."""
+    problem, band = duffing(), (0.5 / TURN, 2.0 / TURN)
+    path_points = sh.frf(problem, band)
+    inside = path_points.frequency.values[3:-3]
+    at = np.unique([np.nextafter(inside, 0), np.nextafter(inside, 1)])
+    grid = sh.frf(problem, band, at=at)
+    assert str(grid.status.values) == "the end of the band was reached"
+    assert set(grid.n_solutions.values) <= {1, 2, 3}
+
+
+def test_events_are_those_of_short_steps(monkeypatch):
+    """Also where a path turns back on itself within a step, and two limits are equally near."""
+    problem = fig12.problem()
+    draws = fig12.samples(problem).isel(sample=0)
+    values = {str(name): draws[name].values for name in draws.data_vars}
+    problem, band = problem.with_parameters(**values), (50, 255)
+    found = sh.frf(problem, band, throw=True, progress=False)
+    monkeypatch.setattr(continuation, "PREDICTION_ERROR", 1e-3)
+    expected = sh.frf(problem, band, throw=True, progress=False)
+    assert expected.n_points > 1.3 * found.n_points
+    assert expected.n_events >= 6
+    for name in ("event_contact", "event_kind"):
+        assert found[name].values.tolist() == expected[name].values.tolist()
+    np.testing.assert_allclose(found.event_frequency, expected.event_frequency, rtol=1e-11)

@@ -1,0 +1,226 @@
+"""Resonances between points: counted at all of them, modes only where the numbers differ."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from symhbm.continuation.branch import Walk
+from symhbm.continuation.events import resonances
+from symhbm.continuation.problem import Curve, FrequencyCurve, ParameterCurve
+from symhbm.continuation.resonance_count import ResonanceCount
+from symhbm.numerics.linear_algebra import negative_eigenvalues
+from symhbm.peaks.survey import sector_of
+
+TURN = 2 * np.pi
+SETS = [(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3), (1, 3, 5, 7, 9)]
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+@pytest.mark.parametrize("size", [1, 2, 3, 7, 20, 60])
+def test_negative_eigenvalues(size, kind):
+    """Also with zeros on the diagonal, which need blocks of two rows, and of one sign."""
+    rng = np.random.default_rng(size)
+    for turn in range(30):
+        vectors = np.linalg.qr(rng.normal(size=(size, size)).astype(kind))[0]
+        if kind is complex:
+            vectors = np.linalg.qr(vectors + 1j * rng.normal(size=(size, size)))[0]
+        values = rng.choice([-1, 1], size) * 10.0 ** rng.uniform(-3, 3, size)
+        if turn % 5 == 0:
+            values = abs(values) * (-1) ** (turn % 2)
+        matrix = (vectors * values) @ vectors.conj().T
+        if turn % 3 == 0:
+            np.fill_diagonal(matrix, 0.0)
+            values = np.linalg.eigvalsh(matrix)
+        assert negative_eigenvalues(matrix) == np.count_nonzero(values < 0)
+
+
+def springs(problem, unknowns, friction):
+    """Those of the contacts in each harmonic above 0, written once more."""
+    basis, relative = problem.basis, problem.relative(unknowns)
+    found = []
+    for n in problem.harmonics:
+        if n == 0:
+            continue
+        row = []
+        for j, y in enumerate(relative):
+            stiffness, cubic = problem.contact_stiffness[j], problem.cubic_stiffness[j]
+            own = np.flatnonzero(basis.order == n)
+            force = stiffness * friction.matrix[j] @ y
+            force += problem.slip_limit[j] * friction.vector[j]
+            square, total = y[own] @ y[own], y @ y
+            if square > total / 2:
+                spring = force[own] @ y[own] / square
+            else:
+                spring = stiffness * np.trace(friction.matrix[j][np.ix_(own, own)]) / 2
+            beside = total - square
+            row.append(np.clip(spring, 0, stiffness) + cubic * (0.75 * square + 1.5 * beside))
+        found.append(row)
+    return found
+
+
+def structure(rng, size, massless=False):
+    """Matrices of any pattern, full or not, and contacts between any of their motions."""
+    parts = rng.normal(size=(3, size, size))
+    mass, damping, stiffness = (part @ part.T + 0.1 * np.eye(size) for part in parts)
+    if rng.random() < 0.5:
+        mass = np.diag(np.diag(mass))
+    contacts = [tuple(rng.choice(size, rng.integers(1, min(size, 2) + 1), False)) for _ in range(3)]
+    return sh.Model(
+        mass,
+        10.0 ** rng.uniform(-3, 1) * damping,
+        10.0 ** rng.uniform(2, 4) * stiffness,
+        contacts=contacts,
+        contact_stiffness=10.0 ** rng.uniform(2, 5, 3),
+        friction_coefficient=rng.uniform(0, 1, 3),
+        normal_load=rng.choice([0.0, 1.0, 30.0], 3),
+        cubic_stiffness=0.0 if rng.random() < 0.7 else 1e6,
+    )
+
+
+@pytest.mark.parametrize("harmonics", SETS)
+@pytest.mark.parametrize("size", [1, 2, 6, 12])
+def test_resonances_below_are_counted(size, harmonics):
+    """Of structures, damping, motions and states of contacts that have nothing in common."""
+    rng = np.random.default_rng([size, *harmonics])
+    several = set()
+    for _ in range(6):
+        model = structure(rng, size)
+        problem = sh.HarmonicBalance(model, sh.PointForce(harmonic=max(harmonics)), harmonics)
+        mass, stiffness = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
+        directions = model.directions.toarray()
+        count = ResonanceCount(FrequencyCurve(problem))
+        natural = np.sqrt(eigh(stiffness, mass, eigvals_only=True))
+        for _ in range(6):
+            unknowns = 10.0 ** rng.uniform(-5, 0) * rng.normal(size=problem.n_unknowns)
+            omega = (
+                rng.choice(natural) * rng.uniform(0.5, 2) / rng.choice([n for n in harmonics if n])
+            )
+            slip = rng.random(3) < 0.5 if rng.random() < 0.7 else None
+            friction = problem.locate(unknowns, slip)
+            expected = []
+            moving = [n for n in harmonics if n]
+            for n, spring in zip(moving, springs(problem, unknowns, friction), strict=True):
+                whole = stiffness + (directions.T * spring) @ directions
+                squares = eigh(whole, mass, eigvals_only=True)
+                expected.append(np.count_nonzero(squares < (n * omega) ** 2))
+            assert count.below(unknowns, omega, friction) == tuple(expected)
+            several |= set(expected)
+    assert len(several) > min(size, 4)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_a_structure_without_contacts(harmonics):
+    model = sh.Model(np.eye(2), 0.1 * np.eye(2), np.diag([1.0, 4.0]))
+    curve = FrequencyCurve(sh.HarmonicBalance(model, sh.PointForce(), harmonics))
+    count, unknowns = ResonanceCount(curve), np.ones(4 * len(harmonics))
+    for omega in (0.2, 0.5, 1.5, 2.5):
+        expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
+        assert count.below(unknowns, omega, curve.problem.locate(unknowns)) == expected
+
+
+def test_motions_without_inertia_add_none():
+    """They follow at once, whatever the frequency."""
+    model = sh.Model(
+        np.diag([1.0, 1e-300]),
+        np.zeros((2, 2)),
+        np.array([[2e4, -1e4], [-1e4, 1e4]]),
+        contacts=[(0,)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1e9,
+    )
+    curve = FrequencyCurve(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)))
+    count, unknowns = ResonanceCount(curve), np.full(8, 1e-3)
+    friction = curve.problem.locate(unknowns)
+    natural = np.sqrt(2e4)
+    for share, expected in ((0.3, (0, 0)), (0.4, (0, 1)), (0.9, (0, 1)), (1.1, (1, 1))):
+        assert count.below(unknowns, share * natural, friction) == expected
+
+
+def ring(harmonics, load=10.0):
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=load,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), harmonics)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (1, 3, 5, 7, 9)])
+def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
+    """Of all motions of the whole ring those that turn as the harmonic does."""
+    problem = sector_of(ring(harmonics))
+    symmetry = problem.symmetry
+    assert symmetry is not None
+    model, omegas = problem.model, TURN * np.linspace(5, 400, 60)
+    count, rng = ResonanceCount(FrequencyCurve(problem)), np.random.default_rng(0)
+    several = set()
+    for omega in omegas:
+        unknowns = 1e-4 * rng.normal(size=problem.n_unknowns)
+        friction = problem.locate(unknowns, rng.random(problem.n_contacts) < 0.5)
+        expected = []
+        for n, spring in zip(harmonics, springs(problem, unknowns, friction), strict=True):
+            wave = np.exp(-1j * TURN * symmetry.wave(n) * np.arange(13) / 13)
+            pull = model.directions @ wave
+            stiffness = (wave.conj() @ (model.stiffness_matrix @ wave)).real
+            stiffness += spring[0] * np.vdot(pull, pull).real
+            expected.append(int(stiffness / 13 < (n * omega) ** 2))
+        assert count.below(unknowns, omega, friction) == tuple(expected)
+        several.add(tuple(expected))
+    assert len(several) >= 1 + len(harmonics) // 2
+
+
+CURVES = {
+    "blade": lambda: (FrequencyCurve(fig03.problem((1, 3, 5))), (10, 30)),
+    "sector": lambda: (FrequencyCurve(sector_of(ring((1, 3)))), (150, 280)),
+    "ring": lambda: (FrequencyCurve(ring((1, 3)).with_parameters(mass=MASSES)), (150, 220)),
+    "sampled": lambda: (
+        FrequencyCurve(sh.HarmonicBalance(fig03.problem().model, sh.PointForce(), (1, 3), 64)),
+        (10, 30),
+    ),
+    "load": lambda: (ParameterCurve(fig03.problem((1, 3)), "normal_load", 20 * TURN), (1, 9)),
+    "stiffness": lambda: (
+        ParameterCurve(fig03.problem((1, 3)), "stiffness", 20 * TURN),
+        (6e3, 2e4),
+    ),
+    "one harmonic": lambda: (ParameterCurve(fig03.problem(), "mass", 20 * TURN), (0.5, 2)),
+}
+MASSES = 1 + 0.01 * np.random.default_rng(0).normal(size=13)
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_points_of_a_path_count_the_modes_they_have(name):
+    curve, band = CURVES[name]()
+    unit = TURN if isinstance(curve, FrequencyCurve) else 1.0
+    walk = Walk(curve, (unit * band[0], unit * band[1]), 5000, False)
+    assert len(walk.points) > 5
+    for point in walk.points:
+        problem, _ = curve.at(point.value)
+        friction = problem.locate(point.unknowns, point.slip)
+        known = resonances.modes(curve, point.unknowns, point.value, friction)
+        assert known is not None
+        assert point.below == tuple(np.count_nonzero(known.detuning < 0, axis=1))
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
+    seen, compute = [], resonances.modes
+
+    def counted(curve: Curve, unknowns, value, friction):
+        seen.append(value)
+        return compute(curve, unknowns, value, friction)
+
+    monkeypatch.setattr(resonances, "modes", counted)
+    curve, band = CURVES[name]()
+    unit = TURN if isinstance(curve, FrequencyCurve) else 1.0
+    walk = Walk(curve, (unit * band[0], unit * band[1]), 5000, False)
+    below = [point.below for point in walk.points]
+    changes = sum(one != other for one, other in zip(below[1:], below, strict=False))
+    assert len(seen) <= 2 * (changes + walk.rejected)
+    assert len(seen) < len(walk.points) / 4

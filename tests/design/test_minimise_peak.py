@@ -1,0 +1,507 @@
+"""The load that flattens the peak: closed forms, what holds an optimum, and what is said of it."""
+
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from designs import (
+    BAND,
+    BEST_AMPLITUDE,
+    BEST_FREQUENCY,
+    BEST_LOAD,
+    BOUNDS,
+    blade,
+    design,
+    ring,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+from xarray import DataArray
+
+import symhbm as sh
+from studies.closed_form import OneBlade
+from symhbm.design.arguments import read_space
+from symhbm.design.cases import Cases
+from symhbm.design.certificate import certificate, status_of
+from symhbm.design.descent import Descent, Design
+from symhbm.design.optimum import Held
+from symhbm.design.program import Program
+from symhbm.design.search import Found
+from symhbm.peaks.survey import survey
+from symhbm.results.sweep import parse
+from symhbm.status import Status
+
+AMPLITUDE = 1e-10
+"""Relative; the reference has 13 digits, and responses are solved for to 1e-12."""
+LOAD = 1e-8
+"""Relative, as required; the load follows from a slope, which has as many digits as its equation:
+the last Newton step is below 1e-10."""
+DIFFERENCES = 1e-5
+"""Relative, as required: central differences of steps of 1e-4 are off by 1e-8 for the third
+derivative and by 1e-12 / 1e-4 for the digits of the two optima, both times up to 1e2."""
+STEP = 1e-4
+CONTINUOUS = (
+    "mass",
+    "stiffness",
+    "damping",
+    "contact_stiffness",
+    "friction_coefficient",
+    "force_amplitude",
+)
+
+
+def value(best):
+    return float(best.design_value.item())
+
+
+def amplitude(best):
+    return float(best.design_amplitude.item())
+
+
+@pytest.fixture(scope="module")
+def best():
+    return design(blade(), n_starts=None)
+
+
+class TestOneBlade:
+    @pytest.mark.parametrize("start", [0.05, 0.3, 3, 30, 200, 285, 400, 500])
+    def test_the_optimum_of_the_closed_form_from_any_start(self, start):
+        found = design(blade(), start=start)
+        # Not from the middle of the bounds alone; stuck ones have no way to go.
+        assert found.sizes["descent"] == (2 if start < 282 else 1)
+        assert found.descent_converged.all()
+        # Descents compare values, whose last digit leaves half of those of the load.
+        assert found.descent_value.values == pytest.approx(BEST_LOAD, rel=1e-6)
+        assert value(found) == pytest.approx(BEST_LOAD, rel=LOAD)
+        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert found.active_frequency.item() == pytest.approx(BEST_FREQUENCY, rel=AMPLITUDE)
+        assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        assert found.design_optimality < 1e-10
+        assert found.design_curvature > 1
+        assert found.active_kind.item() == "smooth"
+        assert found.active_multiplier.item() == pytest.approx(1)
+
+    def test_starts_of_its_own_find_it_as_well(self, best):
+        assert value(best) == pytest.approx(BEST_LOAD, rel=LOAD)
+        assert best.sizes["start"] == 3  # a factor of 25 apart, at least 3
+        assert best.design_lower.item() == pytest.approx(BOUNDS[0])
+        assert best.variable.item() == "normal_load"
+        assert best.variable_units.item() == "N"
+
+    def test_without_damping_the_optimum_is_a_fraction_of_pi(self):
+        force, mass, stiffness, contact, friction = 0.7, 2.0, 3e4, 2e4, 0.25
+        problem = blade(
+            force=force,
+            mass=mass,
+            stiffness=stiffness,
+            damping=0.0,
+            contact_stiffness=contact,
+            friction_coefficient=friction,
+        )
+        found = design(problem, bounds=(1.0, 20.0))
+        assert value(found) == pytest.approx(np.pi * force / (2 * friction), rel=LOAD)
+        assert amplitude(found) == pytest.approx(np.pi * force / contact, rel=AMPLITUDE)
+        omega = np.sqrt((stiffness + contact / 2) / mass)
+        assert 2 * np.pi * found.active_frequency.item() == pytest.approx(omega, rel=AMPLITUDE)
+
+    def test_by_friction_it_is_the_same_product(self):
+        found = design(blade(normal_load=4.0), "friction_coefficient", (0.1, 5.0))
+        assert value(found) * 4.0 == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
+        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert found.variable_units.item() == "1"
+
+    def test_both_factors_together_have_no_one_optimum(self):
+        names = ["friction_coefficient", "normal_load"]
+        bounds = {"friction_coefficient": (0.1, 1.0), "normal_load": (0.1, 100.0)}
+        found = design(blade(), names, bounds)
+        assert np.prod(found.design_value) == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
+        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert "curvature vanishes" in found.certificate.item()
+        assert np.isnan(found.design_value_by_force_amplitude).all()
+        assert found.design_amplitude_by_force_amplitude.item() == pytest.approx(amplitude(found))
+
+    def test_a_contact_is_the_better_the_stiffer(self):
+        found = design(blade(normal_load=3.0), "contact_stiffness", (2e3, 2e4))
+        assert found.design_status.item() == Status.DESIGN_AT_BOUND
+        assert value(found) == pytest.approx(2e4, rel=1e-15)
+        closed = OneBlade(1.0, 0.5, 1e4, 2e4, 1.5, 1.0, 1.0).peak()
+        assert amplitude(found) == pytest.approx(closed[0], rel=AMPLITUDE)
+        assert "contact_stiffness at its upper bound" in found.certificate.item()
+
+    def test_a_bound_holds_by_the_slope_of_the_response(self):
+        found = design(blade(), bounds=(0.05, 2.0))
+        assert found.design_status.item() == Status.DESIGN_AT_BOUND
+        assert value(found) == pytest.approx(2.0, rel=1e-15)
+
+        def peak(load):
+            return np.log(OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load, 1.0, 1.0).peak()[0])
+
+        slope = (peak(2 * (1 + STEP)) - peak(2 * (1 - STEP))) / (2 * STEP)
+        assert found.design_bound_multiplier.item() == pytest.approx(slope, rel=DIFFERENCES)
+        by_load = found.design_amplitude_by_normal_load.item() * 2.0 / amplitude(found)
+        assert by_load == pytest.approx(slope, rel=DIFFERENCES)
+
+    def test_bounds_that_nearly_touch(self):
+        found = design(blade(), bounds=(3.0, 3.0 + 1e-6))
+        assert 3.0 <= value(found) <= 3.0 + 1e-6
+        assert found.design_status.item() == Status.DESIGN_AT_BOUND
+
+    def test_a_band_in_pieces_and_backwards(self):
+        whole = [(40.0, 20.0), (20.0, 5.0)]
+        found = design(blade(), frequency=whole, bounds=(1.0, 10.0))
+        assert value(found) == pytest.approx(BEST_LOAD, rel=LOAD)
+
+    def test_a_cubic_spring_beside_the_contact(self):
+        found = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
+        assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        text = found.certificate.item()
+        assert "over 5 to 40 Hz, on the path that was followed, is" in text
+        assert "Not proved: that cubic springs make no larger response" in text
+        assert_lowest_peak(found, steps=(0.05,))
+
+
+class TestHomogeneity:
+    @given(st.floats(-3, 3).map(lambda power: 10.0**power))
+    @settings(max_examples=4, deadline=None)
+    def test_load_and_response_go_with_the_force(self, scale):
+        bounds = (BEST_LOAD * scale / 3, BEST_LOAD * scale * 3)
+        found = design(blade(force=scale), bounds=bounds)
+        assert value(found) == pytest.approx(BEST_LOAD * scale, rel=LOAD)
+        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE * scale, rel=AMPLITUDE)
+
+    def test_derivatives_by_the_force_are_ratios(self, best):
+        assert best.design_value_by_force_amplitude.item() == pytest.approx(value(best), rel=LOAD)
+        by_force = best.design_amplitude_by_force_amplitude.item()
+        assert by_force == pytest.approx(amplitude(best), rel=AMPLITUDE)
+
+
+CASES = {
+    "contact_stiffness": np.array([1e4, 2e4]),
+    "force_amplitude": np.array([1.0, 1.9]),
+}
+"""A blade that wants less friction, and one that wants more: both hold the optimum."""
+
+
+def over(**values):
+    return {name: DataArray(one, dims="case") for name, one in values.items()}
+
+
+@pytest.fixture(scope="module")
+def both():
+    return design(blade(), bounds=(2.0, 10.0), over=over(**CASES))
+
+
+def resolved(name, found, swept):
+    """Differences of optimal values and responses, one parameter a little more and less."""
+    bounds = (value(found) * 0.98, value(found) * 1.02)
+    ends = []
+    for sign in (1, -1):
+        if name in swept:
+            step = STEP * swept[name].max()
+            changed = swept | {name: swept[name] + sign * step}
+            problem = blade()
+        else:
+            nominal = float(np.max(blade().parameters[name]))
+            step, changed = STEP * nominal, swept
+            problem = blade().with_parameters(**{name: nominal + sign * step})
+        ends.append(design(problem, bounds=bounds, over=over(**changed) or None))
+    more, less = ends
+    assert {more.design_status.item(), less.design_status.item()} == {Status.DESIGN_OPTIMAL}
+    return (
+        (value(more) - value(less)) / (2 * step),
+        (amplitude(more) - amplitude(less)) / (2 * step),
+    )
+
+
+class TestSensitivity:
+    @pytest.mark.parametrize("name", CONTINUOUS)
+    def test_derivatives_are_those_of_optima_solved_again(self, best, name):
+        by_value, by_amplitude = resolved(name, best, {})
+        assert best[f"design_value_by_{name}"].item() == pytest.approx(by_value, rel=DIFFERENCES)
+        # By friction it vanishes: the load makes up for it.
+        assert best[f"design_amplitude_by_{name}"].item() == pytest.approx(
+            by_amplitude, rel=DIFFERENCES, abs=1e-9 * amplitude(best)
+        )
+
+    @pytest.mark.parametrize("name", ["contact_stiffness"])
+    def test_derivatives_where_two_maxima_hold(self, both, name):
+        by_value, by_amplitude = resolved(name, both, CASES)
+        assert both[f"design_value_by_{name}"].item() == pytest.approx(by_value, rel=DIFFERENCES)
+        assert both[f"design_amplitude_by_{name}"].item() == pytest.approx(
+            by_amplitude, rel=DIFFERENCES
+        )
+
+
+def assert_two_hold(found, problem, band, swept):
+    """Two maxima are equal, and their gradients, by differences of located peaks, cancel."""
+    assert found.design_status.item() == Status.DESIGN_OPTIMAL
+    assert found.active_case.values.tolist() == [0, 1]
+    one, other = found.active_amplitude.values
+    assert one == pytest.approx(other, rel=1e-8)  # required
+    assert found.case_amplitude.values == pytest.approx([amplitude(found)] * 2, rel=1e-8)
+    weights = found.active_multiplier.values
+    assert np.all(weights > 0)
+    assert weights.sum() == pytest.approx(1, abs=1e-12)
+    assert np.isinf(found.design_curvature)
+    loads = value(found) * np.array([1 - STEP, 1 + STEP])
+    peaks = sh.frf(problem, band, over={"normal_load": loads} | swept, progress=False)
+    heights = np.log(peaks.peak_amplitude.max("peak").transpose("normal_load", "case").values)
+    slopes = (heights[1] - heights[0]) / (2 * STEP)
+    assert slopes[0] > 0.01 > -0.01 > slopes[1] or slopes[1] > 0.01 > -0.01 > slopes[0]
+    assert weights @ slopes == pytest.approx(0, abs=1e-6)  # differences: STEP^2 and more
+
+
+class TestTwoCases:
+    def test_two_maxima_hold(self, both):
+        assert_two_hold(both, blade(), BAND, over(**CASES))
+
+    @pytest.mark.slow
+    def test_two_engine_orders_hold(self):
+        swept = over(engine_order=np.array([1, 3]), force_amplitude=np.array([1.0, 8.0]))
+        found = design(ring(), frequency=(5.0, 350.0), over=swept)
+        assert_two_hold(found, ring(), (5.0, 350.0), swept)
+        assert (found.n_sectors == 13).all()
+
+    def test_every_case_may_have_its_own_band(self, both):
+        bands = DataArray([[5.0, 40.0], [15.0, 30.0]], dims=("case", "edge"))
+        found = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        assert value(found) == pytest.approx(value(both), rel=LOAD)
+
+    def test_bands_are_read_by_the_names_of_their_dimensions(self):
+        bands = DataArray([[5.0, 6.0], [40.0, 41.0]], dims=("edge", "case"))
+        found = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        assert "5 to 40 Hz and 6 to 41 Hz" in found.certificate.item()
+
+
+class TestRing:
+    def test_one_harmonic_is_one_blade(self):
+        found = design(ring(), bounds=(0.5, 20.0), frequency=(5.0, 350.0))
+        ratio = 2 * np.sin(np.pi * 3 / 13)
+
+        def peak(log_limit):
+            return np.log(OneBlade(1.0, 0.5, 1e4, 1e6, np.exp(log_limit), 1.0, ratio).peak()[0])
+
+        closed = minimize_scalar(peak, bounds=(-2, 2), method="bounded", options={"xatol": 1e-9})
+        assert amplitude(found) == pytest.approx(np.exp(closed.fun), rel=AMPLITUDE)
+        # A minimum of values alone has half their digits.
+        assert value(found) * 0.5 == pytest.approx(np.exp(closed.x), rel=1e-6)
+        assert value(found) == pytest.approx(2.36742084, rel=1e-8)
+        assert found.n_sectors == 13
+        assert found.design_value_by_force_amplitude.item() == pytest.approx(value(found), rel=LOAD)
+
+    @pytest.mark.slow
+    def test_three_harmonics_by_a_scan_around(self):
+        problem = ring(harmonics=(1, 3, 5))
+        found = design(problem, frequency=(5.0, 350.0), n_starts=None)
+        assert value(found) == pytest.approx(2.0156126, rel=1e-7)
+        assert_lowest_peak(found)
+
+
+def assert_lowest_peak(found, steps=(0.01, 0.05, 0.2)):
+    """Full responses around: the peak is that of the design, and higher beside it."""
+    problem, band = sh.rebuild(found), (found.frequency.min().item(), found.frequency.max().item())
+    factors = sorted([1 - step for step in steps] + [1.0] + [1 + step for step in steps])
+    loads = value(found) * np.array(factors)
+    peaks = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
+    heights = peaks.peak_amplitude.max("peak").values
+    middle = len(steps)
+    assert heights[middle] == pytest.approx(amplitude(found), rel=AMPLITUDE)
+    assert np.all(np.diff(heights[: middle + 1]) < 0)
+    assert np.all(np.diff(heights[middle:]) > 0)
+
+
+class TestCertificate:
+    def test_nothing_in_the_band_is_higher(self, best):
+        grid = np.unique(
+            np.concatenate(
+                [np.linspace(*BAND, 300), BEST_FREQUENCY * (1 + np.geomspace(1e-9, 1e-2, 50))]
+            )
+        )
+        dense = sh.frf(sh.rebuild(best), BAND, at=grid, progress=False)
+        # The nearest of these is a billionth beside the peak, where the response is the same.
+        assert dense.amplitude.max() <= amplitude(best) * (1 + 1e-9)
+        assert dense.amplitude.max() == pytest.approx(amplitude(best), rel=1e-9)
+
+    def test_no_load_beside_is_better(self, best):
+        assert_lowest_peak(best)
+
+    def test_nothing_is_higher_in_any_case(self, both):
+        dense = sh.frf(
+            sh.rebuild(both), BAND, at=np.linspace(*BAND, 200), over=over(**CASES), progress=False
+        )
+        assert dense.amplitude.max() <= amplitude(both) * (1 + 1e-9)
+
+    def test_it_says_what_was_proved_and_what_not(self, best):
+        text = best.certificate.item()
+        assert (
+            "Proved: at this design the largest response over 5 to 40 Hz is 0.00030822885" in text
+        )
+        assert "a smooth peak at 19.496559 Hz" in text
+        assert "strict local minimum" in text
+        assert "Not proved: that no other design within the bounds is better" in text
+        assert "cubic" not in text
+
+
+def held_at(load):
+    """What a search would have found that stopped at a load, and what is said of it."""
+    problem, bands = blade(), (BAND,)
+    program = Program(read_space(problem, "normal_load", BOUNDS, "common"))
+    cases = Cases(problem, parse(problem, None), program.space, [bands])
+    x = np.log([load])
+    states = cases(x)
+    design = Design(x, states, states[0].height)
+    held = Held.of(program, x, states, program.step(states, x, 1e-12))
+    found = Found(design, held, [design], [Descent(design, True, held)])
+    return held, status_of(program, found), certificate(program, found, bands, 1)
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
+def test_a_slope_that_nothing_holds_is_no_optimum(distance):
+    """Beside the best load the response is the same to many digits; its slope is not."""
+    held, status, text = held_at(BEST_LOAD * (1 + distance))
+    # By the closed form, over the logarithm of the load.
+    logarithms = np.log(BEST_LOAD) + np.array([-1, 0, 1]) * 1e-3
+    low, top, high = (
+        np.log(OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * np.exp(at), 1.0, 1.0).peak()[0])
+        for at in logarithms
+    )
+    curvature = (low - 2 * top + high) / 1e-6
+    if abs(distance) < 1e-2:
+        # To first order in the distance, and the digits of the best load.
+        assert held.stationarity == pytest.approx(curvature * abs(distance), rel=0.02, abs=1e-9)
+    assert held.stationarity < 1e-8 or distance
+    assert status == (Status.DESIGN_STALLED if distance else Status.DESIGN_OPTIMAL)
+    assert f"below {max(held.stationarity, 1e-16):.1e} of the response" in text
+
+
+def test_a_saddle_is_no_optimum():
+    """Where the response falls to second order nothing is found, however small its slope."""
+    held, _, _ = held_at(BEST_LOAD)
+    bent = [replace(piece, hessian=-piece.hessian) for piece in held.pieces]
+    saddle = replace(held, pieces=bent)
+    assert saddle.curvature == pytest.approx(-held.curvature, rel=1e-6)
+    assert saddle.stationarity < 1e-8
+    state = replace(survey_of_best(), pieces=bent)
+    design = Design(held.x, [state], state.height)
+    found = Found(design, saddle, [design], [Descent(design, True, saddle)])
+    assert status_of(saddle.program, found) == Status.DESIGN_STALLED
+    assert "a lower response may lie close by" in certificate(saddle.program, found, (BAND,), 1)
+
+
+def survey_of_best():
+    problem = blade()
+    space = read_space(problem, "normal_load", BOUNDS, "common")
+    return Cases(problem, parse(problem, None), space, [(BAND,)])(np.log([BEST_LOAD]))[0]
+
+
+FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))
+"""Blades that move together, which no contact touches, and one engine order that is quieter."""
+STIFF = over(force_amplitude=np.array([1.0, 200.0]), stiffness=np.array([1e4, 9e4]))
+"""One blade, and one whose resonance lies beyond the band, driven harder."""
+ENDS = {
+    "no resonance": (blade, {}, dict(frequency=(40.0, 60.0)), "WITHOUT_PEAK", "holds no peak"),
+    "upper bound": (blade, {}, dict(bounds=(0.05, 2.0)), "AT_BOUND", "at its upper bound"),
+    "lower bound": (blade, {}, dict(bounds=(5.0, 200.0)), "AT_BOUND", "at its lower bound"),
+    "stuck": (blade, {}, dict(bounds=(300.0, 500.0)), "WITHOUT_EFFECT", "contacts never slip"),
+    "all alike": (
+        ring,
+        dict(n_blades=5, contact_stiffness=1e5, engine_order=0),
+        dict(frequency=(5.0, 120.0)),
+        "WITHOUT_EFFECT",
+        "contacts never slip",
+    ),
+    "plateau": (
+        ring,
+        dict(n_blades=3, contact_stiffness=1e5, engine_order=1),
+        dict(frequency=(5.0, 120.0), over=FORCED, start=0.06),
+        "ON_PLATEAU",
+        "does not change with the design here",
+    ),
+    "unbounded": (
+        blade,
+        dict(damping=0.0),
+        dict(bounds=(0.05, 1.0)),
+        "UNBOUNDED",
+        "Nothing is proved: the largest response is not bounded at any design tried (unbounded at "
+        "15.9155 Hz)",
+    ),
+    "beyond the band": (
+        ring,
+        {},
+        dict(frequency=(150.0, 280.0), bounds=(0.1, 100.0), n_starts=3),
+        "WITHOUT_PEAK",
+        "lies at an end of the band, not at a peak",
+    ),
+    "end of the band": (blade, {}, dict(over=STIFF), "AT_EDGE", "the end of the band of case 1"),
+}
+
+
+class TestEnds:
+    @pytest.mark.parametrize("which", ENDS)
+    def test_every_end_has_its_words(self, which):
+        build, parameters, options, status, words = ENDS[which]
+        found = design(build(**parameters), **options)
+        assert found.design_status.item() == Status[f"DESIGN_{status}"]
+        assert words in found.certificate.item()
+        lower, upper = options.get("bounds", BOUNDS)
+        assert lower <= value(found) <= upper
+        unbounded = status == "UNBOUNDED"
+        assert np.isinf(amplitude(found)) if unbounded else np.isfinite(amplitude(found))
+        assert (
+            amplitude(found) == pytest.approx(found.start_amplitude.min().item())
+            or amplitude(found) < found.start_amplitude.min()
+        )
+        if which == "beyond the band":
+            assert value(found) == pytest.approx(0.1, rel=1e-15)
+            assert found.active_kind.item() == "edge"
+            assert found.active_frequency.item() == pytest.approx(150.0)
+            assert "normal_load at its lower bound" in found.certificate.item()
+
+    def test_what_is_no_optimum_is_raised_on_demand(self):
+        with pytest.raises(sh.SolveError, match="does not change") as caught:
+            design(blade(), bounds=(300.0, 500.0), throw=True)
+        assert caught.value.result.design_status.item() == Status.DESIGN_WITHOUT_EFFECT
+
+
+class TestArchive:
+    def test_saved_and_loaded_it_is_identical(self, best, tmp_path):
+        assert sh.load(sh.save(best, tmp_path / "best.nc")).identical(best)
+
+    def test_with_cases_as_well(self, both, tmp_path):
+        assert sh.load(sh.save(both, tmp_path / "both.nc")).identical(both)
+
+    def test_the_rebuilt_problem_is_the_optimal_one(self, best):
+        problem = sh.rebuild(best)
+        assert problem.parameters["normal_load"] == pytest.approx(value(best), rel=1e-15)
+        again = sh.frf(problem, BAND, progress=False)
+        assert again.peak_amplitude.max() == pytest.approx(amplitude(best), rel=AMPLITUDE)
+
+    def test_a_case_that_is_rebuilt_has_its_own_values(self, both):
+        problem = sh.rebuild(both.isel(case=1))
+        assert problem.parameters["contact_stiffness"] == 2e4
+        assert problem.parameters["normal_load"] == pytest.approx(value(both), rel=1e-15)
+        again = sh.frf(problem, BAND, progress=False)
+        assert again.peak_amplitude.max() == pytest.approx(amplitude(both), rel=AMPLITUDE)
+
+    def test_it_draws_as_any_response(self, best):
+        figure = sh.plot.response(best)
+        drawn = [line.get_ydata() for axis in figure.axes for line in axis.lines]
+        top = max(float(np.max(values)) for values in drawn)
+        assert top == pytest.approx(20 * np.log10(amplitude(best)), rel=1e-12)  # the peak's dot
+        plt.close(figure)
+
+
+def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
+    """What lies beyond the last point of an incomplete survey may be higher."""
+
+    def cut(problem, bands, max_points=5000):
+        return replace(survey(problem, bands, max_points), status=sh.Status.PEAK_NOT_LOCATED)
+
+    monkeypatch.setattr("symhbm.design.pieces.survey", cut)
+    found = design(blade())
+    assert found.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
+    assert np.isinf(found.design_amplitude)
+    assert "Nothing is proved" in found.certificate.item()
+    assert str(sh.Status.PEAK_NOT_LOCATED) in found.certificate.item()

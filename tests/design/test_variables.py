@@ -1,0 +1,413 @@
+"""What is designed: variables and values, bad input in words, and loads of single contacts."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from by_hand import Structure
+from designs import BAND, BOUNDS, blade, design, ring
+from scipy.optimize import LinearConstraint
+from xarray import DataArray
+
+import symhbm as sh
+from symhbm.balance.second_order import SecondOrder
+from symhbm.design.arguments import read_bands, read_constraint, read_space, read_start
+from symhbm.results.sweep import parse
+from symhbm.status import Status
+
+
+def space(problem, parameters="normal_load", bounds=(0.1, 10.0), vary="common"):
+    return read_space(problem, parameters, bounds, vary)
+
+
+class TestSpace:
+    def test_a_pattern_repeats(self):
+        found = space(ring(6), vary=[2, 7, 2])
+        assert [group.label for group in found.groups] == ["normal_load[2]", "normal_load[7]"]
+        assert [group.entries for group in found.groups] == [(0, 2, 3, 5), (1, 4)]
+
+    def test_variables_of_several_parameters_come_in_their_order(self):
+        found = space(
+            ring(5),
+            ["contact_stiffness", "normal_load"],
+            {"normal_load": (0.1, 10.0), "contact_stiffness": (1e4, 1e6)},
+            {"normal_load": "each", "contact_stiffness": "common"},
+        )
+        labels = [group.label for group in found.groups]
+        assert labels == ["contact_stiffness", *(f"normal_load[{j}]" for j in range(5))]
+        assert np.exp(found.lower) == pytest.approx([1e4] + [0.1] * 5)
+
+    def test_values_land_on_their_entries(self):
+        problem = ring(6)
+        found = space(problem, vary=[0, 1])
+        values = found.parameters(problem, np.log([2.0, 3.0]))["normal_load"]
+        assert values == pytest.approx([2, 3] * 3)
+        assert found.values(found.upper + 1) == pytest.approx([10, 10], rel=0)  # within bounds
+
+    def test_samples_keep_their_proportions(self):
+        problem = ring(4, normal_load=[1.0, 2.0, 4.0, 8.0])
+        sample = np.array([2.0, 2.0, 2.0, 2.0])
+        found = space(problem).proportional(problem, {"normal_load": sample})
+        values = found.parameters(problem, np.log([3.0]))["normal_load"]
+        assert values == pytest.approx([6.0, 3.0, 1.5, 0.75])
+
+    @pytest.mark.parametrize("vary", ["common", "each", [0, 1]])
+    def test_derivatives_are_those_of_the_values(self, vary):
+        problem = ring(4)
+        found = space(problem, vary=vary)
+        x = np.linspace(-0.5, 0.5, found.n_variables)
+        places = SecondOrder(problem, ["normal_load", "damping"]).places
+        derivative = found.derivative(found.problem(problem, x), places)
+        first = min(place.start for place in places.values())
+        place = places["normal_load"]
+        rows = slice(place.start - first, place.stop - first)
+        step = 1e-6
+
+        def values(x):
+            return found.parameters(problem, x)["normal_load"]
+
+        expected = np.array(
+            [(values(x + e) - values(x - e)) / (2 * step) for e in step * np.eye(len(x))]
+        ).T
+        assert derivative[rows] == pytest.approx(expected, abs=1e-8)  # differences: STEP^2
+        assert not np.delete(derivative, np.r_[rows], axis=0).any()
+
+
+class TestBands:
+    def test_one_pair_is_that_of_all_cases(self):
+        sweep = parse(blade(), {"damping": [0.5, 0.6]})
+        assert read_bands((40, 5), sweep) == [((5.0, 40.0),)] * 2
+        assert read_bands([(5, 18), (22, 40)], sweep) == [((5.0, 18.0), (22.0, 40.0))] * 2
+
+    def test_those_of_cases_go_by_name(self):
+        sweep = parse(blade(), {"damping": [0.5, 0.6], "mass": [1.0, 1.1, 1.2]})
+        pairs = np.arange(1.0, 13).reshape(3, 2, 2)
+        bands = read_bands(DataArray(pairs, dims=("mass", "edge", "damping")), sweep)
+        assert bands[0] == ((1.0, 3.0),)
+        assert bands[1] == ((5.0, 7.0),)  # the second mass
+        assert bands[3] == ((2.0, 4.0),)  # the second damping
+
+
+BAD = {
+    "unknown": (
+        dict(parameters="normal_lod"),
+        KeyError,
+        "'normal_lod' is no parameter that can be designed; allowed: .* did you mean 'normal_load'",
+    ),
+    "integer": (dict(parameters="engine_order"), KeyError, "'engine_order' is no parameter that"),
+    "none": (dict(parameters=[]), TypeError, r"parameters=\[\]: expected a name or several"),
+    "twice": (dict(parameters=["normal_load"] * 2), TypeError, "parameters=.*different ones"),
+    "number": (dict(parameters=3), TypeError, "parameters=3: expected a name"),
+    "reversed": (dict(bounds=(5, 1)), ValueError, r"bounds=\(5, 1\): expected two.* lower < upper"),
+    "negative": (dict(bounds=(-1, 1)), ValueError, r"bounds=\(-1, 1\): .*finite and > 0"),
+    "infinite": (dict(bounds=(1, np.inf)), ValueError, r"bounds=\(1, inf\): .*finite and > 0"),
+    "no pair": (dict(bounds=5), ValueError, "bounds=5: expected two values"),
+    "no bounds": (dict(bounds=None), TypeError, "bounds=None: expected real numbers"),
+    "no mapping": (
+        dict(parameters=["normal_load", "damping"], bounds=(1, 2)),
+        TypeError,
+        r"bounds=\(1, 2\): expected a mapping with an entry for each parameter",
+    ),
+    "missing": (
+        dict(parameters=["normal_load", "damping"], bounds={"damping": (1, 2)}),
+        ValueError,
+        "bounds=.*expected an entry for 'normal_load'",
+    ),
+    "reversed of one": (
+        dict(
+            parameters=["normal_load", "damping"], bounds=dict(damping=(1, 2), normal_load=(2, 1))
+        ),
+        ValueError,
+        r"bounds\['normal_load'\]=\(2, 1\): expected two values, lower < upper",
+    ),
+    "not designed": (
+        dict(bounds={"normal_load": (1, 2), "dampin": (1, 2)}),
+        ValueError,
+        "bounds=.*expected entries for normal_load alone, 'dampin' is not designed",
+    ),
+    "vary": (dict(vary="eech"), ValueError, "vary='eech': expected 'common', 'each', or a seq"),
+    "vary too long": (dict(vary=[0, 1, 2, 3]), ValueError, r"vary=\[0, .*no longer than the 3 val"),
+    "vary in halves": (dict(vary=[0, 0.5]), ValueError, r"vary=\[0, 0.5\]: expected 'common'"),
+    "vary of others": (dict(vary={"mass": "each"}), ValueError, "vary=.*'mass' is not designed"),
+    "start": (
+        dict(start=[1, 2]),
+        ValueError,
+        r"start=\[1, 2\]: expected one value, or one for each of the 1 variables, got shape \(2,\)",
+    ),
+    "negative start": (dict(start=-1), ValueError, "start=-1: expected values finite and > 0"),
+    "one frequency": (dict(frequency=5.0), ValueError, "frequency=5.0: expected two different"),
+    "three": (dict(frequency=(1, 2, 3)), ValueError, r"frequency=\(1, 2, 3\): expected two diff"),
+    "no width": (dict(frequency=(5, 5)), ValueError, r"frequency=\(5, 5\): expected bands of som"),
+    "no frequency": (dict(frequency=[]), ValueError, r"frequency=\[\]: expected two different"),
+    "a cube": (dict(frequency=np.ones((2, 2, 2))), ValueError, "frequency=array.*a list of such"),
+    "other cases": (
+        dict(
+            frequency=DataArray([[1.0, 2]] * 3, dims=("case", "edge")),
+            over={"damping": DataArray([0.5, 0.6], dims="case")},
+        ),
+        ValueError,
+        "frequency=.*expected .*over the dimensions of the sweep, {'case': 2}",
+    ),
+    "other labels": (
+        dict(
+            frequency=DataArray([[1.0, 2]] * 2, {"damping": [0.6, 0.5]}, ("damping", "edge")),
+            over={"damping": [0.5, 0.6]},
+        ),
+        ValueError,
+        r"frequency: 'damping' has the labels \[0.6, 0.5\], those of the sweep are \[0.5, 0.6\]",
+    ),
+    "tail": (dict(statistic="tail", tail=0), ValueError, "tail=0: expected a share above 0"),
+    "large tail": (dict(tail=1.5), ValueError, "tail=1.5: expected a share above 0, up to 1"),
+    "statistic": (dict(statistic="wurst"), ValueError, "statistic='wurst': expected 'worst', 'mea"),
+    "constraint": (dict(constraint=2.0), TypeError, "constraint=2.0: expected a scipy.optimize.L"),
+    "columns": (
+        dict(constraint=LinearConstraint(np.ones((1, 2)), 1, 2)),
+        ValueError,
+        r"constraint: expected a finite matrix with 1 columns.* got shape \(1, 2\)",
+    ),
+    "empty row": (
+        dict(constraint=LinearConstraint([[1.0], [0.0]], 0, 2)),
+        ValueError,
+        "constraint: expected rows with an entry other than 0, row 1 has none",
+    ),
+    "no number": (
+        dict(constraint=LinearConstraint([[1.0]], np.nan, 2)),
+        ValueError,
+        "constraint: expected numbers as bounds.* lb=.*nan",
+    ),
+    "no bound": (
+        dict(constraint=LinearConstraint([[1.0]], np.inf, np.inf)),
+        ValueError,
+        "constraint: expected numbers as bounds.* lb=.*inf",
+    ),
+    "starts": (dict(n_starts=0), ValueError, "n_starts=0: expected an integer >= 1"),
+    "executor": (dict(executor=2), TypeError, "executor=2: expected a concurrent.futures.Execut"),
+    "throw": (dict(throw="yes"), TypeError, "throw='yes': expected True or False"),
+    "over": (dict(over=[1]), TypeError, r"over=\[1\]: expected a mapping of parameters"),
+    "over nothing": (
+        dict(over={"normal_load": [0.0, 1.0]}),
+        ValueError,
+        r"over\['normal_load'\]: expected positive values of a designed parameter",
+    ),
+    "over named as a result": (
+        dict(over={"damping": DataArray([0.5, 0.6], dims="start")}),
+        ValueError,
+        r"over\['damping'\]: expected a name of your own, 'start' is the result's",
+    ),
+    "fresh": (dict(fresh=[1]), TypeError, r"fresh=\[1\]: expected a mapping of parameters"),
+    "fresh unknown": (dict(fresh={"dampin": [1]}), KeyError, "'dampin' is no parameter"),
+    "fresh zero": (
+        dict(fresh={"normal_load": [0.0, 1.0]}),
+        ValueError,
+        r"fresh\['normal_load'\]: expected positive values",
+    ),
+    "no force": (
+        dict(over={"force_amplitude": [0.0, 1.0]}),
+        ValueError,
+        "force_amplitude=0: expec",
+    ),
+}
+
+
+class TestBadInput:
+    @pytest.mark.parametrize("which", BAD)
+    def test_it_is_named_with_its_value_and_what_is_allowed(self, which):
+        options, error, words = BAD[which]
+        given = dict(parameters="normal_load", bounds=BOUNDS, frequency=BAND) | options
+        with pytest.raises(error, match=words):
+            sh.minimise_peak(ring(3, 1e5, 1), **given)
+
+    def test_friction_over_samples_has_no_second_derivatives(self):
+        sampled = sh.HarmonicBalance(blade().model, blade().excitation, (1,), samples=64)
+        with pytest.raises(
+            ValueError, match=r"problem: expected located switching angles.*64 samp"
+        ):
+            design(sampled)
+
+    def test_proportions_need_a_nominal_value(self):
+        with pytest.raises(ValueError, match=r"over\['normal_load'\]: expected positive nominal"):
+            design(blade(normal_load=0.0), over={"normal_load": [1.0, 2.0]})
+
+    def test_fresh_cases_have_no_bands_of_their_own(self):
+        dims = ("damping", "edge")
+        with pytest.raises(ValueError, match="fresh: expected None where cases have bands of thei"):
+            design(
+                blade(),
+                frequency=DataArray([[5.0, 40.0], [5.0, 41.0]], dims=dims),
+                over={"damping": [0.5, 0.6]},
+                fresh={"damping": [0.7]},
+            )
+
+    def test_a_structure_without_contacts_has_no_loads(self):
+        free = sh.Model(np.eye(2), 0.5 * np.eye(2), 1e4 * np.eye(2))
+        with pytest.raises(ValueError, match="parameters='normal_load': expected contacts"):
+            design(sh.HarmonicBalance(free, sh.PointForce(amplitude=1.0), (1,)))
+
+    def test_no_problem(self):
+        with pytest.raises(TypeError, match=r"problem=.*expected a HarmonicBalance"):
+            design(blade().model)
+
+    def test_good_values_are_read(self):
+        found = space(ring(3, 1e5, 1), vary="each")
+        assert read_start(found, 2.0) == pytest.approx(np.log([2.0] * 3))
+        assert read_start(found, None) is None
+        given = LinearConstraint(sp.csr_array([[1.0, 2.0, 3.0]]), -np.inf, 5)
+        constraint = read_constraint(found, given)
+        assert np.array_equal(constraint.A, [[1.0, 2.0, 3.0]])
+        assert (constraint.lb, constraint.ub) == (-np.inf, 5)
+
+
+FRICTION = np.array([0.5, 0.4, 0.6])
+SMALL = (5.0, 120.0)
+NEAR = (0.5, 10.0)
+"""Loads [N] about the optima."""
+
+
+@pytest.fixture(scope="module")
+def mistuned():
+    """Three blades whose contacts have friction of their own."""
+    return ring(3, 1e5, 1, friction_coefficient=FRICTION)
+
+
+@pytest.fixture(scope="module")
+def common(mistuned):
+    return design(mistuned, bounds=NEAR, frequency=SMALL)
+
+
+@pytest.fixture(scope="module")
+def each(mistuned):
+    return design(mistuned, bounds=NEAR, frequency=SMALL, vary="each")
+
+
+@pytest.fixture(scope="module")
+def fixed(mistuned):
+    mean = LinearConstraint(np.ones((1, 3)) / 3, 3.0, 3.0)
+    return design(mistuned, bounds=NEAR, frequency=SMALL, vary="each", constraint=mean)
+
+
+class TestEach:
+    def test_single_loads_make_up_for_friction(self, common, each):
+        assert each.design_status.item() == Status.DESIGN_OPTIMAL
+        assert each.design_amplitude.item() < common.design_amplitude.item() * (1 - 1e-3)
+        # The limits of all contacts are those of the tuned ring, whose blades all move alike.
+        tuned = design(ring(3, 1e5, 1), bounds=NEAR, frequency=SMALL)
+        limits = each.design_value.values * FRICTION
+        assert limits == pytest.approx(np.full(3, tuned.design_value.item() / 2), rel=1e-7)
+        expected = pytest.approx(tuned.design_amplitude.item(), rel=1e-10)
+        assert each.design_amplitude.item() == expected
+        assert each.active_multiplier.values == pytest.approx(np.ones(3) / 3, abs=1e-6)
+
+    def test_a_pattern_is_solved_by_sectors(self):
+        problem = ring(6, 1e5, 2)
+        found = design(problem, bounds=NEAR, frequency=SMALL, vary=[0, 1])
+        alike = design(problem, bounds=NEAR, frequency=SMALL)
+        assert found.n_sectors == 3
+        assert alike.n_sectors == 6
+        assert found["variable"].values.tolist() == ["normal_load[0]", "normal_load[1]"]
+        assert found.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
+        # All sectors of two move alike, and so do these two.
+        assert found.n_points == pytest.approx(alike.n_points, abs=5)
+
+    @pytest.mark.slow
+    def test_single_loads_are_never_worse_than_equal_ones(self):
+        problem = ring(5, 1e5, 2)
+        alike = design(problem, frequency=SMALL, n_starts=None)
+        single = design(problem, bounds=NEAR, frequency=SMALL, vary="each", n_starts=None)
+        assert single.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
+
+
+def by_hand(loads, stiffness=(1e4, 1e4, 1e4), damping=0.5):
+    """The ring of three blades of these tests under engine order 1, in numpy alone."""
+    around = np.array([[1.0, -1, 0], [0, 1, -1], [-1, 0, 1]])
+    matrices = np.eye(3), damping * np.eye(3), np.diag(stiffness), around, np.full(3, 1e5)
+    return Structure(*matrices, FRICTION * loads, np.exp(-2j * np.pi * np.arange(3) / 3))
+
+
+def assert_lowest_by_hand(found, directions, band, **parameters):
+    """The design has the response it is told to have, and those beside it have larger ones."""
+    loads, lowest = found.design_value.values, found.design_amplitude.item()
+    top, frequency = by_hand(loads, **parameters).highest(*band, 600)
+    # Both are solved to 1e-12; by hand a peak is looked for on ever finer grids.
+    assert top == pytest.approx(lowest, rel=1e-9)
+    assert np.abs(found.active_frequency - frequency).min() < 1e-3
+    for direction in directions:
+        beside = by_hand(loads + direction, **parameters)
+        # In a part of the band: what is higher elsewhere is higher still.
+        assert beside.highest(frequency - 4, frequency + 4, 200)[0] > lowest
+
+
+class TestByHand:
+    """Designs against responses that nothing of the package computes."""
+
+    def test_each_contact_its_own_load(self, each):
+        directions = [[0.02, 0, 0], [0, -0.02, 0.0], [0.01, 0.01, -0.01]]
+        assert_lowest_by_hand(each, np.array(directions), (50, 115))
+
+    def test_a_ring_with_a_fixed_mean(self, fixed):
+        assert fixed.design_value.mean().item() == pytest.approx(3.0, rel=1e-9)
+        directions = [[0.02, -0.02, 0], [-0.01, 0, 0.01], [0, 0.01, -0.01]]
+        assert_lowest_by_hand(fixed, np.array(directions), (50, 115))
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("mean", [None, 3.0])
+    def test_blades_that_differ(self, mean):
+        """No design is known in advance: neither blades nor contacts are alike."""
+        parameters = dict(stiffness=(1.02e4, 0.97e4, 1e4), damping=3.0)
+        problem = ring(
+            3,
+            1e5,
+            1,
+            friction_coefficient=FRICTION,
+            stiffness=np.array(parameters["stiffness"]),
+            damping=3.0,
+        )
+        row = None if mean is None else LinearConstraint(np.ones((1, 3)) / 3, mean, mean)
+        found = design(problem, bounds=NEAR, frequency=(8, 100), vary="each", constraint=row)
+        assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        rng = np.random.default_rng(4)
+        directions = rng.normal(size=(12, 3)) * np.repeat([1e-3, 1e-2, 0.1, 0.3], 3)[:, None]
+        if mean is not None:
+            directions -= directions.mean(axis=1, keepdims=True)
+        assert_lowest_by_hand(found, directions, (8, 100), **parameters)
+
+
+class TestConstraint:
+    def test_a_mean_that_is_fixed_holds(self, each, fixed):
+        assert fixed.design_status.item() == Status.DESIGN_OPTIMAL
+        assert fixed.design_value.mean() == pytest.approx(3.0, rel=1e-9)  # required
+        assert fixed.design_amplitude > each.design_amplitude
+        assert fixed.design_amplitude < fixed.start_amplitude.min() * (1 + 1e-9)
+        assert "Held by the constraint" in fixed.certificate.item()
+        assert fixed.design_optimality < 1e-8
+
+    def test_no_other_loads_of_that_mean_are_better(self, mistuned, fixed):
+        directions = np.array([[1, -1, 0], [1, 0, -1], [0, 1, -1]])
+        loads = fixed.design_value.values + 0.03 * np.concatenate([directions, -directions])
+        beside = sh.frf(
+            mistuned,
+            SMALL,
+            over={"normal_load": DataArray(loads, dims=("try", "contact"))},
+            progress=False,
+        )
+        assert (beside.peak_amplitude.max("peak") > fixed.design_amplitude).all()
+
+    def test_one_that_does_not_bind_changes_nothing(self, mistuned, common):
+        loose = LinearConstraint([[1.0], [2.0]], [-np.inf, 0.1], [50.0, np.inf])
+        found = design(mistuned, bounds=NEAR, frequency=SMALL, constraint=loose)
+        assert found.design_value.values == pytest.approx(common.design_value.values, rel=1e-8)
+        assert "constraint" not in found.certificate.item()
+
+    def test_of_two_equal_rows_the_one_that_binds_holds(self):
+        rows = LinearConstraint([[1.0], [1.0]], [-np.inf, 5.0], [9.0, np.inf])
+        found = design(blade(), constraint=rows)
+        assert found.design_value.item() == pytest.approx(5.0, rel=1e-9)
+        assert "Held by the constraint" in found.certificate.item()
+
+    def test_one_that_nothing_satisfies_is_said(self, mistuned, tmp_path):
+        far = LinearConstraint(np.ones((1, 3)) / 3, 600.0, 700.0)
+        found = design(mistuned, vary="each", constraint=far)
+        assert found.design_status.item() == Status.DESIGN_INFEASIBLE
+        assert "Nothing was computed" in found.certificate.item()
+        assert sh.load(sh.save(found, tmp_path / "none.nc")).identical(found)
+        with pytest.raises(sh.SolveError, match="no design within the bounds satisfies") as caught:
+            design(mistuned, vary="each", constraint=far, throw=True)
+        assert caught.value.result.identical(found)

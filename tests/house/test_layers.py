@@ -1,0 +1,134 @@
+"""Imports run downhill from room to room, through their doors, and nowhere in a circle."""
+
+import ast
+import subprocess
+import sys
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+ROOMS = [
+    "status",
+    "numerics",
+    "model",
+    "balance",
+    "continuation",
+    "time_domain",
+    "results",
+    "peaks",
+    "response",
+    "design",
+    "ensembles",
+    "plot",
+    "__init__",
+    "cli",
+    "__main__",
+]
+"""From the ground to the roof: a room imports from those before it."""
+ONLY_IN = {
+    "casadi": "numerics model.contacts balance continuation.correctors response design",
+    "xarray": "results peaks response design ensembles plot cli",
+    "matplotlib": "plot",
+    "tqdm": "results peaks response design",
+    "click": "cli",
+}
+LAZY = {"ensembles", "plot"}
+"""Rooms that the package imports once they are asked for."""
+SLOW = {"matplotlib", "netCDF4", "dask", "scipy.stats"}
+SLOW |= {f"scipy.{name}" for name in ("optimize", "interpolate", "integrate")}
+"""Packages that not every computation needs, and take longer to import than one of those."""
+MOST_FILES, MOST_NAMES, MOST_ROOMS = 14, 42, 16
+
+FILES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted((ROOT / "symhbm").rglob("*.py"))
+}
+DOORS = {name for name, path in FILES.items() if path.name == "__init__.py"}
+
+
+def room_of(module: str) -> str:
+    """The folder or file of the package that a module, or a name, is in."""
+    room = module.split(".")[1] if "." in module else ""
+    return room if room in ROOMS else "__init__"
+
+
+def imports_of(module: str) -> set[tuple[str, str]]:
+    """Every name imported anywhere in a file, with the module it is imported from."""
+    found = set()
+    for node in ast.walk(ast.parse(FILES[module].read_text())):
+        if isinstance(node, ast.Import):
+            found |= {(alias.name, "") for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: relative import"
+            found |= {(node.module or "", alias.name) for alias in node.names}
+    return found
+
+
+def inside(module: str) -> set[tuple[str, str]]:
+    return {pair for pair in imports_of(module) if pair[0].split(".")[0] == "symhbm"}
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_imports_run_downhill(module):
+    below = ROOMS[: ROOMS.index(room_of(module)) + 1]
+    allowed = {*below} | (LAZY if module == "symhbm" else set())
+    assert {room_of(f"{source}.{name}") for source, name in inside(module)} <= allowed
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_imports_from_other_rooms_go_through_their_doors(module):
+    own = module if module in DOORS else module.rpartition(".")[0]
+    for source, name in inside(module):
+        package = source if source in DOORS else source.rpartition(".")[0]
+        if package == "symhbm" or own == package or own.startswith(f"{package}."):
+            continue
+        assert source in DOORS, f"{source}: import {name} from {package}"
+        assert name in __import__(source, fromlist=["__all__"]).__all__
+
+
+def test_nothing_is_imported_in_a_circle():
+    arrows = {
+        module: {
+            f"{source}.{name}" if f"{source}.{name}" in FILES else source
+            for source, name in inside(module)
+        }
+        - {module}
+        for module in FILES
+    }
+    TopologicalSorter(arrows).prepare()
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_rooms_stay_small(door):
+    folder = FILES[door].parent
+    names = [path for path in folder.iterdir() if path.name != "__pycache__"]
+    if door == "symhbm":
+        assert len(names) <= MOST_ROOMS
+        return
+    assert sum(path.suffix == ".py" for path in names) <= MOST_FILES
+    assert len(getattr(__import__(door, fromlist=["__all__"]), "__all__", ())) <= MOST_NAMES
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_packages_stay_in_their_rooms(module):
+    roots = {source.split(".")[0] for source, _ in imports_of(module)}
+    for package, rooms in ONLY_IN.items():
+        allowed = [f"symhbm.{room}" for room in rooms.split()]
+        assert package not in roots or any(f"{module}.".startswith(f"{a}.") for a in allowed)
+
+
+def test_import_is_light():
+    code = (
+        "import sys, time; start = time.process_time(); import symhbm;"
+        f"print(time.process_time() - start, not {SLOW} & {{*sys.modules}})"
+    )
+    run = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        for _ in range(3)
+    ]
+    times, light = zip(*(r.stdout.split() for r in run), strict=True)
+    assert set(light) == {"True"}
+    # The bound is 1.5 s of one core; the best of three leaves out a cold disk.
+    assert min(map(float, times)) < 1.5

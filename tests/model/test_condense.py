@@ -1,0 +1,409 @@
+"""Condensed structures against the whole ones: the same numbers from fewer equations."""
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from symhbm.continuation.events.resonances import LARGEST_SIZE
+from symhbm.model.condensation.pole_residue import BandFunction, PoleSum
+
+BAND = (7.0, 12.5)
+NARROW = (9.2, 10.2)
+TIP = 5
+FORCED = 40
+ROUND_OFF = 1e-10
+"""Of two solutions to 1e-12 of the forces, near resonances that amplify by less than a hundred."""
+
+
+def grid(n_rows, n_columns, damping, seed=0):
+    """Matrices of a plate of masses, unequal, on springs."""
+    rng = np.random.default_rng(seed)
+
+    def chain(n):
+        return sp.diags_array(
+            [-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]
+        )
+
+    n = n_rows * n_columns
+    rows, columns = sp.eye_array(n_rows), sp.eye_array(n_columns)
+    softness = n / 100
+    stiffness = 1e4 * softness * (sp.kron(chain(n_rows), columns) + sp.kron(rows, chain(n_columns)))
+    stiffness = stiffness + sp.diags_array(200 * rng.uniform(0.5, 1.5, n))
+    mass = sp.diags_array(rng.uniform(0.8, 1.2, n))
+    viscous = {
+        "none": 0 * mass,
+        "proportional": 0.2 * mass + 1e-5 * stiffness,
+        "local": 0.1 * mass + sp.diags_array(np.where(rng.uniform(size=n) < 0.1, 5.0, 0.0)),
+    }[damping]
+    return sp.csc_array(mass), sp.csc_array(viscous), sp.csc_array(stiffness)
+
+
+def plate(damping, gyroscopic=False):
+    """A structure of 64 degrees of freedom with four contacts, two of them to the ground."""
+    mass, viscous, stiffness = grid(8, 8, damping)
+    if gyroscopic:
+        skew = sp.diags_array([np.full(60, 1.0), np.full(60, -1.0)], offsets=[4, -4])
+        viscous = sp.csc_array(viscous + skew)
+    return sh.Model(
+        mass,
+        viscous,
+        stiffness,
+        contacts=[(10,), (51,), (14, 47), (TIP, 11)],
+        contact_stiffness=[2500.0, 3000.0, 4900.0, 2600.0],
+        friction_coefficient=0.5,
+        normal_load=[0.8, 0.9, 1.0, 0.8],
+    )
+
+
+def problems(damping="local", harmonics=(1,), force=None, **options):
+    model, force = plate(damping, **options), force or sh.PointForce(FORCED, amplitude=20.0)
+    condensed = sh.condense(model, force, BAND, harmonics, dofs=[FORCED - 9])
+    return tuple(sh.HarmonicBalance(m, force, harmonics) for m in (model, condensed))
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return problems()
+
+
+def distributed():
+    """A force with a mean, on all degrees of freedom and several harmonics."""
+    rng = np.random.default_rng(1)
+    return sh.HarmonicForce(
+        cosine={0: rng.normal(size=64), 1: rng.normal(size=64)},
+        sine={1: rng.normal(size=64), 2: 0.2 * rng.normal(size=64)},
+        amplitude=4.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("damping", "force", "options"),
+    [
+        ("local", None, {}),
+        ("proportional", sh.PointForce(10, amplitude=6.0), {}),
+        ("none", None, {}),
+        ("local", None, {"gyroscopic": True}),
+    ],
+)
+def test_one_harmonic_is_that_of_the_whole_structure(damping, force, options):
+    whole, condensed = problems(damping, (1,), force, **options)
+    dofs = condensed.model.dofs
+    one, other = (
+        sh.frf(p, NARROW, at=np.linspace(*NARROW, 11), peaks="each", progress=False)
+        for p in (whole, condensed)
+    )
+    assert one.status == other.status == "the end of the band was reached"
+    assert one.n_events > 1
+    assert one.n_peaks > 4
+    expected = one.coefficient.isel(dof=dofs).values
+    size = np.abs(expected).max(axis=(1, 2, 3), keepdims=True)
+    # Without damping a response next to its resonance amplifies round-off some thousand times.
+    tolerance = 1e-8 if damping == "none" else ROUND_OFF
+    np.testing.assert_allclose(other.coefficient / size, expected / size, atol=tolerance, rtol=0)
+    np.testing.assert_allclose(other.event_frequency, one.event_frequency, rtol=ROUND_OFF)
+    assert other.event_contact.values.tolist() == one.event_contact.values.tolist()
+    # Where nothing bounds a resonance, one degree of freedom stands for all.
+    bounded = other.isel(peak=other.peak_kind.values != "unbounded")
+    kept = one.isel(peak=np.isin(one.peak_dof, dofs) & (one.peak_kind.values != "unbounded"))
+    assert dofs[bounded.peak_dof].tolist() == kept.peak_dof.values.tolist()
+    np.testing.assert_allclose(bounded.peak_amplitude, kept.peak_amplitude, rtol=ROUND_OFF)
+    # A peak is flat: its place is known to the root of its height's digits.
+    np.testing.assert_allclose(bounded.peak_frequency, kept.peak_frequency, rtol=1e-8)
+
+
+@pytest.mark.parametrize(("harmonics", "force"), [((1, 3, 5), None), ((0, 1, 2, 3), distributed())])
+def test_several_harmonics_are_those_of_the_whole_structure(harmonics, force):
+    whole, condensed = problems("local", harmonics, force)
+    for frequency in (7.9, 9.3):
+        one, other = (sh.solve(p, frequency) for p in (whole, condensed))
+        assert one.converged
+        assert one.contact_state.any()
+        expected = one.coefficient.isel(dof=condensed.model.dofs).values
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(
+            other.coefficient / size, expected / size, atol=ROUND_OFF, rtol=0
+        )
+        everywhere = sh.recover(condensed, other)
+        np.testing.assert_allclose(
+            everywhere.coefficient / size, one.coefficient / size, atol=ROUND_OFF, rtol=0
+        )
+        assert everywhere.residual_norm < 1e-12
+
+
+def test_every_derivative_is_exact():
+    problem = problems("local", (0, 1, 2, 3), distributed())[1]
+    unknowns = 1e-3 * np.random.default_rng(0).normal(size=problem.n_unknowns)
+    omega, step = 2 * np.pi * 9.1, 1e-4
+    here = problem.evaluate(unknowns, omega)
+    both = [problem.evaluate(unknowns, omega + h).residual for h in (-step, step)]
+    # The error of the differences, by their halves.
+    halves = [problem.evaluate(unknowns, omega + h / 2).residual for h in (-step, step)]
+    slope, finer = (b[1] - b[0] for b in (both, halves))
+    slope, finer = slope / (2 * step), finer / step
+    error = np.abs(finer - slope).max()
+    assert error < 1e-5 * np.abs(slope).max()
+    np.testing.assert_allclose(here.by_parameter, (4 * finer - slope) / 3, atol=error, rtol=0)
+    h = 1e-8
+    columns = [
+        (problem.evaluate(unknowns + h * e, omega).residual - here.residual) / h
+        for e in np.eye(problem.n_unknowns)
+    ]
+    # Forward differences over 1e-8 of motions of 1e-3: one part in 1e5 of the curvature.
+    size = np.abs(here.jacobian).max()
+    np.testing.assert_allclose(np.array(columns).T / size, here.jacobian / size, atol=1e-5)
+
+
+def test_a_band_function_is_the_sum_of_its_poles():
+    rng = np.random.default_rng(1)
+    natural = np.linspace(1, 300, 120)
+    poles = np.concatenate([(-0.001 + 1j) * natural, (-0.001 - 1j) * natural])
+
+    def coefficients(*shape):
+        first = rng.normal(size=(3, *shape)) + 1j * rng.normal(size=(3, *shape))
+        return first / np.array([1, 10, 100])[:, None, None]
+
+    whole = PoleSum(coefficients(3, 4), coefficients(3, 240), coefficients(240, 4), poles)
+    fast = BandFunction(whole, (6.0, 50.0))
+    for s in (6.0, 17.3, 31.0, 50.0):
+        value, slope = fast(s)
+        np.testing.assert_allclose(value, whole(s), rtol=1e-11)
+        step = 1e-5
+        between = (whole(s + step) - whole(s - step)) / (2 * step)
+        # Differences next to poles of the width 0.001 s.
+        np.testing.assert_allclose(slope, between, rtol=1e-4)
+    with pytest.raises(ArithmeticError, match="outside the band"):
+        fast(50.1)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 3)])
+def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
+    # The first mode of a chain: what is left once contact and tip are held resonates far above.
+    n = 40
+    ones = np.ones(n)
+    stiffness = sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1]).tocsc()
+    stiffness[-1, -1] = 1.0
+    stiffness = stiffness * (2 * np.pi * 6 / (2 * np.sin(np.pi / (4 * n + 2)))) ** 2
+    mass = sp.eye_array(n)
+    model = sh.Model(
+        mass,
+        0.5 * mass + 1e-5 * stiffness,
+        stiffness,
+        contacts=[(20,)],
+        contact_stiffness=1e3,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    force, band = sh.PointForce(n - 1), (4.9, 8.0)
+    condensed = sh.condense(model, force, band, harmonics, dofs=[n - 1])
+    assert condensed.matrices[1].poles.size == 0
+    one, other = (
+        sh.frf(sh.HarmonicBalance(m, force, harmonics), band, at=[5, 6, 7], progress=False)
+        for m in (model, condensed)
+    )
+    assert other.status == "the end of the band was reached"
+    assert other.n_events == 2
+    expected = one.coefficient.isel(dof=condensed.dofs).values
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(other.coefficient / size, expected / size, atol=ROUND_OFF, rtol=0)
+    np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=ROUND_OFF)
+
+
+def test_the_certificate_holds_between_its_frequencies(pair):
+    whole, condensed = pair
+    certificate = condensed.model.certificate
+    assert certificate.error < 1e-11
+    assert len(certificate.frequencies) == 4
+    # With contacts stuck the response is linear: one solve of the whole structure tells it.
+    for frequency in np.random.default_rng(2).uniform(*BAND, 5):
+        one, other = (
+            sh.solve(p.with_parameters(normal_load=1e6), frequency) for p in (whole, condensed)
+        )
+        expected = one.coefficient.isel(dof=condensed.model.dofs).values
+        np.testing.assert_allclose(
+            other.coefficient.values, expected, atol=1e-10 * np.abs(expected).max(), rtol=0
+        )
+
+
+def test_recovered_responses_solve_the_equations_of_all(pair):
+    whole, problem = pair
+    response = sh.frf(problem, (9.2, 10.2), over={"normal_load": [0.4, 2.0]}, progress=False)
+    for here in (response.isel(point=7), response.drop_dims("point").isel(peak=0)):
+        for load in (0, 1):
+            found = sh.recover(problem, here.isel(normal_load=load))
+            assert found.residual_norm < 1e-12
+            unknowns = found.coefficient.transpose("dof", "harmonic", "component").values.ravel()
+            loaded = whole.with_parameters(normal_load=response.normal_load.values[load])
+            evaluation = loaded.evaluate(unknowns, 2 * np.pi * float(found.frequency))
+            # Both norms are relative to sums of force terms, taken row by row in two ways.
+            assert evaluation.norm < 1e-11
+    followed = [
+        sh.follow(p, "force_amplitude", (1, 25), at=[9.0, 20.0], frequency=8.0, progress=False)
+        for p in pair
+    ]
+    expected = followed[0].coefficient.isel(dof=problem.model.dofs)
+    np.testing.assert_allclose(
+        followed[1].coefficient, expected, atol=ROUND_OFF * float(abs(expected).max())
+    )
+
+
+def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
+    # Three small resonators hang on a heavy mass: at no step do they show in its motion.
+    mass, damping, stiffness = np.diag([1.0, 1e-5, 1e-5, 1e-5]), np.zeros((4, 4)), np.zeros((4, 4))
+    stiffness[0, 0], damping[0, 0] = 1e4, 1.0
+    for i, frequency in enumerate(2 * np.pi * np.array([3.0, 4.4, 6.2]), start=1):
+        direction = np.eye(4)[0] - np.eye(4)[i]
+        stiffness += 1e-5 * frequency**2 * np.outer(direction, direction)
+        damping += 2e-9 * frequency * np.outer(direction, direction)
+    model = sh.Model(
+        mass,
+        damping,
+        stiffness,
+        contacts=[(0,)],
+        contact_stiffness=1e3,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    force = sh.PointForce(0, amplitude=2.0)
+    whole = sh.frf(sh.HarmonicBalance(model, force), (2, 8), peaks="each", progress=False)
+    condensed = sh.HarmonicBalance(sh.condense(model, force, (2, 8)), force)
+    response = sh.frf(condensed, (2, 8), progress=False)
+    expected = whole.peak_frequency[whole.peak_dof == 0]
+    assert len(expected) == 3
+    np.testing.assert_allclose(response.peak_frequency, expected, rtol=1e-9)
+    assert LARGEST_SIZE > 1
+    monkeypatch.setattr("symhbm.continuation.events.resonances.LARGEST_SIZE", 0)
+    assert sh.frf(condensed, (2, 8), progress=False).n_peaks == 0
+
+
+def test_what_is_largest_is_told_to_be_of_what_is_kept(pair, tmp_path):
+    from click.testing import CliRunner
+
+    from symhbm.cli import main
+
+    problem = pair[1]
+    kept = f"{problem.n_dof} degrees of freedom kept of 64"
+    assert f"the largest response is that of these {problem.n_dof}" in repr(problem.model)
+    response = sh.frf(problem, NARROW, progress=False)
+    assert response.attrs["largest_of"] == kept
+    for name in ("peak_amplitude", "peak_dof"):
+        assert response[name].attrs["long_name"].endswith(f", of the {kept}")
+    path = tmp_path / "kept.nc"
+    sh.save(response, path)
+    assert sh.load(path).equals(response)
+    told = CliRunner().invoke(main, ["info", str(path)]).output
+    assert f"of the {kept}" in " ".join(told.split())
+    axes = sh.plot.response(response).axes[0]
+    assert axes.get_ylabel() == f"largest response of {problem.n_dof} kept DOFs [dB re 1 m]"
+    axes = sh.plot.response(response, dof=1).axes[0]
+    assert axes.get_ylabel().startswith(f"response of DOF {problem.model.dofs[1]} (kept DOF 1)")
+    whole = sh.frf(pair[0], (9.9, 10.0), progress=False)
+    assert "largest_of" not in whole.attrs
+    assert "kept" not in whole.peak_amplitude.attrs["long_name"]
+
+
+def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
+    problem = pair[1]
+    path = tmp_path / "condensed.nc"
+    over = {"normal_load": [0.5, 2.0]}
+    response = sh.frf(problem, (8, 9), over=over, progress=False)
+    again = sh.frf(pickle.loads(pickle.dumps(problem)), (8, 9), over=over, progress=False)
+    assert again.identical(response)
+    sh.frf(problem, (8, 9), over=over, archive=path, progress=False).close()
+    assert sh.load(path).equals(response)
+    assert response.structure_dof.values.tolist() == problem.model.dofs.tolist()
+    with pytest.raises(sh.ArchiveError, match="condense the structure again"):
+        sh.rebuild(response)
+    stiffer = sh.HarmonicBalance(problems("proportional")[1].model, problem.excitation)
+    with pytest.raises(sh.ArchiveError, match="different in condensed"):
+        sh.frf(stiffer, (8, 9), over=over, archive=path, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda p: sh.frf(p, (6, 9)), ValueError, r"frequency=.*7 to 12.5 Hz"),
+        (lambda p: sh.solve(p, 20.0), ValueError, r"frequency=20.0: .* condense it"),
+        (lambda p: sh.follow(p, "normal_load", (1, 2), frequency=3), ValueError, "7 to 12.5"),
+        (lambda p: sh.frf(p, (8, 9), accuracy=1e-2), ValueError, "accuracy=0.01: expected None"),
+        (lambda p: sh.frf(p, (8, 9), stability=True), ValueError, "stability=True"),
+        (lambda p: sh.frf(p, (8, 9), over={"mass": [1]}), KeyError, "'mass' is no parameter"),
+        (lambda p: sh.transient(p, 8.0), TypeError, "expected one of a whole structure"),
+        (lambda p: sh.peak_curve(p, "normal_load", (1, 2)), TypeError, "whole structure"),
+        (lambda p: sh.minimise_peak(p, "normal_load", (1, 2)), TypeError, "whole structure"),
+        (lambda p: sh.SwitchingAngles(p), TypeError, "no such CasADi function"),
+        (lambda p: p.derivative("frequency"), TypeError, "use evaluate"),
+        (lambda p: p.model.mass_matrix, TypeError, "attribute structure"),
+        (lambda p: sh.HarmonicBalance(p.model, sh.PointForce(3)), ValueError, "freedom 3.; give"),
+        (
+            lambda p: sh.HarmonicBalance(p.model, p.excitation, (1, 3)),
+            ValueError,
+            r"harmonics=\(1, 3\): .*condensed for, \(1,\)",
+        ),
+        (lambda p: sh.condense(p.model, p.excitation, BAND), TypeError, "not condensed"),
+        (lambda p: sh.recover(p, sh.solve(p, 8.0).drop_vars("coefficient")), ValueError, "point:"),
+    ],
+)
+def test_what_it_cannot_do_says_so(pair, call, error, message):
+    with pytest.raises(error, match=message):
+        call(pair[1])
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"model": 3}, TypeError, "model=3"),
+        ({"excitation": 3}, TypeError, "excitation=3"),
+        ({"excitation": []}, ValueError, "excitation"),
+        ({"frequency": (5,)}, ValueError, r"frequency=\(5,\)"),
+        ({"frequency": (0, 5)}, ValueError, "frequency"),
+        ({"harmonics": (2,)}, ValueError, "harmonic 1"),
+        ({"dofs": [64]}, ValueError, "dofs=64"),
+        ({"dofs": 3}, TypeError, "dofs=3"),
+        ({"dofs": range(64)}, ValueError, "nothing is left"),
+        ({"tolerance": 1e-20}, ValueError, "responses are exact to"),
+    ],
+)
+def test_bad_input_names_its_argument(changes, error, message):
+    given = dict(model=plate("local"), excitation=sh.PointForce(FORCED), frequency=(8, 9))
+    with pytest.raises(error, match=message):
+        sh.condense(**given | changes)
+
+
+def test_an_interior_that_floats_is_refused():
+    stiffness = np.diag([1.0, 1.0, 0.0])
+    none = dict(contact_stiffness=0, friction_coefficient=0, normal_load=0)
+    model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)], **none)
+    with pytest.raises(ValueError, match="add to dofs one of each part"):
+        sh.condense(model, sh.PointForce(0), (0.1, 0.2))
+    assert sh.condense(model, sh.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_degrees_of_freedom():
+    mass, damping, stiffness = grid(316, 316, "local")
+    rng = np.random.default_rng(3)
+    ends = [int(dof) for dof in rng.choice(316**2, 30, replace=False)]
+    contacts = [(dof,) for dof in ends[:10]] + list(zip(ends[10:20], ends[20:], strict=True))
+    model = sh.Model(
+        mass,
+        damping,
+        stiffness,
+        contacts=contacts,
+        contact_stiffness=rng.uniform(500, 2000, 20),
+        friction_coefficient=0.5,
+        normal_load=rng.uniform(0.2, 2, 20),
+    )
+    force = sh.PointForce(5000, amplitude=2000.0)
+    condensed = sh.condense(model, force, (6, 16))
+    assert condensed.n_dof == 30
+    assert condensed.certificate.error < 1e-10
+    assert condensed.certificate.n_factorisations < 20
+    problem = sh.HarmonicBalance(condensed, force)
+    response = sh.frf(problem, (6, 16), progress=False)
+    assert response.status == "the end of the band was reached"
+    assert response.n_events > 10
+    for point in (10, int(response.n_points) // 2):
+        assert sh.recover(problem, response.isel(point=point)).residual_norm < 1e-11

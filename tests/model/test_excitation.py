@@ -1,0 +1,125 @@
+"""Forces evaluated in time against their formulas, and what they do to a linear structure."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symhbm as sh
+from symhbm.numerics.fourier import FourierBasis
+
+TAU = np.linspace(0, 2 * np.pi, 50)
+BASIS = FourierBasis((0, 1, 2, 3))
+VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
+
+
+def force(excitation, n_dof, basis=BASIS, tau=TAU):
+    """Force on every degree of freedom at the angles omega t, (n_dof, n_times)."""
+    shape = excitation.shape(n_dof, basis)
+    assert shape.shape == (n_dof, basis.n_components)
+    return excitation.amplitude * shape @ basis.values(tau).T
+
+
+@pytest.mark.parametrize("n_blades", [3, 4, 13])
+@pytest.mark.parametrize("order", [0, 1, 2, 6, -1, 20])
+@pytest.mark.parametrize("harmonic", [1, 3])
+def test_engine_order_is_a_travelling_wave(n_blades, order, harmonic):
+    """F_i = f0 cos(omega t - 2 pi EO i / N), Eq. (12)."""
+    found = force(sh.EngineOrder(order, amplitude=2.5, harmonic=harmonic), n_blades)
+    lag = 2 * np.pi * order * np.arange(n_blades) / n_blades
+    expected = 2.5 * np.cos(harmonic * TAU - lag[:, None])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_engine_order_on_chosen_degrees_of_freedom():
+    found = force(sh.EngineOrder(1, blades=(4, 0, 2)), 5)
+    whole = force(sh.EngineOrder(1), 3)
+    np.testing.assert_array_equal(found[[4, 0, 2]], whole)
+    assert not found[[1, 3]].any()
+
+
+@given(n=st.integers(1, 40), order=st.integers(-1000, 1000), turns=st.integers(-1000, 1000))
+def test_aliased_orders_are_the_same_force_to_the_bit(n, order, turns):
+    wave, alias = (sh.EngineOrder(eo).shape(n, BASIS) for eo in (order, order + turns * n))
+    np.testing.assert_array_equal(wave, alias)
+
+
+@pytest.mark.parametrize("turns", [10**6, 10**17, 10**18, 10**30, -(10**18)])
+def test_large_orders_are_aliases_too(turns):
+    wave, alias = (sh.EngineOrder(eo).shape(13, BASIS) for eo in (3, 3 + 13 * turns))
+    np.testing.assert_array_equal(wave, alias)
+
+
+@given(n=st.integers(1, 40), order=st.integers(-1000, 1000))
+def test_complementary_orders_mirror_the_blades(n, order):
+    wave, mirrored = (sh.EngineOrder(eo).shape(n, BASIS) for eo in (order, n - order))
+    np.testing.assert_array_equal(mirrored, wave[-np.arange(n) % n])
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.7, np.pi / 2, -2.0])
+@pytest.mark.parametrize("harmonic", [1, 2])
+def test_point_force(phase, harmonic):
+    found = force(sh.PointForce(dof=1, amplitude=3.0, phase=phase, harmonic=harmonic), 3)
+    expected = 3.0 * np.cos(harmonic * TAU + phase)
+    np.testing.assert_allclose(found[1], expected, rtol=0, atol=1e-14)
+    assert not found[[0, 2]].any()
+
+
+def test_harmonic_force():
+    excitation = sh.HarmonicForce(
+        cosine={0: [1.0, 2.0], 2: [0.5, 0.0]}, sine={1: [0.0, 4.0]}, amplitude=10.0
+    )
+    found = force(excitation, 2)
+    np.testing.assert_allclose(found[0], 10 * (1 + 0.5 * np.cos(2 * TAU)), atol=1e-13)
+    np.testing.assert_allclose(found[1], 10 * (2 + 4 * np.sin(TAU)), atol=1e-13)
+
+
+def test_harmonic_force_says_what_the_others_say():
+    point = sh.PointForce(dof=0, phase=0.3)
+    same = sh.HarmonicForce(cosine={1: [np.cos(0.3), 0]}, sine={1: [-np.sin(0.3), 0]})
+    np.testing.assert_array_equal(point.shape(2, BASIS), same.shape(2, BASIS))
+    assert sh.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)[0].tolist() == [0, 0, 2, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("excitation", "parameters"),
+    [
+        (sh.PointForce(amplitude=2.0), {"force_amplitude": 2.0}),
+        (sh.EngineOrder(3, amplitude=2.0), {"force_amplitude": 2.0, "engine_order": 3}),
+        (sh.HarmonicForce(cosine={1: [1.0]}, amplitude=2.0), {"force_amplitude": 2.0}),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_named_parameters(excitation, parameters):
+    assert excitation.parameters == parameters
+    for name in parameters:
+        other = excitation.with_parameters(**{name: 5})
+        assert other.parameters == parameters | {name: 5}
+        assert type(other) is type(excitation)
+    assert excitation.parameters == parameters
+
+
+def linear_response(stiffness, omega):
+    """Complex amplitude under the force exp(i omega t) of 1 N on a blade without friction."""
+    return 1 / (stiffness - omega**2 + 0.5j * omega)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.1])
+def test_response_to_a_point_force_is_linear_without_friction(phase):
+    blade = sh.single_blade(**VALUES, normal_load=0.0)
+    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=2.0, phase=phase))
+    cosine, sine = sh.solve(problem, 15.0, throw=True).coefficient.values.ravel()
+    expected = 2 * np.exp(1j * phase) * linear_response(1e4, 2 * np.pi * 15.0)
+    assert cosine - 1j * sine == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_response_to_an_engine_order_travels_with_it(order):
+    """The stuck ring: k + 4 k_d sin^2(pi EO / N), blade i lags by 2 pi EO i / N."""
+    ring = sh.bladed_disk(5, **VALUES, normal_load=1e6)
+    found = sh.solve(sh.HarmonicBalance(ring, sh.EngineOrder(order)), 20.0, throw=True)
+    cosine, sine = found.coefficient.isel(harmonic=0).values.T
+    stiffness = 1e4 + 4e4 * np.sin(np.pi * order / 5) ** 2
+    lag = 2 * np.pi * order * np.arange(5) / 5
+    expected = np.exp(-1j * lag) * linear_response(stiffness, 2 * np.pi * 20.0)
+    np.testing.assert_allclose(cosine - 1j * sine, expected, rtol=1e-9)

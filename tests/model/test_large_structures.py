@@ -1,0 +1,66 @@
+"""Large sparse structures that are not condensed: nothing grows faster than their entries."""
+
+import time
+import warnings
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from symhbm.balance import harmonic_balance
+
+
+def banded(n, half_width, n_contacts=2):
+    """A structure whose masses are joined to all others within a distance."""
+    offsets = range(1, half_width + 1)
+    ties = sp.diags_array([-1e4 * np.ones(n - k) for k in offsets], offsets=offsets, shape=(n, n))
+    ties = ties + ties.T
+    stiffness = ties - sp.diags_array(ties.sum(axis=1)) + 1e3 * sp.eye_array(n)
+    mass = sp.eye_array(n)
+    return sh.Model(
+        mass,
+        0.5 * mass + 1e-6 * stiffness,
+        stiffness,
+        contacts=[(i,) for i in range(n_contacts)],
+        contact_stiffness=1e3,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+
+
+def seconds(call):
+    start = time.process_time()
+    call()
+    return time.process_time() - start
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_compiling_traces_no_matrix(harmonics):
+    # By rule 0.7 s; traced symbolically, the Jacobian alone took 4 to 5 s.
+    force, model = sh.PointForce(0), banded(250, 40)
+    sh.HarmonicBalance(banded(20, 4), force, harmonics)
+    assert seconds(lambda: sh.HarmonicBalance(model, force, harmonics)) < 2.5
+
+
+def test_a_curve_of_a_sparse_structure_takes_seconds():
+    # Its first correction took as long to compile as many factorisations of it.
+    model = banded(300, 25)
+    problem = sh.HarmonicBalance(model, sh.PointForce(0, amplitude=10.0))
+    found = []
+    assert seconds(lambda: found.append(sh.frf(problem, (4, 5), progress=False))) < 2.5
+    assert found[0].status == "the end of the band was reached"
+    assert found[0].n_events > 0
+
+
+def test_a_large_structure_is_told_of_condense(monkeypatch):
+    monkeypatch.setattr(harmonic_balance, "LARGE", 1000)
+    with pytest.warns(UserWarning, match=r"60 degrees of freedom.*touch 2,.*symhbm.condense\("):
+        sh.HarmonicBalance(banded(60, 20), sh.PointForce(0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sh.HarmonicBalance(banded(60, 20, n_contacts=30), sh.PointForce(0))
+        sh.HarmonicBalance(banded(60, 4), sh.PointForce(0))
+        force = sh.PointForce(0)
+        small = sh.condense(banded(60, 20), force, (4, 8))
+        sh.HarmonicBalance(small, force)

@@ -1,0 +1,411 @@
+"""Models, bands and harmonic sets that are not what was meant are refused, or warned of."""
+
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from symhbm.balance.mean_position import is_held
+from symhbm.continuation.start import linear_response
+from symhbm.model.plausibility import DOUBT, _highest, _lowest, _resonances
+
+ONE = np.eye(2)
+DAMPING = 0.5 * ONE
+STIFFNESS = np.array([[2e4, -1e4], [-1e4, 2e4]])
+CONTACT = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0)
+BLADE = dict(mass=1, stiffness=1e4, damping=0.5) | CONTACT
+
+
+def two_masses(mass=ONE, damping=DAMPING, stiffness=STIFFNESS, **contact):
+    return sh.Model(mass, damping, stiffness, contacts=[(0, 1)], **CONTACT | contact)
+
+
+def blade(harmonics=(1,), **values):
+    force = sh.PointForce(amplitude=1.0)
+    return sh.HarmonicBalance(sh.single_blade(**BLADE | values), force, harmonics)
+
+
+def frf(problem, band, **options):
+    return sh.frf(problem, band, progress=False, **options)
+
+
+def said(call):
+    """The one warning of a call, nothing where there is none."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    assert len(caught) <= 1
+    assert all(warning.filename == __file__ for warning in caught)
+    return str(caught[0].message) if caught else ""
+
+
+# Contacts that do nothing
+
+
+@pytest.mark.parametrize("name", CONTACT)
+def test_a_contact_parameter_that_was_forgotten(name):
+    given = {other: value for other, value in CONTACT.items() if other != name}
+    with pytest.raises(ValueError, match=f"{name}=None: expected contact_stiffness"):
+        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], **given)
+    with pytest.raises(ValueError, match=f"{name}=None"):
+        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], cubic_stiffness=1.0, **given)
+    for builder in (sh.single_blade, lambda **values: sh.bladed_disk(3, **values)):
+        with pytest.raises(ValueError, match=f"{name}=None"):
+            builder(**BLADE | {name: None})
+
+
+def test_contacts_without_any_parameter():
+    with pytest.raises(ValueError, match="without them contacts do nothing"):
+        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)])
+    with pytest.raises(ValueError, match="a linear spring is a part of stiffness_matrix"):
+        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], contact_stiffness=1e4)
+
+
+@pytest.mark.parametrize("name", CONTACT)
+def test_a_contact_that_is_to_slide_freely(name):
+    """An explicit 0 is asked for; nothing is asked of a structure without contacts."""
+    free = two_masses(**{name: 0.0})
+    alone = sh.Model(ONE, DAMPING, STIFFNESS)
+    force = sh.PointForce(amplitude=1.0)
+    values = [sh.solve(sh.HarmonicBalance(m, force), 20.0).amplitude for m in (free, alone)]
+    np.testing.assert_allclose(*values, rtol=1e-12)
+    assert pickle.loads(pickle.dumps(free)).parameters[name].tolist() == [0.0]
+
+
+def test_cubic_springs_alone_stay_so():
+    spring = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    assert spring.contact_stiffness.tolist() == [0.0]
+    both = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1, **CONTACT)
+    assert both.normal_load.tolist() == [1.0]
+
+
+# Matrices and bands
+
+
+def test_matrices_in_another_order():
+    wrong = two_masses(damping=STIFFNESS, stiffness=DAMPING)
+    problem = sh.HarmonicBalance(wrong, sh.PointForce(amplitude=1.0))
+    calls = {
+        "frf": lambda: frf(problem, (10, 30)),
+        "solve": lambda: sh.solve(problem, 20.0),
+        "follow": lambda: sh.follow(problem, "normal_load", (1, 2), frequency=20.0, progress=False),
+    }
+    for call in calls.values():
+        text = said(call)
+        assert text.startswith(DOUBT)
+        # The smallest of 2e4 / (2 sqrt(0.5)).
+        assert "damping is at least 1.41e+04 times the critical one" in text
+        assert "in the order mass, damping, stiffness" in text
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+def test_order_of_a_structure_in_other_units(damping):
+    meant = sh.Model([[1.0]], [[damping]], [[1.0]])
+    wrong = sh.Model([[1.0]], [[1.0]], [[damping]])
+    values = [sh.HarmonicBalance(model, sh.PointForce()) for model in (meant, wrong)]
+    assert not said(lambda: sh.solve(values[0], 0.1))
+    assert "order mass, damping, stiffness" in said(lambda: sh.solve(values[1], 0.1))
+
+
+def test_a_stiffness_matrix_that_is_not_symmetric():
+    skew = two_masses(stiffness=STIFFNESS + np.array([[0, 5e3], [-5e3, 0]]))
+    text = said(lambda: frf(sh.HarmonicBalance(skew, sh.PointForce()), (10, 30)))
+    assert (
+        "stiffness_matrix is not symmetric: entry (0, 1) is -5000, entry (1, 0) is -15000" in text
+    )
+    close = two_masses(stiffness=STIFFNESS + np.array([[0, 0.1], [0, 0]]))
+    text = said(lambda: frf(sh.HarmonicBalance(close, sh.PointForce()), (10, 30)))
+    assert "entry (0, 1) is -9999.9, entry (1, 0) is -10000" in text
+    # What a file with few digits leaves, and what rotation makes.
+    rounded = two_masses(stiffness=STIFFNESS + np.array([[0, 1e-3], [0, 0]]))
+    gyroscopic = two_masses(damping=DAMPING + np.array([[0, 3], [-3, 0]]))
+    for model in (rounded, gyroscopic):
+        assert not said(lambda m=model: frf(sh.HarmonicBalance(m, sh.PointForce()), (10, 30)))
+
+
+@pytest.mark.parametrize(
+    ("band", "words"),
+    [
+        # 15.9 Hz where the contact slides, 22.5 Hz where it sticks.
+        ((2 * np.pi * 10, 2 * np.pi * 30), "lies 2.79 times above"),
+        ((600, 1800), "lies 26.7 times above the nearest natural frequency, 22.51 Hz"),
+        ((1800, 600), "the band 600 to 1800 Hz"),
+        ((0.1, 1), "lies 15.9 times below the nearest natural frequency, 15.92 Hz"),
+        ((10, 30), ""),
+        ((40, 60), ""),
+        ((4, 6), ""),
+    ],
+)
+def test_band_in_other_units(band, words):
+    text = said(lambda: frf(blade(), band))
+    assert words in text
+    assert bool(text) == bool(words)
+    if words:
+        assert "frequencies are in Hz, not in rad/s or rpm" in text
+
+
+def test_a_band_between_resonances_and_that_of_a_superharmonic():
+    apart = sh.Model(ONE, 0.5 * ONE, np.diag([1e2, 1e8]))
+    problem = sh.HarmonicBalance(apart, sh.PointForce())
+    # 1.6 and 1592 Hz.
+    assert "nearest natural frequency, 1.592 Hz" in said(lambda: frf(problem, (40, 41)))
+    assert not said(lambda: frf(problem, (1, 41)))
+    assert not said(lambda: frf(blade((1, 3, 5, 7)), (2.2, 2.5)))
+    assert "below" in said(lambda: frf(blade((1, 3, 5)), (2.2, 2.5)))
+
+
+def test_one_frequency_may_be_static():
+    assert not said(lambda: sh.solve(blade(), 1e-3))
+    assert not said(lambda: sh.solve(blade(), 350.0))
+    text = said(lambda: sh.solve(blade(), 1200.0))
+    assert "frequency=1200 Hz lies 53.3 times above" in text
+
+
+def test_all_doubts_are_one_warning():
+    wrong = two_masses(damping=STIFFNESS, stiffness=DAMPING + np.array([[0, 0.3], [-0.1, 0]]))
+    text = said(lambda: frf(sh.HarmonicBalance(wrong, sh.PointForce()), (1000, 3000)))
+    assert text.count(";") >= 3
+    for word in ("not symmetric", "critical", "times above"):
+        assert word in text
+
+
+def test_what_moves_is_not_doubted():
+    assert not said(lambda: frf(blade(), (60, 90), over={"mass": [0.01, 0.05]}))
+    assert not said(lambda: frf(blade(damping=1e4), (10, 30), over={"damping": [0.5, 1.0]}))
+    assert "above" in said(lambda: frf(blade(), (60, 90), over={"normal_load": [1.0, 2.0]}))
+
+
+def test_a_load_that_does_nothing():
+    """Cubic springs alone have no friction."""
+    spring = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    problem = sh.HarmonicBalance(spring, sh.PointForce(amplitude=0.01))
+    text = said(lambda: frf(problem, (0.1, 0.12), over={"normal_load": [1.0, 2.0]}))
+    assert (
+        "normal_load has no effect, as contact_stiffness and friction_coefficient are 0 at every"
+        in text
+    )
+    every = dict(contact_stiffness=[1.0], friction_coefficient=[0.5], normal_load=[1.0, 2.0])
+    assert not said(lambda: frf(problem, (0.1, 0.12), over=every))
+    assert not said(lambda: frf(problem, (0.1, 0.12), over={"cubic_stiffness": [0.1, 0.2]}))
+
+
+def test_what_is_condensed():
+    """The door where the matrices and the band are given."""
+    force, model = sh.PointForce(), two_masses(damping=STIFFNESS, stiffness=DAMPING)
+    three = sh.Model(np.eye(3), 0.5 * np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], **CONTACT)
+    assert "order mass" in said(lambda: sh.solve(sh.HarmonicBalance(model, force), 20.0))
+    assert "times above" in said(lambda: sh.condense(three, force, (600, 1800), dofs=[1]))
+    assert not said(lambda: sh.condense(three, force, (10, 30), dofs=[1]))
+
+
+def test_of_other_front_doors():
+    problem = blade(damping=1e3)
+    for call in (
+        lambda: sh.peak_curve(problem, "normal_load", (50, 60), frequency=(15, 20), progress=False),
+        lambda: sh.minimise_peak(problem, "normal_load", (2, 40), n_starts=1, progress=False),
+    ):
+        assert "at least 5 times the critical one" in said(call)
+
+
+def test_natural_frequencies_of_a_large_structure():
+    """A chain against its closed form; the bounds are on the right side."""
+    n = 400
+    ones = np.ones(n)
+    chain = 1e4 * sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
+    model = sh.Model(sp.eye_array(n), 0.5 * sp.eye_array(n), chain, contacts=[(0,)], **CONTACT)
+    exact = 200 * np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / (2 * np.pi)
+    lowest, highest = _lowest(model, 1.0), _highest(model)
+    assert exact[0] <= lowest < 1.5 * exact[0]
+    assert exact[-1] / 2 < highest <= 1.01 * exact[-1]
+    problem = sh.HarmonicBalance(model, sh.PointForce(n // 2))
+    assert "lies 21" in said(lambda: sh.solve(problem, 21.0 * highest))
+    assert not said(lambda: sh.solve(problem, 20.0))
+    small = sh.Model(np.eye(3), 0 * np.eye(3), chain.toarray()[:3, :3])
+    expected = 200 * np.sin(np.arange(1, 4) * np.pi / 8) / (2 * np.pi)
+    for found in _resonances(small, 5.0):
+        np.testing.assert_allclose(found, expected, rtol=1e-10)
+
+
+def test_natural_frequencies_without_inertia_or_stiffness():
+    spring = np.array([[1e4, -1e4], [-1e4, 1e4]])
+    low, high = _resonances(sh.Model(np.diag([1.0, 0.0]), 0 * ONE, STIFFNESS), 5.0)
+    # A mass on the stiffness that is left: 2e4 - 1e8 / 2e4.
+    np.testing.assert_allclose(low[0], np.sqrt(1.5e4) / (2 * np.pi))
+    assert low[1] == high[1] == np.inf
+    low, _ = _resonances(sh.Model(ONE, 0 * ONE, spring), 5.0)
+    np.testing.assert_allclose(low, [0, np.sqrt(2e4) / (2 * np.pi)], atol=1e-6)
+
+
+# Mean motions
+
+
+def free_body(excitation, harmonics, **values):
+    model = sh.Model([[1.0]], [[0.5]], [[0.0]], contacts=[(0,)], **CONTACT | values)
+    return sh.HarmonicBalance(model, excitation, harmonics)
+
+
+EVEN = sh.HarmonicForce(cosine={1: [1.0], 2: [0.8]})
+ODD = sh.HarmonicForce(cosine={1: [1.0], 3: [0.8]})
+
+
+@pytest.mark.parametrize("harmonics", [(1, 2), (1, 2, 3, 5)])
+def test_even_forces_need_a_mean(harmonics):
+    problem = free_body(EVEN, harmonics)
+    words = r"expected 0 among them, .*try harmonics=\(0, 1, 2"
+    calls = (
+        lambda: sh.solve(problem, 10.0),
+        lambda: frf(problem, (5.0, 20.0)),
+        lambda: sh.follow(problem, "normal_load", (1, 2), frequency=10.0, progress=False),
+        lambda: sh.peak_curve(problem, "normal_load", (1, 2), frequency=(5, 20), progress=False),
+        lambda: sh.minimise_peak(problem, "normal_load", (1, 2), frequency=(5, 20), progress=False),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=words):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("excitation", "harmonics"),
+    [
+        (ODD, (1, 3)),
+        (ODD, (1, 2, 3)),
+        (sh.PointForce(harmonic=2), (2,)),
+        (sh.PointForce(harmonic=2), (1, 2, 3)),
+        (sh.HarmonicForce(sine={2: [1.0], 6: [0.5]}), (2, 6)),
+        (sh.HarmonicForce(cosine={1: [1.0], 2: [0.0]}), (1, 2)),
+    ],
+    ids=str,
+)
+def test_forces_that_need_no_mean(excitation, harmonics):
+    """They are mirror images of themselves: the mean force of friction is 0."""
+    problem = free_body(excitation, harmonics)
+    found = sh.solve(problem, 10.0, throw=True)
+    assert np.isfinite(found.amplitude).all()
+    held = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts=[(0,)], **CONTACT)
+    with_mean = sh.HarmonicBalance(held, excitation, (0, *harmonics))
+    found = sh.solve(with_mean, 10.0, throw=True)
+    mean = found.coefficient.sel(harmonic=0, component="cos")
+    assert abs(float(mean.item())) <= 1e-12 * float(found.amplitude.max())
+
+
+def test_a_mean_that_matters():
+    """What the message asks for is not a formality: the mean is a part of the amplitude."""
+    held = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts=[(0,)], **CONTACT)
+    problem = sh.HarmonicBalance(held, EVEN, tuple(range(12)))
+    found, exact = sh.solve(problem, 15.0, throw=True), sh.transient(problem, 15.0, throw=True)
+    means = [float(r.coefficient.sel(harmonic=0, component="cos").item()) for r in (found, exact)]
+    assert means[0] == pytest.approx(means[1], rel=1e-2)
+    assert abs(means[1]) > 1e-3 * float(exact.amplitude.max())
+    with pytest.raises(ValueError, match="expected 0"):
+        sh.solve(sh.HarmonicBalance(held, EVEN, (1, 2)), 15.0)
+    # Sets that an accuracy makes complete have it.
+    assert 0 in sh.solve(sh.HarmonicBalance(held, EVEN, (1, 2)), 15.0, accuracy=1e-2).harmonic
+
+
+def test_cubic_springs_need_a_mean_beside_even_harmonics():
+    model = sh.Model([[1.0]], [[0.1]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    for harmonics in ((1, 3), (0, 1, 2)):
+        sh.solve(sh.HarmonicBalance(model, sh.PointForce(), harmonics), 0.1, throw=True)
+    with pytest.raises(ValueError, match="a motion of even harmonics makes a mean force"):
+        sh.solve(sh.HarmonicBalance(model, sh.PointForce(), (1, 2)), 0.1)
+    linear = sh.Model([[1.0]], [[0.1]], [[1.0]])
+    assert sh.solve(sh.HarmonicBalance(linear, EVEN, (1, 2)), 0.1).converged
+
+
+@pytest.mark.filterwarnings("ignore:the curve is incomplete")
+@pytest.mark.parametrize("excitation", [EVEN, ODD], ids=["even", "odd"])
+@pytest.mark.parametrize("samples", [None, 64])
+def test_a_body_that_friction_alone_holds(excitation, samples):
+    problem = free_body(excitation, (0, 1, 2, 3))
+    problem = sh.HarmonicBalance(problem.model, excitation, (0, 1, 2, 3), samples)
+    results = [sh.solve(problem, 10.0), frf(problem, (5.0, 20.0))]
+    if samples is None:
+        results.append(frf(problem, (5.0, 20.0), at=[6.0, 7.0], accuracy=0.01))
+    for result in results:
+        assert str(result.status.values) == sh.Status.NOT_HELD
+        assert not result.converged.any()
+
+
+def test_the_drift_of_a_body_is_no_periodic_motion():
+    motion = sh.transient(free_body(EVEN, (0, 1, 2)), 8.0)
+    assert str(motion.status.values) == sh.Status.NOT_HELD
+    assert not motion.converged
+
+
+def grounded(stiffness, **contact):
+    force = sh.HarmonicForce(cosine={1: np.ones(len(stiffness))})
+    mass, contacts = np.eye(len(stiffness)), [(0, 1)]
+    model = sh.Model(mass, 0.1 * mass, stiffness, contacts=contacts, **contact)
+    return sh.HarmonicBalance(model, force, (0, 1, 2))
+
+
+def test_what_holds_a_structure():
+    # Rotated, so that round-off keeps the free motion from being exactly free.
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(5, 5)))[0]
+    free = turn @ np.diag([0, 1, 2, 3, 4e6]) @ turn.T
+    free = 0.5 * (free + free.T)
+    stiff = turn @ np.diag([1e-4, 1, 2, 3, 4e6]) @ turn.T
+    assert not is_held(grounded(free, **CONTACT))
+    assert is_held(grounded(0.5 * (stiff + stiff.T), **CONTACT))
+    # A cubic spring holds what it is attached to, between two bodies not both.
+    chain = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    assert not is_held(grounded(chain, cubic_stiffness=0.1))
+    assert not is_held(grounded(np.diag([0.0, 0.0]), cubic_stiffness=0.1))
+    assert is_held(grounded(np.diag([0.0, 2.0]), cubic_stiffness=0.1))
+    assert not is_held(grounded(np.diag([0.0, 2.0]), **CONTACT))
+
+
+@pytest.mark.parametrize("spring", [0.0, 1e-3])
+def test_what_holds_a_large_structure(spring):
+    n = 800
+    ones = np.ones(n)
+    diagonal = 2 * ones
+    diagonal[[0, -1]] = 1.0
+    diagonal[0] += spring
+    chain = sp.diags_array([-ones[1:], diagonal, -ones[1:]], offsets=[-1, 0, 1])
+    model = sh.Model(sp.eye_array(n), 0.1 * sp.eye_array(n), chain, contacts=[(0,)], **CONTACT)
+    assert is_held(sh.HarmonicBalance(model, sh.PointForce(), (0, 1))) == bool(spring)
+
+
+def test_a_condensed_structure_that_is_not_held():
+    spring = 1e4 * np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    for held in (False, True):
+        stiffness = spring + np.diag([1e4 * held, 0, 0])
+        model = sh.Model(np.eye(3), 0.5 * np.eye(3), stiffness, contacts=[(0,)], **CONTACT)
+        small = sh.condense(model, sh.PointForce(0), (5, 30), (0, 1, 2))
+        assert is_held(sh.HarmonicBalance(small, sh.PointForce(0), (0, 1, 2))) == held
+    even = sh.HarmonicForce(cosine={1: [1.0, 0, 0], 2: [0, 0, 1.0]})
+    small = sh.condense(model, even, (5, 30), (0, 1, 2))
+    with pytest.raises(ValueError, match="expected 0 among them"):
+        sh.solve(sh.HarmonicBalance(small, even, (1, 2)), 10.0)
+    assert sh.solve(sh.HarmonicBalance(small, even, (0, 1, 2)), 10.0).converged
+
+
+# Advice that applies
+
+
+def test_an_undamped_resonance_that_a_cubic_spring_bounds():
+    """At the natural frequency of the linear structure: ``3/4 gamma a^3 = F``."""
+    model = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.5)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.2))
+    assert linear_response(problem, 1.0) is None
+    found = sh.solve(problem, 1 / (2 * np.pi), throw=True)
+    assert float(found.amplitude[0]) == pytest.approx(np.cbrt(0.2 / (0.75 * 0.5)), rel=1e-9)
+
+
+def test_degrees_of_freedom_with_nothing():
+    """Neither inertia nor stiffness: that is no resonance, and the sentence says so."""
+    model = sh.Model(np.diag([1.0, 0.0]), 0 * ONE, np.diag([1e4, 0.0]))
+    found = sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 10.0)
+    assert "neither stiffness nor inertia" in str(found.status.values)
+
+
+def test_sentences_of_curves_do_not_speak_of_frequencies():
+    """They are those of `follow` too."""
+    for status in ("NO_START", "MINIMUM_STEP", "POINTS_MISSING", "TURNED_BACK"):
+        assert "frequency" not in sh.Status[status]
+    for status in sh.Status:
+        assert "fewer harmonics" not in status

@@ -1,0 +1,141 @@
+"""Basis, integrals and extremes of trigonometric polynomials."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad_vec
+
+from symhbm.numerics.fourier import FourierBasis
+from symhbm.numerics.turning_points import largest_displacement, turning_points
+
+HARMONICS = [(1,), (0, 1), (1, 3), (0, 1, 2, 3), (2, 5), (3,)]
+
+
+@pytest.mark.parametrize("harmonics", HARMONICS)
+def test_derivative_of_the_basis_is_that_of_differences(harmonics):
+    basis, tau, h = FourierBasis(harmonics), np.linspace(0, 6, 7), 1e-5
+    for order in (1, 2):
+        difference = (basis.values(tau + h, order - 1) - basis.values(tau - h, order - 1)) / (2 * h)
+        # Central differences: error h^2/6 times the third derivative, at most 5^5 here.
+        np.testing.assert_allclose(basis.values(tau, order), difference, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("harmonics", HARMONICS)
+def test_derivative_matrix_agrees_with_the_basis(harmonics):
+    basis, tau = FourierBasis(harmonics), np.linspace(0, 6, 7)
+    coefficients = np.arange(1.0, basis.n_components + 1)
+    slope = basis.values(tau) @ (basis.derivative_matrix @ coefficients)
+    np.testing.assert_allclose(slope, basis.values(tau, 1) @ coefficients, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("harmonics", HARMONICS)
+def test_interval_integrals_agree_with_quadrature(harmonics):
+    basis, ends = FourierBasis(harmonics), np.array([0.3, 1.1, 4.0])
+    moments = basis.moments(ends)
+    for i, (left, right) in enumerate(pairwise(ends)):
+        single, _ = quad_vec(lambda t: basis.values(t), left, right, epsabs=1e-13)
+        product, _ = quad_vec(
+            lambda t: np.outer(basis.values(t), basis.values(t)), left, right, epsabs=1e-13
+        )
+        np.testing.assert_allclose(
+            basis.integrals(moments[i]), single * basis.norm, rtol=0, atol=1e-12
+        )
+        np.testing.assert_allclose(
+            basis.products(moments[i]), product * basis.norm[:, None], rtol=0, atol=1e-12
+        )
+
+
+def test_over_a_full_period_the_basis_is_orthonormal():
+    basis = FourierBasis((0, 1, 2, 5))
+    moments = basis.moments(np.array([0.7, 0.7 + 2 * np.pi]))[0]
+    np.testing.assert_allclose(
+        basis.products(moments), np.eye(basis.n_components), rtol=0, atol=1e-14
+    )
+
+
+@settings(deadline=None, max_examples=150)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 7, 10)]))
+def test_every_turning_point_is_found(seed, harmonics):
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(seed)
+    coefficients = rng.normal(size=basis.n_components) / np.maximum(basis.order, 1) ** rng.uniform(
+        0, 2
+    )
+    points = turning_points(basis, coefficients[None])
+    count = points.count[0]
+    angle = points.angle[0, :count]
+    bound = np.abs(coefficients) @ basis.order
+    assert np.all(np.abs(basis.values(angle, 1) @ coefficients) < 1e-12 * bound * basis.highest)
+    assert np.all(np.diff(angle) > 0)
+    assert angle[-1] - angle[0] < 2 * np.pi
+    tau = np.linspace(0, 2 * np.pi, 20001)[:-1]
+    slope = basis.values(tau, 1) @ coefficients
+    seen = np.count_nonzero((slope < 0) != (np.roll(slope, 1) < 0))
+    # The grid may miss a close pair, never the other way round.
+    assert count >= seen
+    assert count % 2 == 0
+    assert points.value[0, 0] >= (basis.values(tau) @ coefficients).max() - 1e-12 * bound
+
+
+@pytest.mark.parametrize("harmonics", [(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 3, 9), (3, 9)])
+def test_turning_points_are_eigenvalues(harmonics):
+    """Zeros of the slope as eigenvalues of the companion matrix of a polynomial in exp(i tau)."""
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(11)
+    coefficients = rng.normal(size=(60, basis.n_components)) / np.maximum(basis.order, 1)
+    points, top = turning_points(basis, coefficients), basis.highest
+    for wave, angle, count in zip(coefficients, points.angle, points.count, strict=True):
+        polynomial = np.zeros(2 * top + 1, dtype=complex)
+        for n in (n for n in harmonics if n):
+            a, b = wave[basis.component(n)], wave[basis.component(n, True)]
+            polynomial[[top + n, top - n]] = n * (b + 1j * a), n * (b - 1j * a)
+        roots = np.roots(polynomial[::-1])
+        # Eigenvalues are good to about 1e-13 unless two nearly meet; none do here.
+        zeros = np.sort(np.angle(roots[np.abs(np.abs(roots) - 1) < 1e-9]) % (2 * np.pi))
+        assert len(zeros) == count
+        found = np.sort(angle[:count] % (2 * np.pi))
+        np.testing.assert_allclose(found, zeros, rtol=0, atol=1e-9)
+
+
+def test_turning_points_of_odd_harmonics_mirror():
+    basis, rng = FourierBasis((1, 3, 7)), np.random.default_rng(3)
+    points = turning_points(basis, rng.normal(size=(20, basis.n_components)))
+    for angle, value, count in zip(points.angle, points.value, points.count, strict=True):
+        half = count // 2
+        # Half a turn is added: round-off of one sum.
+        np.testing.assert_allclose(angle[half:count], angle[:half] + np.pi, rtol=1e-15)
+        np.testing.assert_array_equal(value[half:count], -value[:half])
+
+
+def test_a_triple_zero_of_the_slope_is_one_turning_point():
+    """y' = 9 (sin(3 tau) / 3 - sin(tau)) = -12 sin(tau)^3."""
+    basis = FourierBasis((1, 3))
+    points = turning_points(basis, np.array([[9.0, 0.0, -1.0, 0.0]]))
+    assert points.count.tolist() == [2]
+    assert points.value[0].tolist() == pytest.approx([8.0, -8.0], rel=1e-15)
+
+
+@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5])
+def test_a_close_pair_of_turning_points_is_not_missed(gap):
+    """y' = sin(tau) (p + cos(tau)): beside 0 and pi it vanishes at pi +- gap, or nowhere."""
+    basis = FourierBasis((1, 2))
+    for p, expected in ((1 - gap**2 / 2, 4), (1 + gap**2 / 2, 2)):
+        coefficients = np.array([[-p, 0.0, -0.25, 0.0]])
+        assert turning_points(basis, coefficients).count[0] == expected
+
+
+def test_no_motion_has_no_turning_point():
+    basis = FourierBasis((0, 1, 3))
+    coefficients = np.zeros((2, basis.n_components))
+    coefficients[1, 0] = -3.0
+    points = turning_points(basis, coefficients)
+    assert list(points.count) == [0, 0]
+    assert list(largest_displacement(basis, coefficients)[0]) == [0.0, 3.0]
+
+
+def test_largest_displacement_of_one_harmonic_is_its_radius():
+    basis = FourierBasis((1,))
+    amplitude, angle = largest_displacement(basis, np.array([[3.0, -4.0]]))
+    assert amplitude[0] == pytest.approx(5.0, rel=1e-15)
+    assert abs(basis.values(angle[0]) @ [3.0, -4.0]) == pytest.approx(5.0, rel=1e-15)

@@ -1,0 +1,53 @@
+"""Cubic interpolation."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+from symhbm.numerics.interpolation import cubic, cubic_slope, cubic_top, first_zero
+
+
+def test_against_scipy():
+    rng = np.random.default_rng(0)
+    left, right, first, second = rng.normal(size=(4, 3))
+    share = np.linspace(0, 1, 9)
+    spline = CubicHermiteSpline([0, 1], [left, right], [first, second])
+    ends = left, right, (first, second), share[:, None]
+    np.testing.assert_allclose(cubic(*ends), spline(share), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(cubic_slope(*ends), spline(share, 1), rtol=0, atol=1e-13)
+
+
+def test_the_top_of_a_cubic():
+    """Also next to an end, of parabolas, and of lines but for round-off."""
+    rng = np.random.default_rng(1)
+    share = np.linspace(0, 1, 4001)
+    for _ in range(300):
+        left, right, first, last = rng.normal(size=4) * 10.0 ** rng.uniform(-6, 2, size=4)
+        slopes = abs(first), -abs(last)
+        if rng.random() < 0.2:
+            right = left + (slopes[0] + slopes[1]) / 2
+        at, top = cubic_top(left, right, slopes)
+        assert 0 <= at <= 1
+        round_off = 1e-14 * (abs(left) + abs(right) + sum(map(abs, slopes)))
+        assert top == pytest.approx(float(cubic(left, right, slopes, at)), abs=round_off)
+        assert top >= cubic(left, right, slopes, share).max() - round_off
+
+
+def test_the_first_zero_of_a_cubic():
+    rng = np.random.default_rng(2)
+    share = np.linspace(0, 1, 4001)
+    several = 0
+    for _ in range(500):
+        left, right = np.array([1, -1]) * rng.choice([-1, 1]) * 10.0 ** rng.uniform(-9, 1, size=2)
+        slopes = tuple(rng.normal(size=2) * 10.0 ** rng.uniform(-3, 2))
+        if rng.random() < 0.2:
+            slopes = (right - left,) * 2
+        at = first_zero(left, right, slopes)
+        assert 0 < at < 1
+        aside = np.array([at - 1e-8, at + 1e-8])
+        before, beyond = cubic(left, right, slopes, aside) * left
+        assert before > 0 > beyond
+        changes = np.flatnonzero(np.diff(np.sign(cubic(left, right, slopes, share))))
+        several += len(changes) > 1
+        assert at <= share[changes[0] + 1]
+    assert several > 20

@@ -1,0 +1,318 @@
+"""The largest peak over a parameter: closed forms, full frequency responses, and what it says."""
+
+import re
+from concurrent.futures import Executor, Future
+from typing import Any
+
+import numpy as np
+import pytest
+from by_hand import Structure
+from scipy.interpolate import CubicHermiteSpline
+
+import symhbm as sh
+from studies.closed_form import EXACT_DIGITS, one_blade
+from symhbm.model.natural_frequencies import natural_band
+from symhbm.status import Status
+
+BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
+SINGLE = sh.HarmonicBalance(
+    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10), sh.PointForce(amplitude=1.0)
+)
+
+
+def curve(problem=SINGLE, parameter="normal_load", band=(3.0, 4.0), *args, **options):
+    return sh.peak_curve(problem, parameter, band, *args, **{"progress": False, **options})
+
+
+def ring(n_blades, order, **changes):
+    disk = sh.bladed_disk(n_blades, **BLADE, contact_stiffness=1e6, normal_load=10)
+    return sh.HarmonicBalance(disk, sh.EngineOrder(order)).with_parameters(**changes)
+
+
+def mistuned(n_blades, order):
+    disk = ring(n_blades, order).model
+    spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
+    draws = sh.mistuning.uniform(disk, n_samples=1, seed=2013, **spreads)
+    return ring(n_blades, order, **{name: draws[name].values[0] for name in spreads})
+
+
+def between(found, loads):
+    """The curve between its points: cubic, in logarithms."""
+    load, amplitude = found.normal_load.values, found.peak_amplitude.values
+    slope = found.peak_amplitude_slope.values * load / amplitude
+    return np.exp(CubicHermiteSpline(np.log(load), np.log(amplitude), slope)(np.log(loads)))
+
+
+def largest(problem, loads, band):
+    """Largest peak of full frequency responses."""
+    found = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
+    return found["peak_amplitude"].max("peak").values
+
+
+@pytest.fixture(scope="module")
+def single():
+    return curve(band=(1.0, 1000.0))
+
+
+def test_minimum_of_one_blade(single):
+    # The digits are those of the design with IPOPT; both are solved for to round-off.
+    assert single.minimum_normal_load.values == pytest.approx([3.088578873912], rel=1e-10)
+    assert single.minimum_amplitude.values == pytest.approx([3.082288527639e-4], rel=1e-10)
+    assert single.minimum_frequency.values == pytest.approx([19.496559186804], rel=1e-10)
+    assert single.minimum_kind.values.tolist() == ["smooth"]
+    assert single.status.item() == Status.REACHED_END
+
+
+def test_full_stick_of_one_blade(single):
+    stuck = one_blade(single).largest_contact_force() / 0.5
+    assert single.event_kind.values.tolist() == ["full stick"]
+    # The closed form has the damped resonance, at which the displacement of the contact peaks.
+    assert single.event_normal_load.values == pytest.approx([stuck], rel=1e-9)
+    beyond = single.sel(normal_load=slice(1.001 * stuck, None))
+    # The residual, some round-offs of the forces, is amplified by the resonance.
+    assert np.ptp(beyond.peak_amplitude.values) <= 1e-10 * beyond.peak_amplitude.values[0]
+    assert not beyond.peak_amplitude_slope.values.any()
+
+
+def test_closed_form_of_one_blade(single):
+    exact = [one_blade(single, normal_load=load).peak() for load in single.normal_load.values]
+    amplitude, frequency = np.array(exact).T
+    np.testing.assert_allclose(single.peak_amplitude, amplitude, rtol=EXACT_DIGITS)
+    # Where the peak is flat the closed form tells its frequency to the root of its digits.
+    np.testing.assert_allclose(single.peak_frequency, frequency, rtol=1e-7)
+    assert np.all(single.peak_residual_norm < 1e-11)
+
+
+def test_points_are_as_many_as_interpolation_needs(single):
+    loads = np.geomspace(1.0, 1000.0, 60)[1:-1]
+    exact = [one_blade(single, normal_load=load).peak()[0] for load in loads]
+    # Points are added until the estimated error is 1e-5.
+    np.testing.assert_allclose(between(single, loads), exact, rtol=3e-5)
+    assert single.surveyed.dtype == bool
+    assert single.surveyed.values[[0, -1]].all()
+    assert single.surveyed.sum() <= single.n_surveys
+
+
+@pytest.mark.parametrize(
+    ("parameter", "band"),
+    [("contact_stiffness", (8e3, 1.2e4)), ("mass", (0.8, 1.2))],
+)
+def test_slopes_against_differences(parameter, band):
+    middle = np.mean(band)
+    step = 1e-4 * middle
+    found = curve(SINGLE, parameter, band, [middle - step, middle, middle + step])
+    exact = [one_blade(found, **{parameter: value}).peak()[0] for value in found[parameter].values]
+    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=EXACT_DIGITS)
+    difference = (exact[2] - exact[0]) / (2 * step)
+    # Differences of the exact digits: the step to the second power, and round-off over the step.
+    assert found.peak_amplitude_slope.values[1] == pytest.approx(difference, rel=1e-5)
+
+
+def test_minimum_of_a_tuned_ring():
+    found = curve(ring(13, 3), band=(2.0, 3.0))
+    assert found.n_sectors == 13
+    assert found.minimum_normal_load.values == pytest.approx([2.3674], rel=1e-4)
+    load = found.minimum_normal_load.item()
+    around = [one_blade(found, normal_load=load * f).peak()[0] for f in (0.999, 1.0, 1.001)]
+    assert found.minimum_amplitude.item() == pytest.approx(around[1], rel=EXACT_DIGITS)
+    assert around[1] < min(around[0], around[2])
+
+
+def test_mistuned_ring():
+    problem, loads = mistuned(3, 1), np.array([3.0, 3.7, 4.4, 5.0])
+    exact = largest(problem, loads, (5.0, 400.0))
+    found = curve(problem, "normal_load", (3.0, 5.0), loads, frequency=(5, 400))
+    assert found.status.item() == Status.REACHED_END
+    # Both solve for the peaks: a peak that is missing shows by far more.
+    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
+    # None of these is closer than 8 % to another.
+    assert found.surveyed.values.all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n_blades", "order"), [(5, 2), (13, 3)])
+def test_mistuned_ring_over_two_decades(n_blades, order):
+    problem, loads = mistuned(n_blades, order), np.geomspace(0.5, 100.0, 50)
+    loads[0], loads[-1] = 0.5, 100.0
+    exact = largest(problem, loads, (5.0, 400.0))
+    found = curve(problem, "normal_load", (0.5, 100.0), loads, frequency=(5, 400))
+    assert found.status.item() == Status.REACHED_END
+    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
+    free = curve(problem, "normal_load", (0.5, 100.0), frequency=(5, 400))
+    np.testing.assert_allclose(between(free, loads), exact, rtol=1e-4)
+    exchange = found.event_kind.values == "exchange of the dominant peak"
+    exchanges = found.event_normal_load.values[exchange]
+    assert exchanges.size
+    # At an exchange two peaks of a response are of equal height, as far as both digits go.
+    for load in exchanges[:3]:
+        response = sh.frf(
+            problem.with_parameters(normal_load=load), (5, 400), peaks="each", progress=False
+        )
+        highest = np.sort(response.peak_amplitude.values)[-2:]
+        assert highest[0] == pytest.approx(highest[1], rel=1e-9)
+
+
+def two_dofs_a_blade():
+    """Three blades of two masses, their tips in contact: the problem, and the same by hand."""
+    rng = np.random.default_rng(5)
+    root, tip = 1e4 * rng.uniform(0.9, 1.1, 3), 2e4
+    friction, stiffness = np.array([0.5, 0.4, 0.6]), 2e4
+    mass = np.kron(np.eye(3), np.diag([1.0, 0.5]))
+    elastic = np.kron(np.diag(root), [[1, 0], [0, 0]]) + np.kron(
+        np.eye(3), [[tip, -tip], [-tip, tip]]
+    )
+    damping = 2.0 * mass + 1e-4 * elastic
+    contacts = [(1, 3), (3, 5), (5, 1)]
+    directions = np.zeros((3, 6))
+    for row, (one, other) in zip(directions, contacts, strict=True):
+        row[one], row[other] = 1, -1
+    force = np.zeros(6, dtype=complex)
+    force[1::2] = np.exp(-2j * np.pi * np.arange(3) / 3)
+    model = sh.Model(
+        mass,
+        damping,
+        elastic,
+        contacts=contacts,
+        contact_stiffness=stiffness,
+        friction_coefficient=friction,
+        normal_load=10.0,
+    )
+    excitation = sh.HarmonicForce(cosine={1: force.real}, sine={1: -force.imag})
+
+    def by_hand(load):
+        matrices = mass, damping, elastic, directions, np.full(3, stiffness)
+        return Structure(*matrices, friction * load, force).highest(5, 60)
+
+    return sh.HarmonicBalance(model, excitation), by_hand
+
+
+def assert_by_hand(found, by_hand, loads):
+    for load in loads:
+        amplitude, frequency = by_hand(load)
+        here = found.sel(normal_load=load)
+        # Corners stand where grids by hand end, to 1e-9 of the frequency.
+        assert here.peak_amplitude.item() == pytest.approx(amplitude, rel=2e-9)
+        assert here.peak_frequency.item() == pytest.approx(frequency, rel=1e-7)
+
+
+def test_several_degrees_of_freedom_a_blade():
+    """Its lowest peak is where two are equal, which neither model nor package knows in advance."""
+    problem, by_hand = two_dofs_a_blade()
+    loads = np.array([1.02, 1.05, 1.1])
+    found = curve(problem, "normal_load", (1.02, 1.1), loads, frequency=(5, 60))
+    assert found.status.item() == Status.REACHED_END
+    assert_by_hand(found, by_hand, loads)
+    assert found.minimum_kind.values.tolist() == ["exchange"]
+    low = found.minimum_normal_load.item()
+    assert "exchange of the dominant peak" in found.event_kind.values
+    beside = [by_hand(low * factor) for factor in (1 - 1e-6, 1.0, 1 + 1e-6)]
+    assert beside[1][0] == pytest.approx(found.minimum_amplitude.item(), rel=2e-9)
+    assert beside[0][0] > beside[1][0] < beside[2][0]
+    # Other peaks lead on either side.
+    assert abs(beside[0][1] - beside[2][1]) > 1
+
+
+@pytest.mark.slow
+def test_several_degrees_of_freedom_over_two_decades():
+    problem, by_hand = two_dofs_a_blade()
+    found = curve(problem, "normal_load", (0.5, 60.0), frequency=(5, 60))
+    assert found.status.item() == Status.REACHED_END
+    assert {*found.peak_kind.values} == {"smooth", "corner"}
+    at_event = np.abs(np.log(found.normal_load.values[:, None] / found.event_normal_load.values))
+    clear = found.normal_load.values[at_event.min(axis=1) > 1e-6]
+    assert_by_hand(found, by_hand, clear[::4])
+    heights = {load: by_hand(load)[0] for load in np.geomspace(0.5, 60, 40)}
+    assert min(heights.values()) >= found.minimum_amplitude.values.min()
+
+
+def test_unbounded():
+    undamped = SINGLE.with_parameters(damping=0.0)
+    found = curve(undamped, "normal_load", (1.2, 2.4), [1.2, 1.5, 2.0, 2.4])
+    # mu F_n <= pi f0 / 4: the energy of the force grows with the amplitude as fast as that lost.
+    assert np.isinf(found.peak_amplitude.values).tolist() == [True, True, False, False]
+    assert found.peak_kind.values.tolist() == ["unbounded", "unbounded", "smooth", "smooth"]
+    assert Status.PEAK_UNBOUNDED in found.status.item()
+    assert "add damping" in found.status.item()
+    (pole,) = found.event_normal_load.values[found.event_kind.values == "peak becomes unbounded"]
+    # The pole is where the last peaks solved for lead to.
+    assert pole == pytest.approx(np.pi / 2, rel=1e-5)
+
+
+def test_edge():
+    with pytest.raises(sh.SolveError, match="wider frequency band") as caught:
+        curve(band=(2.0, 3.0), frequency=(18, 19), throw=True)
+    found = caught.value.result
+    assert {*found.peak_kind.values} == {"smooth", "edge"}
+    crossings = found.event_normal_load.values[
+        found.event_kind.values == "peak crosses the end of the band"
+    ]
+    frequencies = [one_blade(found, normal_load=load).peak()[1] for load in crossings]
+    assert frequencies == pytest.approx([18, 19], rel=1e-7)
+    assert found.minimum_kind.values.tolist() == ["end"]
+
+
+class Broken(Executor):
+    def submit(self, *_, **__):
+        future: Future = Future()
+        future.set_exception(OSError("gone"))
+        return future
+
+
+def test_an_executor_that_fails_loses_nothing():
+    with pytest.warns(RuntimeWarning, match="computed in this process"):
+        found = curve(band=(3.0, 3.2), executor=Broken())
+    assert found.identical(curve(band=(3.0, 3.2)))
+
+
+def test_archive(single, tmp_path):
+    path = sh.save(single, tmp_path / "curve.nc")
+    assert sh.load(path).identical(single)
+    chosen = sh.rebuild(single.isel(normal_load=3))
+    assert chosen.parameters["normal_load"] == single.normal_load.values[3]
+    assert sh.rebuild(single).parameters["normal_load"] == 10
+
+
+def test_natural_band():
+    low, high = natural_band([SINGLE.model])
+    assert low == pytest.approx(0.2 * 100 / (2 * np.pi))
+    assert high == pytest.approx(1.2 * np.sqrt(2e4) / (2 * np.pi))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("normal_lod", (1, 2)), "normal_lod"),
+        (("engine_order", (1, 2)), "engine_order"),
+        (("normal_load", (1, 1)), "band=(1, 1): expected two different values"),
+        (("normal_load", (-1, 1)), "band=(-1, 1): expected values finite and >= 0"),
+        (("mass", (0, 1)), "band=(0, 1): expected values finite and > 0"),
+        (("cubic_stiffness", (0, 1)), "expected a problem without cubic springs"),
+        (("normal_load", (1, 2), [3.0]), "at=[3.0]: expected values within the band"),
+    ],
+)
+def test_bad_arguments(arguments, words):
+    with pytest.raises((KeyError, ValueError), match=re.escape(words)):
+        curve(ring(3, 1), *arguments)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (dict(frequency=(0, 10)), "frequency=(0, 10): expected values finite and > 0"),
+        (dict(frequency=[(1, 3), (2, 4)]), "expected bands that do not overlap"),
+        (dict(frequency=[1, 2, 3]), "expected two different values"),
+        (dict(contact=3), "contact=3: expected an integer from 0 to 0"),
+        (dict(dof=0), "dof=0: expected None"),
+        (dict(executor=4), "executor=4: expected"),
+        (dict(throw=1), "throw=1: expected True or False"),
+    ],
+)
+def test_bad_options(options, words):
+    with pytest.raises((TypeError, ValueError), match=re.escape(words)):
+        curve(**options)
+
+
+def test_friction_over_samples_is_refused():
+    sampled = sh.HarmonicBalance(SINGLE.model, SINGLE.excitation, samples=64)
+    with pytest.raises(ValueError, match="samples=64: expected a problem with located"):
+        curve(sampled)

@@ -1,0 +1,400 @@
+"""Pictures are right between the points of a dataset, and none is empty."""
+
+import importlib
+from itertools import pairwise
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from studies.closed_form import one_blade
+from symhbm.cli.commands import main
+from symhbm.numerics.amplitude_curve import amplitude_between
+from symhbm.results import tables
+from symhbm.results.variables import SLOPES
+from symhbm.status import Status
+from tests.paper import CLOSE, exact, farthest, long_lines, off_paper, values_of
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def level(amplitude):
+    return 20 * np.log10(amplitude)
+
+
+def mistuned():
+    """A ring of five blades with other contacts everywhere."""
+    disk = sh.bladed_disk(
+        5,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=[9e4, 1.1e5, 1e5, 1.2e5, 8e4],
+        friction_coefficient=0.5,
+        normal_load=[10, 8, 12, 9, 11],
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.0))
+
+
+def condensed():
+    """A chain of twelve masses with two contacts, of which three are kept."""
+    n = 12
+    stiffness = 2e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    chain = sh.Model(
+        np.eye(n),
+        0.5 * np.eye(n) + 1e-5 * stiffness,
+        stiffness,
+        contacts=[(2,), (9,)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    force = sh.PointForce(dof=5, amplitude=5.0)
+    small = sh.condense(chain, force, frequency=(3, 12), harmonics=(1,), dofs=[5])
+    return sh.HarmonicBalance(small, force, harmonics=(1,))
+
+
+CURVES = {
+    "light": (lambda: fig03.problem().with_parameters(normal_load=1), (10, 30), {}),
+    "best": (lambda: fig03.problem().with_parameters(normal_load=3), (10, 30), {}),
+    "downwards": (lambda: fig03.problem().with_parameters(normal_load=3), (30, 10), {}),
+    "heavy": (lambda: fig03.problem().with_parameters(normal_load=18), (10, 30), {}),
+    "harmonics": (lambda: fig03.problem((1, 3)).with_parameters(normal_load=2), (12, 28), {}),
+    "accuracy": (
+        lambda: fig03.problem().with_parameters(normal_load=3),
+        (14, 26),
+        dict(accuracy=1e-3),
+    ),
+    "mistuned": (mistuned, (50, 110), {}),
+    "condensed": (condensed, (3, 12), {}),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_response_is_drawn_where_it_is(name):
+    make, band, options = CURVES[name]
+    problem = make()
+    curve = sh.frf(problem, band, throw=True, progress=False, **options)
+    (line,) = long_lines(sh.plot.response(curve).axes[0])
+    number = 200 if options else 500
+    assert off_paper(line, curve, n_values=number, problem=problem) < CLOSE
+
+
+def test_a_blade_of_a_tuned_disk_is_drawn_where_it_is():
+    curve = sh.frf(fig08.problem(), (50, 350), throw=True, progress=False)
+    assert int(curve.n_sectors) == 13
+    (line,) = long_lines(sh.plot.response(curve, dof=5).axes[0])
+    assert off_paper(line, curve, dof=5, n_values=500) < CLOSE
+
+
+@pytest.mark.parametrize("dof", [0, 3])
+def test_antiresonances_of_a_blade(dof):
+    curve = sh.frf(mistuned(), (50, 110), peaks="each", throw=True, progress=False)
+    (line,) = long_lines(sh.plot.response(curve, dof=dof).axes[0])
+    assert off_paper(line, curve, dof=dof, n_values=500) < CLOSE
+
+
+@pytest.mark.parametrize("name", ["normal_load", "force_amplitude"])
+def test_a_curve_over_a_load_is_drawn_where_it_is(name):
+    curve = sh.follow(fig03.problem(), name, (0.5, 500), frequency=19.5, throw=True)
+    (line,) = long_lines(sh.plot.response(curve).axes[0])
+    assert line.axes.get_xscale() == "log"
+    assert off_paper(line, curve, n_values=500) < CLOSE
+
+
+def duffing():
+    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+
+
+@pytest.mark.parametrize("band", [(0.08, 0.32), (0.32, 0.08)])
+def test_a_curve_that_folds_is_drawn_where_it_is(band):
+    """Solutions at many values, joined in the order of the path: up, back, and up again."""
+    curve = sh.frf(duffing(), band, throw=True, progress=False)
+    assert (curve.event_kind.values == "fold").sum() == 2
+    ax = sh.plot.response(curve.drop_vars("stability")).axes[0]
+    (line,) = long_lines(ax)
+    values = values_of(line, curve, 600)
+    amplitude = exact(curve, values).amplitude.isel(dof=0).values
+    folds = np.sort(curve.event_frequency.values)
+    inside = np.isfinite(amplitude).sum(axis=1) == 3
+    low, high = np.nanmin(amplitude, axis=1), np.nanmax(amplitude, axis=1)
+    # The largest up to the upper fold, the middle one back to the lower fold, then the smallest.
+    ways = [
+        (values[values < folds[1]], high[values < folds[1]]),
+        (values[inside][::-1], np.sort(amplitude[inside], axis=1)[::-1, 1]),
+        (values[values > folds[0]], low[values > folds[0]]),
+    ]
+    x, y = (np.concatenate([way[i] for way in ways]) for i in (0, 1))
+    assert farthest(ax, (x, level(y)), line.get_data()) < CLOSE
+
+
+def test_a_grid_is_drawn_through_its_peaks():
+    """Peaks lie beside the values of a grid, and nothing but the peak is the top of the line."""
+    problem = fig03.problem().with_parameters(normal_load=3)
+    for grid in (np.linspace(10, 30, 9), np.linspace(10, 30, 401)):
+        curve = sh.frf(problem, (10, 30), grid, throw=True, progress=False)
+        (line,) = long_lines(sh.plot.response(curve).axes[0])
+        x, y = line.get_data()
+        peak = float(curve.peak_frequency[0]), level(float(curve.peak_amplitude[0]))
+        assert y.max() == peak[1] > level(float(curve.amplitude.max()))
+        assert x[y.argmax()] == peak[0]
+        assert np.isin(grid, x).all()
+    assert off_paper(line, curve, n_values=500) < CLOSE
+
+
+@pytest.mark.parametrize("each", ["largest", "each"])
+def test_corners_between_values_of_a_grid(each):
+    curve = sh.frf(mistuned(), (50, 110), np.linspace(50, 110, 31), peaks=each, progress=False)
+    ax = sh.plot.response(curve).axes[0]
+    (line,) = long_lines(ax)
+    marks = [mark for mark in ax.lines if len(mark.get_xdata()) == 1]
+    assert len(marks) > 1
+    x, y = line.get_data()
+    for mark in marks:
+        (at,), (top,) = mark.get_data()
+        assert y[x == at] == pytest.approx(top, abs=1e-9)
+    assert y.max() == max(mark.get_ydata()[0] for mark in marks)
+
+
+def test_slopes_are_derivatives():
+    cases = [
+        sh.frf(fig03.problem((1, 3)).with_parameters(normal_load=2), (12, 28)),
+        sh.frf(mistuned(), (50, 110), np.linspace(51, 109, 8)),
+        sh.follow(fig03.problem(), "normal_load", (1, 300), frequency=22.0),
+        sh.frf(fig08.problem(), (190, 230)),
+    ]
+    for curve in cases:
+        name = "normal_load" if "event_normal_load" in curve else "frequency"
+        values = curve[name].values[1:-1]
+        events = curve[f"event_{name}"].values
+        far = np.abs(values[:, None] - events).min(axis=1, initial=np.inf) > 2e-3 * values
+        rows = np.flatnonzero(far)[:: max(far.sum() // 6, 1)]
+        assert len(rows) >= 4
+        step = 1e-6 * values[rows]
+        beside = np.sort(np.concatenate([values[rows] - step, values[rows] + step]))
+        amplitude = exact(curve, beside).amplitude.values
+        expected = (amplitude[1::2] - amplitude[::2]) / (2 * step[:, None])
+        slope = curve.amplitude_slope.values[1:-1][rows]
+        scale = np.abs(amplitude[::2]).max(axis=1, keepdims=True) / values[rows, None]
+        np.testing.assert_array_less(np.abs(slope - expected), 2e-5 * (scale + np.abs(expected)))
+        unit = {"frequency": "m Hz-1", "normal_load": "m N-1"}[name]
+        assert curve.amplitude_slope.attrs["units"] == unit
+
+
+def test_slopes_on_both_sides_of_an_event():
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=3), (10, 30))
+    differ = curve.amplitude_slope.values[:, 0] != curve.amplitude_slope_before.values[:, 0]
+    np.testing.assert_allclose(curve.frequency.values[differ], curve.event_frequency.values)
+    for at, side, other in zip(
+        curve.event_frequency.values,
+        curve.amplitude_slope_before.values[differ, 0],
+        curve.amplitude_slope.values[differ, 0],
+        strict=True,
+    ):
+        step = 1e-7 * at
+        near = exact(curve, at + step * np.array([-2, -1, 1, 2])).amplitude.values[:, 0]
+        assert (near[1] - near[0]) / step == pytest.approx(side, rel=1e-2)
+        assert (near[3] - near[2]) / step == pytest.approx(other, rel=1e-2)
+
+
+def test_slopes_at_rest():
+    """A response grows from nothing as the force does."""
+    curve = sh.follow(fig03.problem(), "force_amplitude", (0, 0.5), frequency=19.5)
+    first = curve.amplitude.values[1, 0] / curve.force_amplitude.values[1]
+    assert curve.amplitude.values[0, 0] == 0
+    assert curve.amplitude_slope.values[0, 0] == pytest.approx(first, rel=1e-9)
+
+
+def test_slopes_at_folds_are_infinite():
+    curve = sh.frf(duffing(), (0.08, 0.32))
+    for at in curve.event_frequency.values:
+        here = np.abs(curve.frequency.values - at).argmin()
+        for name in SLOPES:
+            assert np.isinf(curve[name].values[here, 0])
+    assert np.isinf(curve.amplitude_slope.values).sum() == 2
+
+
+def test_slopes_are_kept_where_they_are_asked_for():
+    keep = ["amplitude", "amplitude_slope"]
+    assert {*SLOPES} & {*map(str, sh.frf(fig03.problem(), (10, 12), keep=keep).variables)} == {
+        "amplitude_slope"
+    }
+    assert "amplitude_slope" not in sh.frf(fig03.problem(), (10, 12), keep=["amplitude"])
+
+
+def test_without_slopes_lines_are_monotone_between_points():
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=1), (10, 30)).drop_vars(SLOPES)
+    (line,) = long_lines(sh.plot.response(curve).axes[0])
+    x, y = line.get_data()
+    points = curve.frequency.values
+    corners = np.sort(np.append(points, curve.peak_frequency.values[0]))
+    for low, high in pairwise(corners):
+        steps = np.diff(y[(x >= low) & (x <= high)])
+        assert np.all(steps >= -1e-12) or np.all(steps <= 1e-12)
+    folded = sh.frf(duffing(), (0.08, 0.32)).drop_vars([*SLOPES, "stability"])
+    (line,) = long_lines(sh.plot.response(folded).axes[0])
+    np.testing.assert_allclose(line.get_ydata()[::2], level(folded.amplitude.values[:, 0]))
+
+
+def test_tables_of_older_versions_have_no_slopes():
+    blank = {"amplitude": (np.dtype(float), (2, 1)), "amplitude_slope": (np.dtype(float), (2, 1))}
+    stacked = tables.stack([{"amplitude": np.ones((2, 1))}], 1, blank)
+    assert np.isnan(stacked["amplitude_slope"]).all()
+
+
+SHARES = np.linspace(0, 1, 41)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_between_two_points(sign):
+    """Exponentials of cubics, roots of squares and roots are met; ends to the last bit."""
+    power = np.polynomial.Polynomial([0.3, 0.4 * sign, -0.2, 0.1])
+    amplitude, slope = np.exp(power(SHARES)), np.exp(power(SHARES)) * power.deriv()(SHARES)
+    ends = amplitude[0], amplitude[-1], (slope[0], slope[-1])
+    np.testing.assert_allclose(amplitude_between(*ends, SHARES), amplitude, rtol=1e-13)
+    assert amplitude_between(*ends, SHARES)[[0, -1]].tolist() == [amplitude[0], amplitude[-1]]
+    near = np.polynomial.Polynomial([1.0, -2.6, 1.8])
+    size, rate = np.sqrt(near(SHARES)), near.deriv()(SHARES) / (2 * np.sqrt(near(SHARES)))
+    ends = size[0], size[-1], (rate[0], rate[-1])
+    np.testing.assert_allclose(amplitude_between(*ends, SHARES), size, rtol=1e-13)
+    rooted = 2 + sign * 0.7 * np.sqrt(SHARES) + 0.2 * SHARES
+    last = sign * 0.35 + 0.2
+    found = amplitude_between(2.0, rooted[-1], (np.inf, last), SHARES)
+    np.testing.assert_allclose(found, rooted, rtol=1e-13)
+    found = amplitude_between(rooted[-1], 2.0, (-last, np.inf), 1 - SHARES)
+    np.testing.assert_allclose(found, rooted, rtol=1e-13)
+
+
+def test_between_two_points_nothing_overshoots():
+    for first, last in ((50.0, 0.0), (0.0, 50.0), (80.0, 90.0)):
+        steps = np.diff(amplitude_between(1.0, 2.0, (first, last), SHARES))
+        assert np.all(steps >= 0)
+
+
+# Nothing to draw
+
+
+def without_points(dataset):
+    """A dataset as it is where nothing converges."""
+    unknown = {
+        name: value * np.nan
+        for name, value in dataset.data_vars.items()
+        if value.dtype.kind == "f" and {"point", "frequency", "peak"} & {*value.dims}
+    }
+    unknown["peak_kind"] = xr.full_like(dataset.peak_kind, "")
+    unknown["status"] = xr.full_like(dataset.status, str(Status.NO_START))
+    return dataset.assign(unknown)
+
+
+@pytest.fixture(scope="module")
+def failed():
+    return without_points(
+        sh.frf(fig03.problem(), (10, 30), over={"normal_load": [1.0, 3.0, 100.0]})
+    )
+
+
+@pytest.mark.parametrize("kind", ["response", "disk", "hysteresis", "stick_map", "envelope"])
+def test_nothing_is_not_drawn(failed, kind):
+    if kind == "envelope":
+        failed = failed.rename(normal_load="sample")
+    if kind == "disk":
+        failed = without_points(sh.frf(mistuned(), (50, 110), [60, 70]))
+    with pytest.raises(ValueError, match=r"converged point.*no response was found"):
+        getattr(sh.plot, kind)(failed)
+    assert plt.get_fignums() == []
+
+
+@pytest.mark.parametrize("kind", ["response", "blades", "stick-map"])
+def test_the_command_line_draws_no_empty_picture(failed, tmp_path, kind):
+    sh.save(failed, tmp_path / "failed.nc")
+    arguments = ["plot", str(tmp_path / "failed.nc"), "--kind", kind]
+    arguments += ["--select", "normal_load=3"] if kind == "blades" else []
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code != 0
+    assert "no response was found" in result.output
+    assert [path.name for path in tmp_path.iterdir()] == ["failed.nc"]
+
+
+# Studies: all that draw responses, as they are drawn in full
+
+SWEPT = {
+    "fig03_single_blade": ("normal_load", 0),
+    "fig08_engine_orders": ("engine_order", 0),
+    "fig09_contact_stiffness": ("contact_stiffness", 0),
+    "fig10_friction_coefficient": ("friction_coefficient", 0),
+    "fig11_normal_load": ("normal_load", 0),
+    "optimal_normal_load_single_blade": ("normal_load", 1),
+}
+"""The parameter that tells lines of a study apart, and the axes with its responses."""
+
+
+def drawn(name):
+    """Module, dataset and axes of a study."""
+    study = importlib.import_module(f"studies.{name}")
+    dataset = study.compute(progress=False)
+    return study, dataset, study.draw(dataset).axes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEPT)
+def test_responses_of_studies_are_drawn_where_they_are(name):
+    dim, place = SWEPT[name]
+    _, dataset, axes = drawn(name)
+    lines = long_lines(axes[place])
+    assert len(lines) == dataset.sizes[dim]
+    for i, line in enumerate(lines):
+        assert off_paper(line, dataset.isel({dim: i})) < CLOSE, dataset[dim].values[i]
+
+
+@pytest.mark.slow
+def test_blades_of_the_disk_with_a_point_force_are_drawn_where_they_are():
+    study, dataset, (ax, *_) = drawn("fig06_point_force")
+    curves = [(study.STUCK_LOAD, 0), *((study.NORMAL_LOAD, blade) for blade in study.BLADES)]
+    for line, (load, blade) in zip(long_lines(ax), curves, strict=True):
+        assert off_paper(line, dataset.sel(normal_load=load), dof=blade) < CLOSE, (load, blade)
+
+
+@pytest.mark.slow
+def test_mistuned_disks_are_drawn_where_they_are():
+    study, dataset, (left, right, *_) = drawn("fig12_mistuned_disk")
+    order = [*dataset.sample.values[dataset.sample.values != study.TUNED], study.TUNED]
+    for sample, line in zip(order, long_lines(left), strict=True):
+        assert off_paper(line, dataset.sel(sample=sample)) < CLOSE, sample
+    worst = dataset.sel(sample=study.worst_sample(dataset))
+    *blades, tuned = long_lines(right)
+    for blade, line in enumerate(blades):
+        assert off_paper(line, worst, dof=blade) < CLOSE, blade
+    assert off_paper(tuned, dataset.sel(sample=study.TUNED)) < CLOSE
+
+
+@pytest.mark.slow
+def test_the_tuned_disk_is_drawn_where_it_is_beside_an_ensemble():
+    study, _, axes = drawn("fig13_amplification")
+    tuned = sh.frf(study.fig12.problem(), study.fig12.BAND, progress=False)
+    for ax in axes[: len(study.BLADES)]:
+        assert off_paper(long_lines(ax)[-1], tuned) < CLOSE
+
+
+@pytest.mark.slow
+def test_peaks_over_the_load_are_drawn_where_they_are():
+    """The closed form of one blade tells them at any load."""
+    study, dataset, (_, ax, *_) = drawn("fig11_normal_load")
+    line = long_lines(ax)[0]
+    loads = np.union1d(np.geomspace(*study.LOADS, 2000), line.get_xdata())
+    curve = dataset.isel(normal_load=0)
+    peaks = [one_blade(curve, normal_load=load).peak()[0] for load in loads]
+    assert farthest(ax, (loads, level(np.array(peaks))), line.get_data()) < CLOSE

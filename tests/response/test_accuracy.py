@@ -1,0 +1,254 @@
+"""Accuracy as an input: what is asked for is kept, measured against the exact periodic motion."""
+
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from symhbm.response.accuracy.harmonic_sets import HarmonicSets
+from symhbm.response.accuracy.truncation import SMALLEST
+from symhbm.time_domain.exact_motion import exact_motion
+
+TURN = 2 * np.pi
+ACCURACIES = (1e-2, 1e-3, 1e-4)
+LOADS = (0.5, 1, 2, 3, 5, 18)
+
+
+def mistuned(sample):
+    """The ensemble of the source's Fig. 12, one harmonic to begin with."""
+    rng = np.random.default_rng([1949, sample])
+    draw = lambda nominal, width: nominal * (1 + width * rng.uniform(-1, 1, 13))  # noqa: E731
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=draw(1e6, 0.2),
+        friction_coefficient=draw(0.5, 0.4),
+        normal_load=draw(10, 0.3),
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), (1,))
+
+
+@cache
+def blade(load):
+    return fig03.problem().with_parameters(normal_load=load)
+
+
+@cache
+def exact_amplitudes(problem, frequencies):
+    """Exact amplitudes (n, n_dof) [m], each motion from the neighbour's."""
+    found, state = [], None
+    for hertz in frequencies:
+        motion = exact_motion(problem, TURN * hertz, state)
+        assert motion.converged
+        state = motion.state
+        found.append(motion.amplitude)
+    return np.array(found)
+
+
+def errors(problem, response):
+    """True error at each point as `truncation_error` measures it."""
+    exact = exact_amplitudes(problem, tuple(response.frequency.values.tolist()))
+    level = np.maximum(exact, SMALLEST * exact.max(axis=1, keepdims=True))
+    return np.max(np.abs(response.amplitude.values - exact) / level, axis=1)
+
+
+def assert_kept(problem, band, at, accuracy):
+    response = sh.frf(problem, band, at=at, accuracy=accuracy)
+    assert response.status.item() == sh.Status.REACHED_END
+    true, expected = errors(problem, response), response.truncation_error.values
+    assert np.all(expected <= accuracy)
+    assert true.max() <= accuracy
+    # An estimate: what is beyond the larger set was never more than half of it.
+    assert np.all(true <= 2 * expected + 1e-8)
+    return response
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_blades(load):
+    at = np.linspace(10.1, 29.9, 29)
+    problem = blade(load)
+    sets = [assert_kept(problem, (10, 30), at, accuracy) for accuracy in ACCURACIES]
+    highest = [response.highest_harmonic.values for response in sets]
+    assert np.all(highest[2] >= highest[0])
+    assert len(np.unique(highest[2])) > 1
+
+
+@pytest.mark.parametrize(("order", "load", "at"), [(1, 10, [60, 63, 66.25]), (3, 100, [211, 213])])
+def test_rings(order, load, at):
+    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
+    response = assert_kept(problem, (50, 250), at, 1e-3)
+    if order == 1:
+        # 63 Hz is far off with one harmonic, whose contacts reverse twice and not 6 times.
+        assert response.reversals.sel(frequency=63).values.tolist() == [6] * 13
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [10, 100])
+@pytest.mark.parametrize("order", range(1, 7))
+def test_all_rings(order, load):
+    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
+    path = sh.frf(problem, (5, 350)).frequency.values
+    at = np.unique(np.append(path[:: max(1, len(path) // 20)], np.linspace(20, 340, 9)))
+    for accuracy in ACCURACIES:
+        assert_kept(problem, (5, 350), at, accuracy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sample", range(10))
+def test_mistuned_rings(sample):
+    problem = mistuned(sample)
+    path = sh.frf(problem, (50, 350)).frequency.values
+    at = path[:: len(path) // 25]
+    for accuracy in ACCURACIES:
+        assert_kept(problem, (50, 350), at, accuracy)
+
+
+def test_the_path_is_one_curve():
+    """Parts with different harmonics meet without a gap, peaks and events are told once."""
+    problem, accuracy = blade(1), 1e-3
+    path = sh.frf(problem, (10, 30), accuracy=accuracy)
+    many = sh.frf(sh.HarmonicBalance(problem.model, problem.excitation, range(1, 24, 2)), (10, 30))
+    assert np.all(np.diff(path.frequency) > 0)
+    assert path.frequency[0] == 10
+    assert path.frequency[-1] == 30
+    assert path.event_kind.values.tolist() == many.event_kind.values.tolist()
+    assert path.sizes["peak"] == many.sizes["peak"]
+    np.testing.assert_allclose(path.peak_amplitude, many.peak_amplitude, rtol=accuracy)
+    assert float(path.peak_truncation_error.max()) <= accuracy
+    assert errors(problem, path.isel(point=slice(None, None, 4))).max() <= accuracy
+    down = sh.frf(problem, (30, 10), accuracy=accuracy)
+    assert np.all(np.diff(down.frequency) < 0)
+    np.testing.assert_allclose(down.peak_amplitude, path.peak_amplitude, rtol=2 * accuracy)
+
+
+def test_one_point_and_any_parameter():
+    problem = blade(1)
+    exact = exact_amplitudes(problem, (15.0,))[0]
+    for accuracy in (1e-2, 1e-4, 1e-6):
+        point = sh.solve(problem, 15.0, accuracy=accuracy)
+        assert point.status.item() == "success"
+        assert abs(float(point.amplitude[0]) / exact[0] - 1) <= float(point.truncation_error)
+        assert float(point.truncation_error) <= accuracy
+        assert point.harmonic.values[-1] == point.highest_harmonic
+    assert point.attrs["accuracy"] == accuracy
+    loads = sh.follow(problem, "normal_load", (0.5, 300), frequency=19.5, accuracy=1e-3)
+    assert float(loads.truncation_error.max()) <= 1e-3
+    for k in range(0, loads.sizes["point"], 5):
+        motion = exact_motion(sh.rebuild(loads.isel(point=k)), TURN * 19.5)
+        assert abs(float(loads.amplitude[k, 0]) / motion.amplitude[0] - 1) <= 1e-3
+
+
+def test_more_than_can_be_had_is_said():
+    point = sh.solve(blade(1), 15.0, accuracy=1e-8)
+    assert point.status.item() == sh.Status.ACCURACY_NOT_REACHED
+    assert bool(point.converged)
+    assert 1e-8 < float(point.truncation_error) < 1e-6
+    with pytest.raises(sh.SolveError, match="truncation_error"):
+        sh.solve(blade(1), 15.0, accuracy=1e-8, throw=True)
+
+
+def test_errors_between_the_points_of_the_path_are_told(monkeypatch):
+    """Values asked for may be less accurate than every point of a path with the same harmonics."""
+    monkeypatch.setattr("symhbm.response.accuracy.harmonic_sets.HIGHEST", 9)
+    problem, band, at = blade(1), (10, 13), np.linspace(10, 13, 41)
+
+    def errors(accuracy, at=None):
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "the curve is incomplete")
+            found = sh.frf(problem, band, at=at, accuracy=accuracy)
+        return found.status.item(), found.truncation_error.values
+
+    _, along = errors(1e-9)
+    _, at_values = errors(1e-9, at)
+    accuracy = np.sqrt(along.max() * at_values.max())
+    poor = at_values > accuracy
+    assert 0 < poor.sum() < len(at)
+    assert at_values.max() < 2 * accuracy
+    assert errors(accuracy)[0] == sh.Status.REACHED_END
+    assert errors(accuracy, at[~poor])[0] == sh.Status.REACHED_END
+    status, told = errors(accuracy, at[poor])
+    assert status == sh.Status.ACCURACY_NOT_REACHED
+    np.testing.assert_allclose(told, at_values[poor], rtol=1e-6)
+    with pytest.raises(sh.SolveError, match="truncation_error"):
+        sh.frf(problem, band, at=at[poor], accuracy=accuracy, throw=True)
+
+
+def test_folding_responses():
+    """Smooth forces: a geometric fall, and errors measured across the path, as folds move too."""
+    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+    path = sh.frf(problem, (0.08, 0.32), accuracy=1e-3)
+    assert path.status.item() == sh.Status.REACHED_END
+    assert 1 < path.sizes["harmonic"] < 5
+    assert path.event_kind.values.tolist() == ["fold", "fold"]
+    verified = sh.verify(path, exact=20)
+    away = np.abs(path.frequency - path.event_frequency).min("event") > 1e-3
+    # At the folds the exact motion is another one at the same frequency.
+    assert float(verified.exact_difference.where(away).max()) <= 1e-3
+    grid = sh.frf(problem, (0.08, 0.32), at=[0.15, 0.19, 0.21], accuracy=1e-4)
+    assert grid.n_solutions.values.tolist() == [1, 3, 1]
+    assert float(grid.truncation_error.max()) <= 1e-4
+
+
+def test_sets_grow_as_symmetry_allows():
+    model = sh.Model(
+        np.eye(2), 0.1 * np.eye(2), [[2.0, -1], [-1, 2]], [(0, 1)], 5, 0.5, normal_load=1.0
+    )
+    force = sh.HarmonicForce(cosine={0: [1.0, 0.0], 1: [0.0, 2.0]})
+    problem = sh.HarmonicBalance(model, force, (0, 1))
+    full = HarmonicSets(problem)
+    assert [full.harmonics(rung)[-1] for rung in range(5)] == [1, 2, 3, 4, 5]
+    assert full.harmonics(3) == (0, 1, 2, 3, 4)
+    odd = HarmonicSets(sh.HarmonicBalance(model, sh.PointForce(), (1, 5)))
+    assert [odd.harmonics(rung) for rung in range(2)] == [(1, 3, 5), (1, 3, 5, 7)]
+    third = HarmonicSets(sh.HarmonicBalance(model, sh.HarmonicForce({3: [1.0, 0.0]}), (3,)))
+    assert third.harmonics(1) == (3, 9)
+    response = sh.frf(problem, (0.05, 0.5), accuracy=1e-2)
+    assert response.status.item() == sh.Status.REACHED_END
+    for k in range(0, response.sizes["point"], 9):
+        motion = exact_motion(problem, TURN * float(response.frequency[k]))
+        assert (
+            np.abs(response.amplitude[k] - motion.amplitude).max() <= 1e-2 * motion.amplitude.max()
+        )
+
+
+def test_archives_with_harmonics_by_point(tmp_path):
+    problem = blade(1)
+    loads = {"normal_load": [1, 3, 300]}
+    ensemble = sh.frf(problem, (10, 30), over=loads, accuracy=1e-3)
+    with ProcessPoolExecutor(2) as pool:
+        spread = sh.frf(problem, (10, 30), over=loads, accuracy=1e-3, executor=pool)
+    assert spread.identical(ensemble)
+    # A load that never slips asks for no more than one harmonic: its others are 0, not unknown.
+    stuck = ensemble.sel(normal_load=300)
+    n_points = int(stuck.n_points)
+    assert stuck.highest_harmonic.values[:n_points].tolist() == [1] * n_points
+    assert np.all(stuck.coefficient.values[:n_points, :, 1:] == 0)
+    assert np.all(np.isnan(stuck.coefficient.values[n_points:]))
+    sh.save(ensemble, tmp_path / "accuracy.nc")
+    archive = sh.load(tmp_path / "accuracy.nc")
+    assert archive.identical(ensemble)
+    verified = sh.verify(archive, exact=12, bounds={"exact_difference": 1e-3})
+    assert '"passed": true' in verified.attrs["verification"]
+    assert sh.rebuild(archive).harmonics == tuple(archive.harmonic.values)
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, np.nan, "1e-3", [1e-3]])
+def test_bad_input(value):
+    with pytest.raises((TypeError, ValueError), match="accuracy"):
+        sh.frf(blade(1), (10, 30), accuracy=value)
+    with pytest.raises((TypeError, ValueError), match="accuracy"):
+        sh.solve(blade(1), 20.0, accuracy=value)
+
+
+def test_sampled_friction_has_another_error():
+    sampled = sh.HarmonicBalance(blade(1).model, blade(1).excitation, (1,), samples=64)
+    with pytest.raises(ValueError, match="samples=64"):
+        sh.frf(sampled, (10, 30), accuracy=1e-3)

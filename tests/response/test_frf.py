@@ -1,0 +1,444 @@
+"""Frequency responses against closed forms: ends reached, peaks found, work bounded."""
+
+import json
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from closed_forms import OneBlade
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from symhbm.numerics import check
+from symhbm.results.request import check_grid
+
+EXACT = json.loads(
+    (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
+)
+TWO_PI = 2 * np.pi
+
+
+def ring_equivalent(engine_order, load, contact_stiffness=1e6):
+    ratio = 2 * abs(np.sin(np.pi * engine_order / 13))
+    return OneBlade(1.0, 0.5, 1e4, contact_stiffness, 0.5 * load, ratio=ratio)
+
+
+@pytest.fixture(scope="module")
+def figure_3():
+    return fig03.compute(progress=False)
+
+
+@pytest.fixture(scope="module")
+def figure_8():
+    return fig08.compute(progress=False)
+
+
+@pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
+def test_peaks_of_figure_3(figure_3, load):
+    """Against the amplitude-parametrised closed form, and the published digits."""
+    curve = figure_3.sel(normal_load=load)
+    peaks = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load).peaks()
+    assert int(curve.n_peaks) == len(peaks) == 1
+    omega, amplitude = peaks[0]
+    # Required: 1e-9. A flat peak of the closed form fixes its frequency to about 1e-10.
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(omega / TWO_PI, rel=1e-9)
+    assert curve.peak_kind[0] == "smooth"
+    row = next(row for row in EXACT["single_blade_peaks"] if row["Fn"] == load)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(float(row["hbm1_peak_X"]), rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(float(row["hbm1_peak_hz"]), rel=1e-9)
+
+
+@pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
+def test_every_point_of_figure_3_lies_on_the_closed_form(figure_3, load):
+    curve = figure_3.sel(normal_load=load).isel(point=slice(0, None))
+    blade = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load)
+    for i in range(int(curve.n_points)):
+        point = curve.isel(point=i)
+        amplitude = float(point.amplitude[0])
+        value = np.polyval(blade.polynomial(amplitude), TWO_PI * float(point.frequency))
+        # Forces balance to 1e-12 of their sum, which exceeds f0 by the quality factor, 200.
+        assert abs(value) < 1e-8
+
+
+@pytest.mark.parametrize("case", EXACT["ring_EO_1_3_6_Fn100"], ids=lambda case: f"EO{case['EO']}")
+def test_peaks_of_figure_8(figure_8, case):
+    curve = figure_8.sel(engine_order=case["EO"])
+    assert int(curve.n_peaks) == 1
+    amplitude, frequency = float(case["hbm1_peak_X"]), float(case["hbm1_peak_hz"])
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-9)
+    assert float(curve.peak_frequency[0]) == pytest.approx(frequency, rel=1e-9)
+
+
+def test_blades_of_figure_8_are_equal(figure_8):
+    amplitude = figure_8.amplitude
+    spread = (amplitude.max("dof") - amplitude.min("dof")) / amplitude.max("dof")
+    assert float(spread.max()) < 1e-9
+
+
+def test_work_of_the_figures(figure_3, figure_8):
+    """Linear solves, peaks and events included, and points, of a curve."""
+    solves = np.concatenate([ds.linear_solves.values.ravel() for ds in (figure_3, figure_8)])
+    assert np.median(solves) <= 140
+    assert max(int(ds.n_points.max()) for ds in (figure_3, figure_8)) <= 58
+
+
+@pytest.mark.parametrize("engine_order", range(7))
+@pytest.mark.parametrize("load", [0, 0.5, 1, 2, 10, 100, 1e5])
+def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
+    blade = ring_equivalent(engine_order, load)
+    expected = blade.peaks()
+    problem = fig08.problem().with_parameters(engine_order=engine_order, normal_load=load)
+    for first in (5, 7.3, 20, 50):
+        curve = sh.frf(problem, (first, 350), throw=True)
+        inside = [(w / TWO_PI, a) for w, a in expected if first < w / TWO_PI < 350]
+        found = list(zip(curve.peak_frequency.values, curve.peak_amplitude.values, strict=True))
+        assert len(found) == len(inside)
+        np.testing.assert_allclose(found, inside, rtol=1e-6)
+        assert curve.converged.all()
+        assert np.all(np.diff(curve.frequency) > 0)
+        assert curve.frequency.values[[0, -1]].tolist() == [first, 350]
+
+
+def test_events_of_the_blade_are_at_the_limit():
+    """At the onset k_d A = g, where the response still is the linear one."""
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=3), (10, 30))
+    assert curve.event_kind.values.tolist() == ["onset of slip", "end of slip"]
+    amplitude = 1.5 / 1e4
+    for frequency in curve.event_frequency.values:
+        omega = TWO_PI * frequency
+        linear = 1 / np.hypot(2e4 - omega**2, 0.5 * omega)
+        assert linear == pytest.approx(amplitude, rel=1e-9)
+        at = int(np.argmin(np.abs(curve.frequency.values - frequency)))
+        assert curve.frequency.values[at] == frequency
+
+
+def test_all_contacts_of_a_tuned_ring_let_go_together(figure_8):
+    curve = figure_8.sel(engine_order=3)
+    assert int(curve.n_events) == 26
+    assert sorted(curve.event_contact.values[:13].tolist()) == list(range(13))
+    assert len(set(curve.event_frequency.values[:13])) == 1
+    assert set(curve.event_kind.values[:13]) == {"onset of slip"}
+
+
+def test_grid_equals_single_points():
+    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
+    grid = [10, 15.5, 17.25, 17.3, 22, 30]
+    curve = sh.frf(problem, (10, 30), at=grid)
+    assert curve.amplitude.dims == ("frequency", "dof")
+    assert curve.frequency.values.tolist() == grid
+    for frequency in grid:
+        point = sh.solve(problem, frequency, throw=True)
+        assert float(curve.amplitude.sel(frequency=frequency)[0]) == pytest.approx(
+            float(point.amplitude[0]), rel=1e-10
+        )
+    path = sh.frf(problem, (10, 30))
+    np.testing.assert_array_equal(curve.peak_amplitude, path.peak_amplitude)
+
+
+def test_point_force_on_the_stuck_ring_is_linear():
+    """Seven resonances, amplitudes by a direct solve (the source's Fig. 6, without slip)."""
+    disk = fig08.problem().model.with_parameters(normal_load=1e7)
+    problem = sh.HarmonicBalance(disk, sh.PointForce())
+    grid = np.linspace(10, 340, 67)
+    curve = sh.frf(problem, (10, 340), at=grid, throw=True)
+    stiffness = (
+        disk.stiffness_matrix.toarray() + 1e6 * (disk.directions.T @ disk.directions).toarray()
+    )
+    for frequency in grid:
+        omega = TWO_PI * frequency
+        dynamic = stiffness + (0.5j * omega - omega**2) * np.eye(13)
+        linear = np.abs(np.linalg.solve(dynamic, np.eye(13)[0]))
+        found = curve.amplitude.sel(frequency=frequency)
+        # The tolerance, 1e-12 of 2e6 N/m x, over the force: 1e-9 of the largest blade.
+        np.testing.assert_allclose(found, linear, rtol=0, atol=1e-9 * linear.max())
+    natural = np.sqrt(1e4 + 4e6 * np.sin(np.pi * np.arange(7) / 13) ** 2) / TWO_PI
+    np.testing.assert_allclose(curve.peak_frequency, natural, rtol=1e-4)
+
+
+def test_undamped_resonance_without_bound_is_reported_and_crossed():
+    """mu F_n <= pi f0 / 4: friction alone cannot hold one blade."""
+    for load, bounded in ((0, False), (1, False), (1.57, False), (1.58, True), (3, True)):
+        blade = fig03.problem().model.with_parameters(damping=0, normal_load=load)
+        curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+        assert int(curve.n_peaks) == 1
+        assert (curve.peak_kind[0] == "smooth") == bounded
+        assert np.isfinite(curve.peak_amplitude[0]) == bounded
+        if not bounded:
+            assert float(curve.peak_frequency[0]) == pytest.approx(100 / TWO_PI, rel=1e-9)
+        assert curve.frequency.values[-1] == 30
+        assert curve.converged.all()
+
+
+def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
+    """Short of the pole the way up is an edge; just beyond it there is no point to go on from."""
+    blade = fig03.problem().model.with_parameters(damping=0, normal_load=1)
+    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    pole = 100 / TWO_PI
+    for end, peaks in ((pole * (1 - 1e-10), 0), (pole * (1 + 1e-10), 1)):
+        with pytest.warns(RuntimeWarning, match="the curve is incomplete: .* without bound"):
+            curve = sh.frf(problem, (10, end))
+        assert "without bound" in str(curve.status.values)
+        assert int(curve.n_peaks) == peaks
+        assert curve.converged.all()
+        assert float(curve.frequency[-1]) < pole
+        with pytest.raises(sh.SolveError, match="without bound"):
+            sh.frf(problem, (10, end), throw=True)
+
+
+def test_light_damping_keeps_its_digits():
+    """A quality factor of 1e8: the amplitude is f0/(c w0), to the round-off it amplifies."""
+    blade = fig03.problem().model.with_parameters(damping=1e-6, normal_load=0)
+    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(1e4, rel=1e-7)
+
+
+@pytest.mark.parametrize("length", [1e3, 1.0])
+def test_units_do_not_matter(length):
+    """Millimetres, kilograms and milliseconds give the same curve."""
+    time = 1e3 if length != 1 else 1.0
+    force = length / time**2
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4 / time**2,
+        damping=0.5 / time,
+        contact_stiffness=1e6 / time**2,
+        friction_coefficient=0.5,
+        normal_load=100 * force,
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=force))
+    grid = np.linspace(50, 350, 61)
+    curve = sh.frf(problem, (50 / time, 350 / time), at=np.clip(grid / time, 50 / time, 350 / time))
+    reference = sh.frf(fig08.problem().with_parameters(engine_order=3), (50, 350), at=grid)
+    np.testing.assert_allclose(curve.amplitude / length, reference.amplitude, rtol=1e-8)
+    np.testing.assert_allclose(curve.peak_frequency * time, reference.peak_frequency, rtol=1e-9)
+    np.testing.assert_allclose(curve.event_frequency * time, reference.event_frequency, rtol=1e-9)
+    # Points differ where round-off decides on the last iteration before them.
+    assert abs(int(curve.n_points) - int(reference.n_points)) <= 1
+
+
+def test_response_scales_with_force_and_load():
+    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
+    scaled = problem.with_parameters(normal_load=2e3, force_amplitude=1e3)
+    grid = np.linspace(10, 30, 41)
+    one, other = (sh.frf(p, (10, 30), at=grid, throw=True) for p in (problem, scaled))
+    np.testing.assert_allclose(other.amplitude, 1e3 * one.amplitude, rtol=1e-9)
+
+
+def test_no_force_no_motion():
+    curve = sh.frf(fig03.problem().with_parameters(force_amplitude=0), (10, 30), throw=True)
+    assert not curve.amplitude.any()
+    assert int(curve.n_peaks) == 0
+
+
+def test_linear_structure_against_a_dense_scan():
+    """Near its second resonance the two masses lead in turn: three peaks, none missed or added."""
+    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    model = sh.Model(np.eye(2), 0.01 * np.eye(2), stiffness)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.5), throw=True)
+    omega = TWO_PI * np.linspace(0.05, 0.5, 450_001)
+    dynamic = stiffness + (0.01j * omega - omega**2)[:, None, None] * np.eye(2)
+    level = np.abs(np.linalg.solve(dynamic, np.eye(2)[:, :1]))[:, :, 0].max(axis=1)
+    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
+    assert len(tops) == 3
+    np.testing.assert_allclose(curve.peak_frequency, omega[tops] / TWO_PI, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(curve.peak_amplitude, level[tops], rtol=1e-6)
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_executors_change_nothing(pool):
+    over = {"normal_load": [1, 3, 10, 100]}
+    alone = sh.frf(fig03.problem(), (10, 30), over=over)
+    with pool(2) as executor:
+        shared = sh.frf(fig03.problem(), (10, 30), over=over, executor=executor)
+    xr.testing.assert_identical(alone, shared)
+
+
+class _DyingExecutor(ThreadPoolExecutor):
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        future.set_exception(BrokenProcessPool("killed"))
+        return future
+
+
+def test_a_dead_worker_costs_nothing():
+    over = {"normal_load": [1, 3]}
+    with pytest.warns(RuntimeWarning, match="a worker died"):
+        curve = sh.frf(fig03.problem(), (10, 30), over=over, executor=_DyingExecutor(1))
+    xr.testing.assert_identical(curve, sh.frf(fig03.problem(), (10, 30), over=over))
+
+
+def test_an_incomplete_curve_says_so():
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), max_points=5)
+    assert "largest number of points" in str(curve.status.values)
+    assert curve.sizes["point"] == 5
+    assert curve.converged.all()
+    with pytest.raises(sh.SolveError, match="largest number of points") as caught:
+        sh.frf(fig03.problem(), (10, 30), max_points=5, throw=True)
+    xr.testing.assert_identical(caught.value.result, curve)
+
+
+def test_grid_beyond_a_broken_path_is_solved_from_nothing():
+    grid = [12.0, 29.0]
+    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
+        curve = sh.frf(fig03.problem(), (10, 30), at=grid, max_points=5)
+    assert curve.converged.all()
+    assert "largest number of points" in str(curve.status.values)
+
+
+def mistuned_ring(sample, load=10.0, harmonics=(1,)):
+    """Ring of the source's Fig. 12: mu +-40 %, k_d +-20 %, F_n +-30 %, uniform."""
+    rng = np.random.default_rng([2013, sample])
+    stiffness, friction, loads = (
+        nominal * (1 + width * rng.uniform(-1, 1, 13))
+        for nominal, width in ((1e6, 0.2), (0.5, 0.4), (load, 0.3))
+    )
+    disk = fig08.problem().model.with_parameters(
+        contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(3), harmonics)
+
+
+@pytest.mark.parametrize("sample", range(6))
+def test_mistuned_rings_reach_the_end(sample):
+    """Contacts let go one by one, with acute corners: no step goes back, none is lost."""
+    problem = mistuned_ring(sample)
+    curve = sh.frf(problem, (50, 350), throw=True)
+    assert curve.converged.all()
+    assert np.all(np.diff(curve.frequency) > 0)
+    assert int(curve.n_events) > 20
+    # Two methods: the path against single frequencies solved from nothing.
+    for i in range(20, int(curve.n_points), 60):
+        point = sh.solve(problem, float(curve.frequency[i]), throw=True)
+        largest = float(point.amplitude.max())
+        np.testing.assert_allclose(curve.amplitude[i], point.amplitude, rtol=0, atol=1e-8 * largest)
+
+
+@pytest.mark.parametrize("sample", range(2))
+def test_peaks_of_mistuned_rings_against_a_dense_scan(sample):
+    """Every local maximum of a 0.02 Hz scan is a located peak, and the other way round."""
+    problem = mistuned_ring(sample)
+    grid = np.linspace(180, 240, 3001)
+    scan = sh.frf(problem, (180, 240), at=grid, throw=True)
+    level = scan.amplitude.max("dof").values
+    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
+    peaks = scan.peak_frequency.values
+    assert {"smooth", "corner"} >= set(scan.peak_kind.values)
+    for top in tops:
+        assert np.abs(peaks - grid[top]).min() < 0.02
+    for frequency, amplitude in zip(peaks, scan.peak_amplitude.values, strict=True):
+        near = np.abs(grid - frequency) < 0.1
+        assert amplitude >= level[near].max() * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("band", [(10, 30), (30, 10)])
+@pytest.mark.parametrize("load", [282.5, 282.84, 282.8427, 282.843, 283])
+def test_slip_for_a_moment_at_the_top_of_a_resonance(load, band):
+    """Full stick needs 282.8431 N and more: slip lasts for 1e-4 of the width, or not at all."""
+    curve = sh.frf(fig03.problem().with_parameters(normal_load=load), band, throw=True)
+    omega, amplitude = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load).peaks()[0]
+    assert int(curve.n_events) == (0 if load == 283 else 2)
+    assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-10)
+    assert float(curve.peak_frequency[0]) == pytest.approx(omega / TWO_PI, rel=1e-10)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+@pytest.mark.parametrize("stiffness", [1e6, 1e9, 1e12])
+def test_stiff_contacts_in_gross_slip(stiffness, harmonics):
+    """The force keeps its digits although k_d y exceeds it a billion times."""
+    blade = fig03.problem().model.with_parameters(contact_stiffness=stiffness, normal_load=0.5)
+    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce(), harmonics), (10, 30), throw=True)
+    if harmonics == (1,):
+        _, amplitude = OneBlade(1.0, 0.5, 1e4, stiffness, 0.25).peaks()[0]
+        # The reference forms arccos(1 - 2 rho), rho = 2e-8 and smaller: half the digits.
+        assert float(curve.peak_amplitude[0]) == pytest.approx(amplitude, rel=1e-7)
+    assert curve.converged.all()
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "load", "expected"),
+    [
+        # Superharmonic resonances far below the main one, narrow and weak.
+        ((1, 3), 0.05, [(4.5248, "smooth"), (15.9154, "smooth")]),
+        ((1, 3, 5), 0.05, [(2.3838, None), (3.3405, None), (4.4754, None), (15.9154, "smooth")]),
+        # A minor loop begins to slip: the path turns by more than 90 degrees.
+        ((1, 3), 1, [(6.4202, "corner"), (15.9227, "smooth")]),
+    ],
+)
+def test_superharmonic_peaks(harmonics, load, expected):
+    problem = fig03.problem(harmonics).with_parameters(normal_load=load)
+    curve = sh.frf(problem, (1, 30), throw=True)
+    np.testing.assert_allclose(curve.peak_frequency, [f for f, _ in expected], atol=1e-4)
+    for (_, kind), found in zip(expected, curve.peak_kind.values, strict=True):
+        assert kind in (None, found)
+    # Independent points from nothing, on either side of each peak, are lower.
+    for frequency, amplitude in zip(
+        curve.peak_frequency.values, curve.peak_amplitude.values, strict=True
+    ):
+        for side in (-1e-4, 1e-4):
+            point = sh.solve(problem, frequency * (1 + side), throw=True)
+            assert float(point.amplitude[0]) < amplitude
+        top = sh.solve(problem, frequency, throw=True)
+        assert float(top.amplitude[0]) == pytest.approx(amplitude, rel=1e-7)
+
+
+def test_corners_on_the_flank_of_a_superharmonic_are_passed():
+    """Steps that shrank from corner to corner do not end the path: both directions agree."""
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=5.56,
+    )
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(1), harmonics=(1, 3))
+    there, back = (sh.frf(problem, band, throw=True, progress=False) for band in ((5, 70), (70, 5)))
+    # Solved for, to about 1e-12.
+    assert there.peak_amplitude.values == pytest.approx(back.peak_amplitude.values, rel=1e-9)
+
+
+def test_round_off_at_an_end_of_the_band_is_the_end():
+    """``arange`` ends a few units of the last place beyond."""
+    grid = np.arange(50, 350.01, 0.1)
+    assert grid[-1] > 350
+    np.testing.assert_array_equal(check_grid(grid, (350, 50))[[0, -1]], [50, 350])
+    np.testing.assert_array_equal(check_grid(grid, (50, 350))[1:-1], grid[1:-1])
+    np.testing.assert_array_equal(check_grid([-1e-17, 0.5, 1 + 1e-12], (0, 1)), [0, 0.5, 1])
+    np.testing.assert_array_equal(check_grid([1e-13, 0.5], (0, 1)), [0, 0.5])
+    with pytest.raises(ValueError, match="ascending"):
+        check_grid([0.5, 1, 1 + 1e-12], (0, 1))
+    for at, words in (
+        ([50.0, 350.00001], "within the band 50 to 350, got 50 to 350.00001"),
+        ([49.99999, 60.0], "50 to 350, got 49.99999 to 60"),
+        ([20.0, 60.0], "50 to 350, got 20 to 60"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            check_grid(at, (50, 350))
+
+
+def test_grids_with_round_off_at_their_ends():
+    problem = fig03.problem().with_parameters(normal_load=3)
+    grid = 15.0 + np.array([-1e-14, 0.5, 1 + 1e-14])
+    response = sh.frf(problem, (15, 16), at=grid, progress=False)
+    assert response.frequency.values.tolist() == [15.0, 15.5, 16.0] != grid.tolist()
+    assert response.converged.all()
+    loads = sh.follow(problem, "normal_load", (0, 3), at=[-1e-18, 3 + 1e-14], frequency=15.0)
+    assert loads.normal_load.values.tolist() == [0.0, 3.0]
+
+
+@given(st.lists(st.floats(-1e12, 1e12), min_size=2, max_size=5))
+def test_different_numbers_do_not_look_alike(values):
+    texts = check.told_apart(*values)
+    assert len(set(texts)) == len(set(values))
+    for text, value in zip(texts, values, strict=True):
+        assert float(text) == pytest.approx(value, rel=1e-5)

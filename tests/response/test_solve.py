@@ -1,0 +1,95 @@
+"""One point from nothing: paper's problems at any frequency, exact amplitudes, honest failure."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from symhbm.continuation import start
+
+EXACT = json.loads(
+    (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
+)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
+def test_cold_start_of_the_blade(harmonics):
+    rng = np.random.default_rng(0)
+    problem = fig03.problem(harmonics)
+    for load in fig03.NORMAL_LOADS:
+        for frequency in rng.uniform(1, 60, 8 if len(harmonics) == 1 else 2):
+            found = sh.solve(problem.with_parameters(normal_load=load), frequency, throw=True)
+            assert found.residual_norm <= 1e-12
+            assert found.converged
+
+
+@pytest.mark.parametrize("engine_order", range(7))
+def test_cold_start_of_the_ring(engine_order):
+    rng = np.random.default_rng(engine_order)
+    problem = fig08.problem().with_parameters(engine_order=engine_order)
+    for load in (0, 0.5, 1, 2, 10, 100, 1e5):
+        for stiffness in (1e4, 1e5, 1e6):
+            other = problem.with_parameters(normal_load=load, contact_stiffness=stiffness)
+            for frequency in rng.uniform(5, 350, 4):
+                assert sh.solve(other, frequency, throw=True).converged
+
+
+def test_growing_the_force_reaches_the_same_point():
+    """The fall-back of a cold start against Newton's method, on a mistuned ring."""
+    rng = np.random.default_rng(3)
+    problem = fig08.problem().with_parameters(normal_load=rng.uniform(5, 15, 13), engine_order=3)
+    omega = 2 * np.pi * 205.0
+    direct = start.solve_point(problem, omega)
+    grown = start._grow_force(problem, start.linear_response(problem, omega), omega)
+    # Both residuals are below 1e-12, amplified by the resonance (quality about 2700).
+    np.testing.assert_allclose(grown, direct.unknowns, rtol=0, atol=1e-8 * np.abs(grown).max())
+
+
+def test_undamped_resonance_fails_honestly():
+    blade = sh.Model([[1.0]], [[0.0]], [[1.0]])
+    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    found = sh.solve(problem, 1 / (2 * np.pi))
+    assert not found.converged
+    assert np.isnan(found.amplitude).all()
+    assert "undamped resonance" in str(found.status.values)
+    with pytest.raises(sh.SolveError, match="unbounded") as caught:
+        sh.solve(problem, 1 / (2 * np.pi), throw=True)
+    assert not caught.value.result.converged
+
+
+def test_failure_of_every_start_is_reported(monkeypatch):
+    monkeypatch.setattr("symhbm.continuation.newton.MAX_ITERATIONS", 0)
+    monkeypatch.setattr(start, "_grow_force", lambda *_: None)
+    found = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
+    assert not found.converged
+    assert np.isnan(found.coefficient).all()
+    assert "did not converge" in str(found.status.values)
+    assert (found.contact_state == -1).all()
+
+
+def test_friction_diagnostics_of_the_describing_function():
+    """Dissipation is 4 g (A - g/k_d), theta_star - theta_0 = acos(1 - 2 g/(k_d A))."""
+    found = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
+    amplitude, g, kd = float(found.amplitude[0]), 1.5, 1e4
+    assert float(found.dissipation[0]) == pytest.approx(4 * g * (amplitude - g / kd), rel=1e-12)
+    angle = np.arccos(1 - 2 * g / (kd * amplitude))
+    assert float(found.theta_star[0] - found.theta_0[0]) == pytest.approx(angle, rel=1e-12)
+    assert float(found.stick_fraction[0]) == pytest.approx(angle / np.pi, rel=1e-12)
+    # Energy: the work of the force is pi f0 b_1, viscous dissipation pi c omega A^2.
+    work = np.pi * float(found.coefficient.sel(component="sin").item())
+    viscous = np.pi * 0.5 * 2 * np.pi * 20.0 * amplitude**2
+    assert work == pytest.approx(viscous + float(found.dissipation[0]), rel=1e-10)
+
+
+@pytest.mark.parametrize("case", EXACT["single_blade_points"][::5], ids=str)
+def test_more_harmonics_approach_the_exact_motion_of_the_blade(case):
+    problem = fig03.problem((1, 3, 5, 7)).with_parameters(normal_load=case["Fn"])
+    found = sh.solve(problem, case["freq_hz"], throw=True)
+    # Truncation after harmonic 7 errs by at most 3e-4 on these points (the study's table).
+    assert float(found.amplitude[0]) == pytest.approx(case["x_max_abs"][0], rel=5e-4)
+    slip = 1 - float(found.stick_fraction[0])
+    assert slip == pytest.approx(case["slip_fraction"][0], abs=2e-2)

@@ -1,0 +1,391 @@
+"""Archives verify themselves: sound ones pass, damaged ones are caught and named."""
+
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from symhbm.cli import main
+from symhbm.response.verify import FIGURES, summary, verify
+
+ROOT = Path(__file__).parent.parent.parent
+BLADE = fig03.problem((1, 3)).with_parameters(normal_load=3)
+RING = sh.HarmonicBalance(
+    sh.bladed_disk(
+        3,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    ),
+    sh.EngineOrder(1),
+    harmonics=(1, 3),
+)
+DUFFING = sh.HarmonicBalance(
+    sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
+    sh.PointForce(amplitude=0.18),
+)
+GENERAL = sh.HarmonicBalance(
+    sh.Model(
+        [[2.0, 0.1], [0.1, 1.0]],
+        [[0.2, -0.1], [-0.1, 0.3]],
+        # Not symmetric: the springs do work around a cycle.
+        [[20.0, -5.0], [-4.0, 10.0]],
+        contacts=[(0, 1), (1,)],
+        contact_stiffness=[3.0, 5.0],
+        friction_coefficient=0.3,
+        normal_load=[1.0, 2.0],
+    ),
+    sh.HarmonicForce(cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5),
+    harmonics=(0, 1, 2),
+)
+
+
+def draws():
+    rng = np.random.default_rng(2013)
+    loads = xr.DataArray(
+        rng.uniform(2, 4, (3, 3)), dims=("sample", "contact"), coords={"sample": [4, 5, 6]}
+    )
+    stiffness = xr.DataArray(rng.uniform(0.9e4, 1.1e4, (3, 3)), dims=("sample", "dof"))
+    return {"normal_load": loads, "stiffness": stiffness}
+
+
+def general():
+    with pytest.warns(UserWarning, match="stiffness_matrix is not symmetric"):
+        return sh.frf(GENERAL, (0.3, 0.7), over={"force_amplitude": [1.0, 2.0]})
+
+
+CASES = {
+    "figure 3": lambda: fig03.compute(progress=False),
+    "ring": lambda: sh.frf(fig08.problem(), (74, 80)),
+    "grid": lambda: sh.frf(BLADE, (15, 25), at=np.linspace(15, 25, 11)),
+    "loads": lambda: sh.follow(BLADE, "normal_load", (0.1, 100), frequency=19.5),
+    "one load": lambda: sh.follow(
+        RING,
+        "normal_load",
+        (0.5, 5),
+        at=[0.5, 2.0, 5.0],
+        over={"force_amplitude": [1.0, 2.0]},
+        frequency=24.0,
+        contact=1,
+    ),
+    "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21]),
+    "cubic stiffness": lambda: sh.follow(
+        BLADE, "cubic_stiffness", (1e8, 1e9), frequency=19.5, max_points=50
+    ),
+    "ensemble": lambda: sh.frf(RING, (26, 36), at=np.linspace(26, 36, 6), over=draws()),
+    "engine orders": lambda: sh.frf(RING, (28, 32), at=[29, 31], over={"engine_order": [0, 1, 4]}),
+    "general": general,
+    "sampled": lambda: sh.frf(
+        sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1, 3), samples=64), (15, 25), at=[17, 19]
+    ),
+    "point": lambda: sh.solve(RING, 30.0),
+}
+
+
+@cache
+def dataset(case):
+    return CASES[case]()
+
+
+def report(verified):
+    return json.loads(verified.attrs["verification"])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_sound_archives_pass(tmp_path, case):
+    original = dataset(case)
+    loaded = sh.load(sh.save(original, tmp_path / "archive.nc"))
+    verified = verify(loaded, exact=1)
+    found = report(verified)
+    assert found["passed"], summary(verified)
+    assert found["n_checked"] == int(original.converged.sum()) > 0
+    assert found["n_skipped"] == int((~original.converged).sum())
+    assert found["n_exact_failed"] == 0
+    assert found["n_exact"] == 1
+    # Round-off, hundreds of times below the bound.
+    assert float(verified.residual_stored.max()) < 2e-12
+    for name in FIGURES:
+        assert verified[name].dims == original.converged.dims
+        assert verified[name].attrs["units"] == "1"
+        assert verified[name].attrs["long_name"]
+        if name != "exact_difference":
+            np.testing.assert_array_equal(np.isfinite(verified[name]), original.converged)
+    # Nothing else has changed, and what is verified is an archive.
+    stripped = verified.drop_vars([name for name in found["figures"] if name in verified])
+    del stripped.attrs["verification"]
+    xr.testing.assert_identical(stripped, original)
+    again = sh.load(sh.save(verified, tmp_path / "verified.nc"))
+    xr.testing.assert_identical(again, verified)
+    assert summary(again) == summary(verified)
+
+
+def test_flags_hide_nothing():
+    damaged = dataset("grid").copy(deep=True)
+    damaged.converged[3] = False
+    damaged.coefficient[3] *= 1.5
+    found = report(verify(damaged, exact="none"))
+    assert found["n_checked"] == 11
+    assert found["figures"]["residual_stored"]["at"]["frequency"] == 18.0
+
+
+def scale(ds, name, place, factor):
+    values = ds[name].values.copy()
+    values[place] *= factor
+    ds[name] = (ds[name].dims, values, ds[name].attrs)
+    return ds
+
+
+def flip(ds, place):
+    ds.contact_state.values[place] = 1 - ds.contact_state.values[place]
+    return ds
+
+
+# The point, the damage, the figure that names it.
+DAMAGE = {
+    "coefficient": ("coefficient", (1, 4, 0, 0, 0), 1 + 1e-6, "residual_stored"),
+    "frequency": ("frequency", (1, 4), 1 + 1e-6, "residual_stored"),
+    "not a number": ("coefficient", (1, 4), np.nan, "residual_stored"),
+    "infinity": ("frequency", (1, 4), np.inf, "residual_stored"),
+    "dissipation": ("dissipation", (1, 12, 0), 1 + 1e-4, "energy_error"),
+    "dissipation of the contact": ("dissipation", (1, 12, 0), 1 + 1e-4, "contact_mismatch"),
+    "reversals": ("reversals", (1, 4, 0), 2, "contact_mismatch"),
+    "stick fraction": ("stick_fraction", (1, 4, 0), 0.9, "contact_mismatch"),
+    "amplitude": ("amplitude", (1, 4, 0), 1 + 1e-6, "amplitude_mismatch"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_damage_is_named_at_its_point(damage):
+    name, place, factor, figure = DAMAGE[damage]
+    part = dataset("figure 3").isel(normal_load=[0, 5, 8]).copy(deep=True)
+    verified = verify(scale(part, name, place, factor), exact="none")
+    found = report(verified)
+    entry = found["figures"][figure]
+    assert not found["passed"]
+    assert entry["broken"]
+    assert entry["n_broken"] == 1
+    assert (entry["at"]["normal_load"], entry["at"]["point"]) == (3.0, place[1])
+    line = next(line for line in summary(verified).splitlines() if line.startswith(figure))
+    assert f"BROKEN  normal_load=3, point={place[1]}," in line
+
+
+@pytest.mark.parametrize(
+    ("case", "place"),
+    [("grid", (0, 0)), ("grid", (5, 0)), ("ensemble", (2, 3, 1)), ("point", (1,))],
+)
+def test_flipped_contact_state(case, place):
+    damaged = flip(dataset(case).copy(deep=True), place)
+    verified = verify(damaged, exact="none")
+    assert np.argwhere(verified.contact_mismatch.values == 1).tolist() == [list(place[:-1])]
+    broken = [name for name, entry in report(verified)["figures"].items() if entry["broken"]]
+    assert broken == ["contact_mismatch"]
+
+
+def test_followed_parameter_is_that_of_each_point():
+    damaged = scale(dataset("loads").copy(deep=True), "normal_load", (7,), 1 + 1e-3)
+    found = report(verify(damaged, exact="none"))["figures"]["residual_stored"]
+    assert found["broken"]
+    assert found["at"]["point"] == 7
+    assert found["at"]["normal_load"] == float(damaged.normal_load[7])
+    assert found["at"]["frequency"] == 19.5
+    # No such parameter: the one point is broken, not the archive.
+    verified = verify(scale(damaged, "normal_load", (7,), -1.0), exact="none")
+    assert np.isinf(verified.residual_stored.values[7])
+    assert report(verified)["figures"]["residual_stored"]["n_broken"] == 1
+
+
+def test_solution_of_a_fold_is_named():
+    damaged = scale(dataset("duffing").copy(deep=True), "coefficient", (1, 2), 1 + 1e-6)
+    at = report(verify(damaged))["figures"]["residual_stored"]["at"]
+    assert at == {"frequency": 0.19, "solution": 2}
+
+
+@pytest.mark.parametrize(
+    ("problem", "frequency", "expected"),
+    [
+        # The README's table, one harmonic, two digits.
+        (fig03.problem().with_parameters(normal_load=3), 19.5, 2.4e-4),
+        (fig08.problem(), 77.04, 9.2e-2),
+        (fig03.problem((1, 3)).with_parameters(normal_load=3), 19.5, 1.8e-4),
+    ],
+)
+def test_exact_difference_is_the_known_truncation(problem, frequency, expected):
+    verified = verify(sh.solve(problem, frequency), exact="all")
+    assert float(verified.exact_difference) == pytest.approx(expected, rel=0.03)
+
+
+def test_larger_set_is_the_next_problem():
+    """The residual on a larger set is that of the larger problem, even harmonics left out."""
+    ds = sh.solve(BLADE, 19.5)
+    larger = sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1, 3, 5, 7))
+    unknowns = np.concatenate([ds.coefficient.values[0].ravel(), np.zeros(4)])
+    expected = larger.evaluate(unknowns, 2 * np.pi * 19.5).norm
+    # The same numbers through the same function.
+    assert float(verify(ds).residual_larger) == pytest.approx(expected, rel=1e-9)
+    assert 1e-5 < expected < 1e-1
+    # With more harmonics less is left out.
+    assert float(verify(sh.solve(larger, 19.5)).residual_larger) < expected / 2
+
+
+def test_choice_of_points():
+    ds = dataset("figure 3")
+    verified = verify(ds, points=20, exact=6)
+    assert int(np.isfinite(verified.residual_stored).sum()) == 20
+    found = report(verified)
+    assert found["n_checked"] + found["n_unchecked"] == int(ds.converged.sum())
+    assert found["n_exact"] == int(np.isfinite(verified.exact_difference).sum()) == 6
+    checked = verified.where(np.isfinite(verified.residual_stored))
+    # The exact motion is asked for where most is left out.
+    worst = checked.residual_larger.argmax(...)
+    assert np.isfinite(verified.exact_difference[worst])
+    assert int(np.isfinite(verify(ds, points=10**6, exact=0).residual_stored).sum()) == int(
+        ds.converged.sum()
+    )
+
+
+def test_parts_and_order_of_dimensions():
+    ds = dataset("ensemble")
+    whole = verify(ds, exact="none")
+    for part in (
+        ds.isel(sample=1),
+        ds.isel(frequency=[2, 4]),
+        ds.isel(sample=2, frequency=3),
+        ds.transpose("component", "frequency", "dof", "contact", "sample", "harmonic", ...),
+    ):
+        verified = verify(part, exact="none")
+        assert report(verified)["passed"]
+        place = {name: part[name].values for name in ("sample", "frequency")}
+        expected = whole.residual_larger.sel(place).transpose(*verified.residual_larger.dims)
+        # The same numbers through the same functions.
+        np.testing.assert_allclose(verified.residual_larger, expected, rtol=1e-9)
+    with pytest.raises(ValueError, match="dimensions are missing"):
+        verify(ds.isel(contact=0))
+    with pytest.raises(ValueError, match="sizes"):
+        verify(ds.isel(harmonic=[0]))
+
+
+def test_bounds():
+    ds = dataset("point")
+    found = report(verify(ds, bounds={"residual_larger": 1e-12, "energy_error": None}))
+    assert not found["passed"]
+    assert found["figures"]["residual_larger"]["broken"]
+    assert found["figures"]["energy_error"]["bound"] is None
+    assert report(verify(ds, bounds={"residual_larger": 1.0}))["passed"]
+    # A bound on what was not computed does not hold.
+    found = report(verify(ds, bounds={"exact_difference": 1.0}, exact="none"))
+    assert not found["passed"]
+    assert found["figures"]["exact_difference"]["worst"] is None
+    with pytest.raises(
+        KeyError, match=r"'residual' is no figure.*residual_stored, residual_larger"
+    ):
+        verify(ds, bounds={"residual": 1.0})
+
+
+def test_nothing_to_verify_does_not_pass():
+    still = dataset("grid").isel(frequency=[0]).copy(deep=True)
+    still.converged[:] = False
+    still.coefficient[:] = np.nan
+    found = report(verify(still))
+    assert (found["n_checked"], found["n_skipped"], found["passed"]) == (0, 1, False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        (dict(points=0), ValueError, "points=0"),
+        (dict(points="some"), ValueError, "points='some': expected 'all' or an integer"),
+        (dict(exact=-1), ValueError, "exact=-1"),
+        (dict(exact="some"), ValueError, "exact='some': expected 'all', 'none' or an integer"),
+        (dict(exact=1.5), ValueError, r"exact=1\.5"),
+        (dict(bounds={"energy_error": -1.0}), ValueError, r"bounds\['energy_error'\]=-1\.0"),
+        (dict(bounds=[1e-9]), TypeError, "bounds="),
+    ],
+)
+def test_bad_arguments(arguments, error, message):
+    with pytest.raises(error, match=message):
+        verify(dataset("point"), **arguments)
+
+
+def test_other_datasets():
+    with pytest.raises(TypeError, match="dataset="):
+        verify(1)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="not written by symhbm"):
+        verify(xr.Dataset())
+    motion = sh.transient(BLADE, 19.5, n_angles=8)
+    with pytest.raises(ValueError, match="expected a result of frf, follow or solve"):
+        verify(motion)
+    with pytest.raises(ValueError, match="expected what verify returns"):
+        summary(dataset("point"))
+
+
+def command(*arguments):
+    run = subprocess.run(
+        [sys.executable, "-m", "symhbm", *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return run.returncode, run.stdout, run.stderr
+
+
+def test_command_line(tmp_path):
+    sound = sh.save(dataset("grid"), tmp_path / "sound.nc")
+    code, out, err = command(
+        "verify",
+        sound,
+        "--exact",
+        1,
+        "--bound",
+        "exact_difference=0.1",
+        "--bound",
+        "energy_error=none",
+        "--output",
+        tmp_path / "out.nc",
+    )
+    verified = sh.load(tmp_path / "out.nc")
+    assert (code, out, err) == (0, summary(verified) + "\n", "")
+    assert report(verified)["n_exact"] == 1
+    damaged = scale(dataset("grid").copy(deep=True), "coefficient", (3,), 1 + 1e-6)
+    broken = sh.save(damaged, tmp_path / "broken.nc")
+    code, out, err = command("verify", broken, "--exact", "none")
+    assert (code, err) == (1, "")
+    assert "BROKEN  frequency=18" in out
+
+
+def test_command_line_refuses(tmp_path):
+    text = tmp_path / "text.nc"
+    text.write_text("no archive")
+    sound = str(sh.save(dataset("point"), tmp_path / "sound.nc"))
+    refused = [
+        (["verify", str(tmp_path / "nothing.nc")], "no such file"),
+        (["verify", str(text)], "no NetCDF file"),
+        (["verify", sound, "--bound", "residual=1"], "'residual' is no figure"),
+        (["verify", sound, "--bound", "energy_error"], "expected FIGURE=VALUE"),
+        (["verify", sound, "--bound", "energy_error=small"], "expected FIGURE=VALUE"),
+        (["verify", sound, "--exact", "some"], "exact='some'"),
+        (["verify", sound, "--output", str(tmp_path / "none" / "out.nc")], "cannot be written"),
+        (["verify"], "ARCHIVE"),
+        (["check", sound], "check"),
+        ([], "command"),
+    ]
+    for arguments, message in refused:
+        run = CliRunner().invoke(main, arguments)
+        assert (run.exit_code, run.stdout) == (2, ""), arguments
+        assert message in run.stderr
+        assert run.stderr.count("\n") == 1
+    code, out, err = command("verify", text)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "Traceback" not in err

@@ -1,0 +1,276 @@
+"""Work around the path: what is compiled, evaluated, sent and written, and how often."""
+
+import threading
+import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import symhbm as sh
+from symhbm.balance import harmonic_balance
+from symhbm.balance.equations import Equations
+from symhbm.numerics.arrays import RADIANS
+from symhbm.response import describe as point
+from symhbm.response import ensemble
+from symhbm.response.describe import describe, describe_each
+from symhbm.results import tables
+from symhbm.results.archive import spool
+from symhbm.results.archive.working_file import Store
+
+VALUES: dict[str, Any] = dict(
+    mass=1.0,
+    stiffness=1e4,
+    damping=0.5,
+    contact_stiffness=1e4,
+    friction_coefficient=0.5,
+    normal_load=3.0,
+)
+BAND = (18.0, 21.0)
+LOADS = np.linspace(1, 4, 12)
+
+
+def blade(harmonics=(1,)):
+    return sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce(), harmonics)
+
+
+def disk(harmonics=(1,)):
+    return sh.HarmonicBalance(sh.bladed_disk(5, **VALUES), sh.EngineOrder(1), harmonics)
+
+
+@pytest.fixture
+def compiled(monkeypatch):
+    """A list of what is compiled from now on."""
+    made = []
+
+    class Counted(Equations):
+        def __init__(self, model, basis, cubic=False, symmetry=None):
+            made.append((basis.harmonics, cubic, symmetry is not None))
+            super().__init__(model, basis, cubic, symmetry)
+
+    monkeypatch.setattr(harmonic_balance, "Equations", Counted)
+    return made
+
+
+def test_a_sector_is_compiled_once_for_all_copies(compiled):
+    problem = disk()
+    first = sh.frf(problem, BAND, progress=False)
+    assert compiled == [((1,), False, False), ((1,), False, True)]
+    assert int(first.n_sectors) == 5
+    xr.testing.assert_identical(sh.frf(problem, BAND, progress=False), first)
+    sh.frf(problem, BAND, over={"normal_load": [1.0, 2.0]}, progress=False)
+    sh.frf(problem.with_parameters(mass=1.1), BAND, progress=False)
+    assert len(compiled) == 2
+    # Another travelling wave is another sector.
+    sh.frf(problem.with_parameters(engine_order=2), BAND, progress=False)
+    assert len(compiled) == 3
+
+
+def test_sets_of_harmonics_are_compiled_once_for_all_copies(compiled):
+    problem = blade()
+    first = sh.frf(problem, BAND, accuracy=1e-2, progress=False)
+    before = len(compiled)
+    assert before > 1
+    xr.testing.assert_identical(sh.frf(problem, BAND, accuracy=1e-2, progress=False), first)
+    assert len(compiled) == before
+    sh.frf(problem.with_parameters(normal_load=2.9), BAND, accuracy=1e-2, progress=False)
+    assert len(compiled) == len(set(compiled))
+
+
+def test_each_stored_point_is_evaluated_once(monkeypatch):
+    """With its contacts free, whatever states the path held."""
+    seen, check = [], point.check_each
+
+    def counted(problems, unknowns, frequencies):
+        seen.extend(frequencies)
+        return check(problems, unknowns, frequencies)
+
+    monkeypatch.setattr(point, "check_each", counted)
+    for problem in (blade(), blade((1, 3)), disk()):
+        seen.clear()
+        curve = sh.frf(problem, BAND, progress=False)
+        np.testing.assert_array_equal(np.array(seen) / RADIANS, curve.frequency)
+        assert curve.converged.all()
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2)])
+@pytest.mark.parametrize("samples", [None, 64])
+def test_points_at_once_are_points_alone(harmonics, samples):
+    """Also of problems whose values differ, and where some are no solutions."""
+    base = sh.HarmonicBalance(
+        sh.bladed_disk(3, **VALUES), sh.PointForce(), harmonics, samples=samples
+    )
+    problems = [base.with_parameters(normal_load=load) for load in (0.5, 1, 2, 500)]
+    hz = np.array([18.0, 19.0, 20.0, 21.0])
+    given = base if samples is None else base.located()
+    found = [
+        sh.solve(given.with_parameters(normal_load=problem.parameters["normal_load"]), f)
+        for problem, f in zip(problems, hz, strict=True)
+    ]
+    coefficients = np.array([point.coefficient.values for point in found])
+    order, sine = base.basis.order, base.basis.is_sine
+    at = np.searchsorted(harmonics, order), sine.astype(int)
+    unknowns = coefficients[:, :, *at].reshape(len(hz), -1)
+    unknowns[1] *= 1.1
+    together = describe_each(problems, unknowns, hz, [1, 2, 3, 4], stability=samples is None)
+    for i, problem in enumerate(problems):
+        alone = describe(problem, unknowns[i], hz[i], i + 1, stability=samples is None)
+        assert together.keys() == alone.keys()
+        for name, value in alone.items():
+            # Round-off of sums in another order; the residual is nothing else.
+            tolerance: dict[str, Any] = dict(atol=1e-14) if "norm" in name else dict(rtol=1e-9)
+            np.testing.assert_allclose(together[name][i], value, **tolerance, err_msg=name)
+    assert not together["converged"][1]
+    assert np.isnan(together["amplitude"][1]).all()
+    if samples is None:
+        assert together["converged"].tolist() == [True, False, True, True]
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Sets that take no time: each curve is that of the first."""
+    compute, found = ensemble.compute_branch, []
+
+    def same(problem, task):
+        if not found:
+            found.append(compute(problem, task))
+        return found[0]
+
+    monkeypatch.setattr(ensemble, "compute_branch", same)
+
+
+class _Watched(ThreadPoolExecutor):
+    """An executor that knows what it was given."""
+
+    def __init__(self, workers):
+        super().__init__(workers)
+        self.pieces, self.sent = [], []
+
+    def submit(self, fn, /, *args, **kwargs):
+        _, payload, chosen, _ = args
+        self.pieces.append(len(chosen))
+        self.sent.append(0 if payload is None else len(payload))
+        return super().submit(fn, *args, **kwargs)
+
+
+def call(problem, loads: Any = LOADS, **options):
+    return sh.frf(problem, BAND, over={"normal_load": loads}, progress=False, **options)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.02, 1e9])
+def test_the_size_of_pieces_changes_nothing(seconds, monkeypatch, tmp_path):
+    expected = call(blade())
+    monkeypatch.setattr(ensemble, "_PIECE", seconds)
+    xr.testing.assert_identical(call(blade()), expected)
+    with _Watched(2) as executor:
+        xr.testing.assert_identical(call(blade(), executor=executor), expected)
+        with call(blade(), executor=executor, archive=tmp_path / "x.nc") as archive:
+            xr.testing.assert_identical(archive, expected)
+    if not seconds:
+        assert set(executor.pieces) == {1}
+
+
+@pytest.mark.usefixtures("quick")
+def test_short_sets_are_sent_together():
+    with _Watched(2) as executor:
+        call(blade(), np.linspace(1, 2, 2000), executor=executor)
+    assert sum(executor.pieces) >= 2000
+    assert max(executor.pieces) <= ensemble._MOST
+    # Up to 100 each while there are many, fewer at the end so that all workers end together.
+    assert len(executor.pieces) < 500
+
+
+def test_sets_that_take_longer_come_again(monkeypatch):
+    """Pieces of five, with time for one."""
+    expected = call(blade())
+    monkeypatch.setattr(ensemble, "_PIECE", 0.0)
+    monkeypatch.setattr(ensemble._Shared, "_size", lambda self, _: min(5, len(self._waiting)))
+    with _Watched(1) as executor:
+        xr.testing.assert_identical(call(blade(), executor=executor), expected)
+    assert len(executor.pieces) == len(LOADS)
+    assert sum(executor.pieces) > 2 * len(LOADS)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_large_problem_is_sent_to_those_that_do_not_know_it(monkeypatch):
+    monkeypatch.setattr(ensemble, "_PIECE", 0.0)
+    monkeypatch.setattr(ensemble, "_SMALL", 0)
+    with _Watched(2) as executor:
+        call(blade(), np.linspace(1, 2, 60), executor=executor)
+    sent = [n for n in executor.sent if n]
+    # Once per worker, and for the pieces that waited meanwhile at a worker that did not know it.
+    assert len(sent) <= 2 + 2 * (1 + ensemble._WAITING) < 60
+
+
+def test_a_worker_that_does_not_know_a_problem_says_so():
+    found = []
+
+    def ask():
+        found.append(ensemble._work("a problem of nobody", None, [{}], "a call"))
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    thread.join()
+    assert found == [None]
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(("seconds", "commits"), [(0.0, 50), (1e9, 1)])
+def test_short_sets_are_written_together(seconds, commits, monkeypatch, tmp_path):
+    written, add = [], Store.add
+
+    def counted(self, found):
+        written.append(len(found))
+        add(self, found)
+
+    monkeypatch.setattr(Store, "add", counted)
+    monkeypatch.setattr(ensemble, "_PIECE", seconds)
+    call(blade(), np.linspace(1, 2, 50), archive=tmp_path / "x.nc").close()
+    assert sum(written) == 50
+    assert len([n for n in written if n]) == commits
+
+
+def test_a_set_that_fails_has_what_is_kept(monkeypatch):
+    compute = ensemble.compute_branch
+
+    def failing(problem, task):
+        if problem.parameters["normal_load"][0] == 2.0:
+            raise ArithmeticError("no number")
+        return compute(problem, task)
+
+    monkeypatch.setattr(ensemble, "compute_branch", failing)
+    with pytest.warns(RuntimeWarning, match="1 of 2 curves are incomplete: .*ArithmeticError"):
+        curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
+    assert "ArithmeticError" in str(curves.status.values[1])
+    assert np.isfinite(curves.peak_amplitude[0]).all()
+    assert curves.peak_amplitude[1].isnull().all()
+    assert "amplitude" not in curves
+
+
+def test_results_on_the_way_do_not_stay_in_memory(monkeypatch):
+    """Beside what they become: 20 MB of them in one."""
+    monkeypatch.setattr(spool, "_MEMORY", 2**20)
+    row = np.arange(1250.0)
+    tracemalloc.start()
+    with spool.Spool() as held:
+        for number in reversed(range(2000)):
+            held.add([(number, tables.encode({"value": number + row}))])
+        waiting = tracemalloc.get_traced_memory()[1]
+        stacked = held.stacked()["value"]
+        largest = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    np.testing.assert_array_equal(stacked, np.arange(2000)[:, None] + row)
+    # Once its place in memory is full, a spool moves to a file: both are there for a moment.
+    assert waiting < 4e6
+    assert largest < 1.2 * stacked.nbytes
+
+
+def test_copies_do_not_see_each_others_springs():
+    problem = blade()
+    sprung = problem.with_parameters(cubic_stiffness=1e6)
+    assert sprung.residual.n_in() == problem.residual.n_in() + 1
+    problem.derivative("cubic_stiffness")
+    assert problem.residual.n_in() == sprung.residual.n_in()
+    assert blade().residual.n_in() == sprung.residual.n_in() - 1

@@ -1,0 +1,521 @@
+"""Each study runs as documented and meets its landmarks, all of them and what the page says."""
+
+import base64
+import importlib
+import io
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from functools import partial
+from html.parser import HTMLParser
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+import symhbm as sh
+from studies import (
+    fig06_point_force,
+    fig07_nodal_diameters,
+    fig09_contact_stiffness,
+    fig12_mistuned_disk,
+    fig13_amplification,
+    harmonic_convergence,
+    laws_and_solvers,
+    one_harmonic_validity,
+    optimal_normal_load_engine_orders,
+    optimal_normal_load_robust,
+    optimal_normal_load_single_blade,
+)
+from studies.__main__ import STUDIES, main, statements
+from studies.claim import Claim, Finding
+from studies.claim import unmet as unmet_statements
+from studies.claims_table import PAGE
+from studies.closed_form import OneBlade, StuckRing
+from studies.companions import full_stick_load, largest_peak
+from studies.landmark import Landmark, Source, number, unmet
+from studies.run import REFERENCE
+
+ROOT = Path(__file__).parent.parent.parent
+EXACT = json.loads(REFERENCE.read_text())
+CLAIMS = PAGE.read_text(encoding="utf-8")
+WHOLE = tuple(
+    name
+    for name in STUDIES
+    if name.startswith(("fig03", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11"))
+)
+"""Studies that are computed here as the documented command computes them."""
+
+
+SMALL = {
+    optimal_normal_load_single_blade: dict(
+        sets=((1,), (1, 3)), n_loads=5, dampings=(1 / 32, 1 / 64)
+    ),
+    optimal_normal_load_engine_orders: dict(
+        sets=((1,), (1, 3)), engine_orders=(3, 6), ratios=(0.9, 1.1), different=None
+    ),
+    optimal_normal_load_robust: dict(
+        n_design=2,
+        n_fresh=2,
+        statistics=("worst",),
+        problem=sh.HarmonicBalance(
+            sh.bladed_disk(
+                5,
+                mass=1,
+                stiffness=1e4,
+                damping=0.5,
+                contact_stiffness=1e6,
+                friction_coefficient=0.5,
+                normal_load=10,
+            ),
+            sh.EngineOrder(1, amplitude=1.0),
+            (1,),
+        ),
+    ),
+}
+"""Arguments of studies that are run at a part of their points."""
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory):
+    """Directory and exit code of a run of all studies, the costly ones at some of their points."""
+    results = tmp_path_factory.mktemp("results")
+    some = harmonic_convergence.cases
+    laws = laws_and_solvers.cases
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(harmonic_convergence, "SIX_REVERSALS", (63.0,))
+        patch.setattr(harmonic_convergence, "HIGHEST", (1, 3, 5, 9, 15))
+        patch.setattr(harmonic_convergence, "cases", lambda: some()[:4] + some()[-1:])
+        patch.setattr(one_harmonic_validity, "ENGINE_ORDERS", (1, 3, 6))
+        patch.setattr(one_harmonic_validity, "NORMAL_LOADS", (100.0, 2e4))
+        patch.setattr(fig12_mistuned_disk, "N_SAMPLES", 3)
+        # As fine as the whole grid, where the largest ratios are.
+        patch.setattr(fig13_amplification, "GRID", np.linspace(65, 90, 126))
+        patch.setattr(laws_and_solvers, "REPEATS", 1)
+        # A few disks and engine orders do not tell what the claims are weighed by.
+        patch.setattr("studies.__main__.unmet_statements", lambda _: [])
+        patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
+        for study, arguments in SMALL.items():
+            patch.setattr(study, "compute", partial(study.compute, **arguments))
+        code = main(STUDIES, results)
+    return results, code
+
+
+@pytest.fixture(scope="module")
+def datasets(outcome):
+    return {name: sh.load(outcome[0] / f"{name}.nc") for name in STUDIES}
+
+
+def test_all_studies_succeed(outcome):
+    results, code = outcome
+    assert code == 0
+    files = {path.name for path in results.iterdir()}
+    assert files == {f"{name}.{kind}" for name in STUDIES for kind in ("nc", "png")} | {
+        "index.html"
+    }
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_study_meets_its_landmarks(name, outcome, datasets):
+    study = importlib.import_module(f"studies.{name}")
+    assert name == study.NAME
+    assert (outcome[0] / f"{name}.png").stat().st_size > 10_000
+    assert datasets[name].attrs["references"]
+    landmarks = study.landmarks(datasets[name])
+    assert landmarks
+    assert unmet(landmarks) == []
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_claims_and_findings_come_out_as_they_are_told(name, datasets):
+    """Claims of the source keep their verdicts; `docs/claims.md` tells these, and no others."""
+    study = importlib.import_module(f"studies.{name}")
+    claims, findings = (statements(study, kind, datasets[name]) for kind in ("claims", "findings"))
+    rows = [line for line in CLAIMS.splitlines() if line.endswith(f"| `{name}` |")]
+    assert bool(rows) == bool(claims or findings)
+    for one in claims:
+        [row] = [row for row in rows if row.startswith(f"| {one.words}. | {one.where} |")]
+        if name in WHOLE:
+            assert one.met
+            assert f"| {one.computed}. | {one.verdict} |" in row
+    if name in WHOLE:
+        assert [one.words for one in findings if not one.met] == []
+        assert len(rows) == len(claims) + len(findings)
+
+
+def test_claims_are_not_taken_on_trust():
+    """A claim whose verdict changes, and a finding that is not found, are told."""
+    claim = Claim("It is flat", "Fig. 3", "it is round", holds=False, expected=False)
+    assert (claim.met, claim.verdict) == (True, "does not hold")
+    changed = replace(claim, holds=True)
+    assert unmet_statements([claim, changed]) == ["It is flat: HOLDS, unlike before: it is round"]
+    finding = Finding("It is round", "to 1 %", met=False)
+    assert unmet_statements([finding]) == ["It is round: NOT FOUND: to 1 %"]
+
+
+@pytest.mark.parametrize("name", [n for n in STUDIES if n.startswith("fig")])
+def test_problem_of_a_figure_comes_back_from_its_archive(name, datasets):
+    if "problem" in datasets[name].attrs:
+        problem = sh.rebuild(datasets[name])
+        assert problem.model.n_dof == datasets[name].sizes["dof"]
+
+
+def test_published_peaks_of_figure_3(datasets):
+    """Peaks in dB re 1 m of the source's Fig. 3; 0.5, 1, 2, 3, 5, 18 N (data/reference)."""
+    published = {0.5: -37.3008, 1: -42.6733, 2: -67.3431, 3: -70.2151, 5: -68.8598, 18: -60.1788}
+    for load, level in published.items():
+        peak = datasets["fig03_single_blade"].sel(normal_load=load).peak_amplitude
+        # Digits as given.
+        assert float(20 * np.log10(peak[0])) == pytest.approx(level, abs=5e-5)
+
+
+def test_laws_and_solvers(datasets):
+    """Laws that are exact agree; the sampled one errs as it says, to second order."""
+    dataset = datasets["laws_and_solvers"]
+    exact = dataset.isel(law=slice(0, 4))
+    solved = exact.status == "success"
+    outside = dataset.case.str.contains("66.25 Hz")
+    assert bool(solved.where(~outside, drop=True).all())
+    assert not solved.where(outside, drop=True).isel(law=slice(1, 4)).any()
+    sampled = dataset.isel(law=slice(4, 8))
+    # The stated error is of first order: the second is its square, 1 % at 64 samples.
+    np.testing.assert_allclose(sampled.difference, sampled.sampling_error, rtol=0.03)
+    table = laws_and_solvers.table(dataset)
+    assert table.count("does not apply") == 3
+    assert table.count("\n") == 6
+
+
+def test_closed_form_peaks_are_those_of_the_reference():
+    """One blade, and the ring with its contacts moved 2 sin(pi EO / N) times as much."""
+    blade = dict(mass=1.0, damping=0.5, stiffness=1e4, force=1.0)
+    for peak in EXACT["single_blade_peaks"]:
+        limit = 0.5 * peak["Fn"]
+        closed = OneBlade(contact_stiffness=1e4, slip_limit=limit, ratio=1.0, **blade)
+        amplitude, frequency = closed.peak()
+        # Solved to double precision; the reference has its digits.
+        assert amplitude == pytest.approx(float(peak["hbm1_peak_X"]), rel=1e-12)
+        assert frequency == pytest.approx(float(peak["hbm1_peak_hz"]), rel=1e-11)
+    for peak in EXACT["ring_EO_1_3_6_Fn100"]:
+        ratio = 2 * np.sin(np.pi * peak["EO"] / 13)
+        closed = OneBlade(contact_stiffness=1e6, slip_limit=50.0, ratio=ratio, **blade)
+        assert closed.peak()[0] == pytest.approx(float(peak["hbm1_peak_X"]), rel=1e-12)
+        held = EXACT["ring_stuck_peaks_kd1e6"][str(peak["EO"])]["P_full_stick_min"]
+        assert closed.largest_contact_force() == pytest.approx(float(held), rel=1e-12)
+
+
+blades = st.builds(
+    OneBlade,
+    mass=st.floats(0.1, 10),
+    damping=st.floats(0.05, 1),
+    stiffness=st.floats(5e3, 5e4),
+    contact_stiffness=st.floats(5e3, 1e6),
+    slip_limit=st.just(1.0),
+    force=st.floats(0.1, 10),
+    ratio=st.floats(0.3, 2),
+)
+
+
+@settings(deadline=None, max_examples=25)
+@given(blades)
+def test_closed_form_optimum_is_the_lowest_peak(blade):
+    """It is the peak at its slip limit, and a search over slip limits ends there."""
+    limit, amplitude, frequency = blade.optimum()
+    # Two equations solved to double precision.
+    assert replace(blade, slip_limit=limit).peak() == pytest.approx((amplitude, frequency), 1e-11)
+    found: Any = minimize_scalar(
+        lambda log: np.log(replace(blade, slip_limit=np.exp(log)).peak()[0]),
+        bounds=(np.log(limit) - 1, np.log(limit) + 2),
+        method="bounded",
+        options=dict(xatol=1e-9),
+    )
+    assert np.exp(found.fun) == pytest.approx(amplitude, rel=1e-11)
+    # The bottom of a parabola: half the digits, and its curvature is of order one.
+    assert np.exp(found.x) == pytest.approx(limit, rel=1e-5)
+
+
+@settings(deadline=None, max_examples=25)
+@given(blades)
+def test_closed_form_optimum_without_damping(blade):
+    none = replace(blade, damping=0.0)
+    added = blade.ratio**2 * blade.contact_stiffness
+    expected = (
+        np.pi * blade.force / (2 * blade.ratio),
+        np.pi * blade.force / added,
+        np.sqrt((blade.stiffness + added / 2) / blade.mass) / (2 * np.pi),
+    )
+    assert none.optimum() == pytest.approx(expected, rel=1e-12)
+    # Richardson: what is left is of second order in a step of 1e-4 of the damping.
+    c = 1e-4 * added / (2 * np.pi * expected[2])
+    far, near = (
+        (np.array(replace(blade, damping=at).optimum()) / expected - 1) / at for at in (c, c / 2)
+    )
+    np.testing.assert_allclose(2 * near - far, blade.slopes(), rtol=1e-5, atol=1e-9 / c)
+
+
+def test_tail_of_disks():
+    """A third of six are the worst two; of two, the worst counts alone."""
+    peaks = np.array([3.0, 1.0, 6.0, 2.0, 5.0, 4.0])
+    value = optimal_normal_load_robust.value
+    assert value("tail", peaks) == pytest.approx(5.5, rel=1e-15)
+    assert value("tail", peaks[:2]) == 3.0
+    # Of four, the worst and a third of the next.
+    assert value("tail", peaks[:4]) == pytest.approx((6 + 3 / 3) / (4 / 3), rel=1e-15)
+    assert (value("mean", peaks), value("worst", peaks)) == (3.5, 6.0)
+
+
+def test_stuck_ring_has_the_natural_frequencies_of_the_reference():
+    for stiffness, published in EXACT["ring_natural_hz"].items():
+        ring = StuckRing(13, 1.0, 0.5, 1e4, float(stiffness), 1.0)
+        found = ring.natural_frequencies()
+        # The reference has 17 digits.
+        np.testing.assert_allclose(found, np.array(published, dtype=float), rtol=1e-14)
+
+
+def test_point_force_has_seven_resonances(datasets):
+    """Each within its half-power width of a natural frequency of the reference."""
+    stuck = datasets["fig06_point_force"].sel(normal_load=1e5)
+    assert not (stuck.contact_state == 1).any()
+    tops = fig06_point_force.resonances(stuck)
+    natural = np.array(EXACT["ring_natural_hz"]["1000000"], dtype=float)
+    assert tops.sizes["peak"] == 7
+    width = 0.5 / (2 * np.pi)
+    np.testing.assert_allclose(tops.peak_frequency, natural, rtol=0, atol=width / 2)
+    # At the source's load every contact but the opposite one slips at some resonance.
+    slips = datasets["fig06_point_force"].sel(normal_load=100).contact_state == 1
+    assert slips.any("point").values.tolist() == [j != 6 for j in range(13)]
+
+
+@pytest.mark.parametrize("order", range(7))
+@pytest.mark.parametrize("phase", [0.0, 0.3, 2.0])
+def test_nodal_diameters_of_a_wave(order, phase):
+    """A cosine of n waves over the disk is zero on n diameters, a quarter wave from its maxima."""
+    blades = 2 * np.pi * np.arange(13) / 13
+    shape = np.cos(order * blades - phase)
+    assert fig07_nodal_diameters.counted(shape) == order
+    zeros = fig07_nodal_diameters.nodal_angles(shape)
+    # The trigonometric interpolation of a wave that the blades resolve is the wave.
+    np.testing.assert_allclose(np.cos(order * zeros - phase), 0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["fig03_single_blade", "fig08_engine_orders", "fig11_normal_load"])
+def test_full_stick_begins_at_the_load_that_is_stated(name, datasets):
+    """At the resonance of the stuck structure contacts slip with a little less, not with more."""
+    dataset = datasets[name].isel({d: 0 for d in ("engine_order",) if d in datasets[name].dims})
+    curve = dataset.isel({d: 0 for d in ("normal_load",) if d in dataset.dims})
+    problem = sh.rebuild(curve)
+    stuck = largest_peak(
+        sh.frf(problem.with_parameters(normal_load=1e9), (15, 350), progress=False)
+    )
+    load = float(dataset.full_stick_normal_load)
+    assert load == pytest.approx(float(full_stick_load(stuck)), rel=1e-9)
+    for share, slips in ((0.999, True), (1.001, False)):
+        held = problem.with_parameters(normal_load=share * load)
+        found = sh.solve(held, float(stuck.peak_frequency), throw=True)
+        assert bool((found.contact_state == 1).any()) is slips
+
+
+def test_engine_order_0_does_not_see_the_contacts():
+    """Whatever contact stiffness, friction and load: the response of one blade alone."""
+    problem = fig09_contact_stiffness.problem().with_parameters(engine_order=0)
+    frequency = np.array([5.0, 15.0, 15.9154, 16.5, 150.0])
+    found = sh.frf(
+        problem, (5, 150), frequency, fig09_contact_stiffness.UNCOUPLED, progress=False, throw=True
+    )
+    omega = 2 * np.pi * frequency
+    alone = 1 / np.abs(1e4 - omega**2 + 0.5j * omega)
+    # Round-off, times the quality factor of 200.
+    np.testing.assert_allclose(
+        found.amplitude, np.broadcast_to(alone[:, None], found.amplitude.shape), rtol=1e-12
+    )
+    assert found.amplitude.shape == (2, 2, 2, 5, 13)
+
+
+def test_landmark_in_words():
+    near = Landmark("peak", 1.0005, 1.0, "m", Source.EXACT, 1e-3)
+    assert near.met
+    assert near.verdict == "agrees to 0.1 %"
+    far = Landmark("peak", 1.1, 1.0, "m", Source.EXACT, 1e-9)
+    assert not far.met
+    assert unmet([near, far]) == ["peak: DIFFERS: 1.1 m, not 1 m to 1e-9"]
+    assert Landmark("shift", -2e-10, 0.0, "Hz", Source.EXACT, 1e-9).verdict == "agrees to 1e-9 Hz"
+    for source in Source:
+        assert not Landmark("peak", float("nan"), 1.0, "m", source, 1e-3).met
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0, "0"),
+        (1e5, "1e5"),
+        (123456.7, "1.23457e5"),
+        (1e-9, "1e-9"),
+        (-2.5e-4, "-2.5e-4"),
+        (9999.4, "9999.4"),
+        (0.001, "0.001"),
+        (100.0, "100"),
+        (1e10, "1e10"),
+    ],
+)
+def test_numbers_without_zeros_to_count(value, text):
+    assert number(value) == text
+
+
+class Page(HTMLParser):
+    """Checks that elements are nested and closed; collects attributes and text."""
+
+    VOID = ("meta", "link", "img", "br")
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.text = [], [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+    def all(self, tag, name):
+        return [attrs[name] for found, attrs in self.tags if found == tag and name in attrs]
+
+
+def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
+    results, _ = outcome
+    text = (results / "index.html").read_text()
+    page = Page(text)
+    assert page.all("section", "id") == list(STUDIES)
+    pictures = page.all("img", "src")
+    assert len(pictures) == len(STUDIES)
+    for source, name in zip(pictures, STUDIES, strict=True):
+        head, _, data = source.partition(",")
+        assert head == "data:image/png;base64"
+        decoded = base64.b64decode(data, validate=True)
+        assert decoded == (results / f"{name}.png").read_bytes()
+        assert plt.imread(io.BytesIO(decoded), format="png").ndim == 3
+    # Anchors within the page, the archives beside it, and an icon of nothing.
+    links = {link for link in page.all("a", "href") if not link.startswith("#")}
+    assert links == {f"{name}.nc" for name in STUDIES}
+    anchors = {link[1:] for link in page.all("a", "href") if link.startswith("#")}
+    assert anchors == set(STUDIES)
+    assert page.all("link", "href") == ["data:,"]
+    assert not {"script", "iframe", "object", "video"} & {tag for tag, _ in page.tags}
+    assert all(word not in text for word in ("http:", "https:", "url(", "@import"))
+
+
+def test_page_shows_every_landmark_and_the_parameters(outcome, datasets):
+    page = Page((outcome[0] / "index.html").read_text())
+    marks = {n: importlib.import_module(f"studies.{n}").landmarks(datasets[n]) for n in STUDIES}
+    shown = [text.replace("\u2212", "-") for text in page.text]
+    for mark in (mark for found in marks.values() for mark in found):
+        assert mark.name in shown
+        assert mark.verdict in shown
+    claims = [
+        claim
+        for n in STUDIES
+        for claim in statements(importlib.import_module(f"studies.{n}"), "claims", datasets[n])
+    ]
+    for claim in claims:
+        assert claim.words in shown
+    count = sum(map(len, marks.values())) + len(claims)
+    assert page.all("td", "data-label").count("verdict") == count
+    for value in ("0.2, 0.4, 0.6, 0.8", "1e4, 1e5, 1e6 N/m", "10 to 350 Hz", "0, 1, 2, 4"):
+        assert value in page.text
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no chromium on this machine")
+def test_page_in_a_browser(outcome, tmp_path):
+    """It is shown whole; nothing is refused, missing or wrong (the console says so otherwise)."""
+    assert BROWSER
+    options = "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking"
+    done = subprocess.run(
+        [
+            *(BROWSER, *options.split(), f"--user-data-dir={tmp_path}"),
+            *("--enable-logging=stderr", "--dump-dom", (outcome[0] / "index.html").as_uri()),
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert "CONSOLE" not in done.stderr
+    page = Page(done.stdout.partition("<html")[1] + done.stdout.partition("<html")[2])
+    assert page.all("section", "id") == list(STUDIES)
+    assert len(page.all("img", "src")) == len(STUDIES)
+
+
+def fake(name, compute, landmarks=()):
+    module = ModuleType(f"studies.{name}", "A study of <nothing> & more.\n\nIt does `little`.\n")
+    vars(module).update(compute=compute, draw=lambda _: plt.figure(), landmarks=lambda _: landmarks)
+    return module
+
+
+def raises(progress):
+    raise ArithmeticError("no <solution> at 3 N")
+
+
+def nothing(progress):
+    return xr.Dataset(attrs={"symhbm_schema": 2})
+
+
+def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsys):
+    wrong = Landmark("half", 0.5, 1.0, "", Source.EXACT, 1e-3)
+    monkeypatch.setitem(sys.modules, "studies.failing", fake("failing", raises))
+    monkeypatch.setitem(sys.modules, "studies.missing", fake("missing", nothing, [wrong]))
+    studies = {"failing": 1, "not_there": 1, "missing": 1, "fig04_hysteresis_loop": 1}
+    assert main(studies, tmp_path) == 1
+    shown = capsys.readouterr()
+    assert shown.out.split() == [
+        *(str(tmp_path / f"missing.{kind}") for kind in ("nc", "png")),
+        *(str(tmp_path / f"fig04_hysteresis_loop.{kind}") for kind in ("nc", "png")),
+        str(tmp_path / "index.html"),
+    ]
+    assert "failing: ArithmeticError: no <solution> at 3 N" in shown.err
+    assert "not_there: ModuleNotFoundError" in shown.err
+    assert "missing: half: DIFFERS" in shown.err
+    # One bar, to its end.
+    assert "100%" in shown.err
+    page = (tmp_path / "index.html").read_text()
+    assert "no &lt;solution&gt; at 3 N" in page
+    assert "A study of &lt;nothing&gt; &amp; more" in page
+    assert "<code>little</code>" in page
+    assert page.count("This study failed") == 2
+    assert "1 landmarks not met" in page
+    assert 'id="fig04_hysteresis_loop"' in page
+
+
+def test_studies_run_from_the_command_line():
+    """The documented command, on one study."""
+    done = subprocess.run(
+        [sys.executable, "-m", "studies.fig04_hysteresis_loop"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    paths = [Path(line) for line in done.stdout.split()]
+    assert [path.suffix for path in paths] == [".nc", ".png"]
+    assert all(path.exists() for path in paths)

@@ -1,0 +1,350 @@
+"""Multipliers by the monodromy: exact motions, integrated small motions, closed forms, bounds."""
+
+from functools import cache, partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import symhbm as sh
+from symhbm.continuation.newton import newton
+from symhbm.continuation.start import linear_response
+from symhbm.model.contacts.coulomb_located import locate, stick_intervals
+from symhbm.numerics.fourier import FourierBasis
+from symhbm.time_domain import floquet
+from symhbm.time_domain.exact_motion import exact_motion
+from symhbm.time_domain.floquet import multipliers
+
+TURN = 2 * np.pi
+ODD = tuple(range(1, 32, 2))
+ALL = tuple(range(24))
+
+
+def distance(left, right):
+    """Largest distance of two sets of numbers, each to the nearest that is left."""
+    assert len(left) == len(right)
+    rest, result = list(right), 0.0
+    for value in left:
+        nearest = int(np.argmin(np.abs(np.array(rest) - value)))
+        result = max(result, abs(rest.pop(nearest) - value))
+    return result
+
+
+def solution(problem, omega, start=None):
+    start = linear_response(problem, omega) if start is None else start
+    found = newton(partial(problem.evaluate, frequency=omega), start)
+    assert problem.evaluate(found.unknowns, omega).norm < 1e-10
+    return found.unknowns
+
+
+def ring(order, normal_load, harmonics=ODD):
+    disk = sh.bladed_disk(
+        13,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e6,
+        friction_coefficient=0.5,
+        normal_load=normal_load,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(order, amplitude=1.0), harmonics)
+
+
+def blade(harmonics=ODD, harmonic=1):
+    model = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1.5,
+    )
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=1.0, harmonic=harmonic), harmonics)
+
+
+def mistuned(force, harmonics):
+    rng = np.random.default_rng(5)
+    disk = sh.bladed_disk(
+        5,
+        mass=rng.uniform(0.95, 1.05, 5),
+        stiffness=rng.uniform(0.9e4, 1.1e4, 5),
+        damping=rng.uniform(0.4, 0.6, 5),
+        contact_stiffness=rng.uniform(1e4, 2e4, 5),
+        friction_coefficient=0.5,
+        normal_load=rng.uniform(0.5, 1.0, 5),
+    )
+    return sh.HarmonicBalance(disk, force, harmonics)
+
+
+MEAN = sh.HarmonicForce(
+    cosine={0: [0.3, 0, 0, 0, 0], 1: [1, 0, 0, 0.5, 0], 2: [0, 1, 0, 0, 0]},
+    sine={3: [0, 0, 0.2, 0, 0]},
+)
+CASES = {
+    "blade": (blade, 15.0, 1e-5),
+    "ring, six reversals": (partial(ring, 1, 10.0), 63.0, 3e-4),
+    "ring, order 3": (partial(ring, 3, 100.0), 211.4, 2e-5),
+    "mistuned": (partial(mistuned, sh.PointForce(amplitude=3.0), ODD), 20.0, 2e-4),
+    "mistuned, even harmonics": (partial(mistuned, MEAN, ALL), 19.0, 1e-4),
+}
+each_case = pytest.mark.parametrize("name", CASES)
+
+
+@cache
+def solved(name):
+    build, hertz, _ = CASES[name]
+    problem, omega = build(), TURN * hertz
+    motion = exact_motion(problem, omega)
+    assert motion.converged
+    assert len(motion.event_angle)
+    return problem, omega, motion
+
+
+@each_case
+def test_against_the_exact_motion(name):
+    problem, omega, motion = solved(name)
+    start = motion.coefficients(problem.harmonics)[0].ravel()
+    found = multipliers(problem, omega, solution(problem, omega, start))
+    assert distance(found, motion.multipliers) < CASES[name][2]
+    assert np.all(np.diff(np.abs(found)) <= 0)
+
+
+@each_case
+def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
+    problem, omega, motion = solved(name)
+
+    def exact_intervals(*_):
+        rows = []
+        for contact in np.unique(motion.event_contact):
+            mine = motion.event_contact == contact
+            angle, stick = motion.event_angle[mine], motion.event_kind[mine] == "stick"
+            assert np.all(stick != np.roll(stick, 1))
+            end = np.append(angle[1:], angle[0] + TURN)
+            rows += [(contact, a, b) for a, b in zip(angle[stick], end[stick], strict=True)]
+        contact, begin, end = zip(*rows, strict=True)
+        return np.array(contact), np.array(begin), np.array(end)
+
+    monkeypatch.setattr(floquet, "stick_intervals", exact_intervals)
+    found = multipliers(problem, omega, np.zeros(problem.n_unknowns))
+    assert distance(found, motion.multipliers) < 1e-11
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    coefficients=st.lists(st.floats(-1, 1), min_size=7, max_size=7),
+    stiffness=st.floats(0.1, 100),
+)
+def test_intervals_are_those_of_the_located_force(coefficients, stiffness):
+    basis = FourierBasis((0, 1, 2, 3))
+    motion = np.round([coefficients], 3)
+    law = basis, motion, np.array([stiffness]), np.array([1.0])
+    friction = locate(*law)
+    contact, begin, end = stick_intervals(*law)
+    assert len(contact) == 0 or friction.slip[0]
+    if not friction.slip[0] or friction.reversals[0] == 0:
+        return
+    assert (end - begin).sum() == pytest.approx(TURN * friction.stick_fraction[0], abs=1e-12)
+    slope = basis.values(begin, 1) @ motion[0]
+    assert np.abs(slope).max() < 1e-6
+    assert np.all(begin[1:] >= end[:-1])
+    # Every stick run crosses to the other limit, or comes back to its own.
+    travel = stiffness * (basis.values(end) - basis.values(begin)) @ motion[0]
+    assert np.minimum(np.abs(travel), np.abs(np.abs(travel) - 2)).max() < 1e-9
+
+
+@given(
+    cosine=st.floats(-1, 1).map(lambda x: round(x, 3)),
+    sine=st.floats(-1, 1).map(lambda x: round(x, 3)),
+)
+def test_one_harmonic_has_the_intervals_of_several(cosine, sine):
+    law = np.array([5.0]), np.array([0.7])
+    one = stick_intervals(FourierBasis((1,)), np.array([[cosine, sine]]), *law)
+    two = stick_intervals(FourierBasis((1, 3)), np.array([[cosine, sine, 0, 0]]), *law)
+    assert len(one[0]) == len(two[0])
+    for left, right in zip(one[1:], two[1:], strict=True):
+        # From the maximum on, which either may give a period later.
+        assert np.exp(1j * left) == pytest.approx(np.exp(1j * right), abs=1e-7)
+
+
+def several(harmonics):
+    """Full matrices with a gyroscopic part, springs of both signs, a stuck contact."""
+    rng = np.random.default_rng(1)
+    spread, turn = rng.normal(size=(2, 4, 4))
+    model = sh.Model(
+        np.eye(4) + 0.1,
+        0.05 * np.eye(4) + 0.02 * (turn - turn.T),
+        2 * np.eye(4) + 0.3 * spread @ spread.T,
+        contacts=[(0, 1), (1, 2), (3,)],
+        cubic_stiffness=[0.5, -0.2, 1.0],
+        contact_stiffness=[0.0, 1.0, 0.0],
+        friction_coefficient=0.5,
+        normal_load=100.0,
+    )
+    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.5, 0, 0.3, 0]}), harmonics)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5), (0, 1, 2, 3)])
+def test_against_the_integrated_variation(harmonics):
+    """Along any motion, a solution or not."""
+    problem, omega = several(harmonics), 1.9
+    unknowns = np.random.default_rng(2).normal(size=problem.n_unknowns) / len(harmonics)
+    model, relative = problem.model, problem.relative(unknowns)
+    directions = model.directions.toarray()
+    mass, damping, stiffness = (
+        getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
+    )
+
+    def rate(t, state):
+        y = relative @ problem.basis.values(omega * t)
+        springs = model.contact_stiffness + 3 * model.cubic_stiffness * y**2
+        x, v = np.split(state.reshape(8, 8), 2)
+        pull = (stiffness + directions.T @ (springs[:, None] * directions)) @ x + damping @ v
+        return np.concatenate([v, -np.linalg.solve(mass, pull)]).ravel()
+
+    run = solve_ivp(rate, (0, TURN / omega), np.eye(8).ravel(), "DOP853", rtol=1e-11, atol=1e-12)
+    found = multipliers(problem, omega, unknowns)
+    assert distance(found, np.linalg.eigvals(run.y[:, -1].reshape(8, 8))) < 1e-9
+    # Liouville: the determinant knows the damping alone.
+    loss = np.trace(np.linalg.solve(mass, damping)) * TURN / omega
+    assert np.prod(found) == pytest.approx(np.exp(-loss), rel=1e-11)
+
+
+def marched(problem, omega, state, slip_limit):
+    """One period of a body with a friction contact and a cubic spring, by a general integrator."""
+    model = problem.model
+    spring, cubic = model.contact_stiffness[0], model.cubic_stiffness[0]
+    damping, stiffness = (
+        getattr(model, f"{name}_matrix")[0, 0] for name in ("damping", "stiffness")
+    )
+    x, v, f = state
+    t, period = 0.0, TURN / omega
+    slip = np.sign(v) if abs(f) >= slip_limit and f * v > 0 else 0.0
+    while t < period:
+
+        def rate(t, z, slip=slip):
+            force = problem.excitation.amplitude * np.cos(omega * t)
+            pull = damping * z[1] + stiffness * z[0] + z[2] + cubic * z[0] ** 3
+            return [z[1], force - pull, 0.0 if slip else spring * z[1]]
+
+        def event(t, z, slip=slip):
+            return slip * z[1] if slip else slip_limit - abs(z[2])
+
+        event.terminal, event.direction = True, -1
+        run = solve_ivp(
+            rate, (t, period), [x, v, f], "DOP853", rtol=1e-12, atol=1e-14, events=event
+        )
+        t, (x, v, f) = run.t[-1], run.y[:, -1]
+        if len(run.t_events[0]):
+            slip, f = (0.0, f * (1 - 1e-15)) if slip else (np.sign(f), np.sign(f) * slip_limit)
+    return np.array([x, v, f])
+
+
+@pytest.mark.parametrize("omega", [1.1, 1.9])
+def test_friction_beside_a_cubic_spring_against_differences(omega):
+    model = sh.Model(
+        [[1.0]],
+        [[0.05]],
+        [[1.0]],
+        contacts=[(0,)],
+        cubic_stiffness=0.3,
+        contact_stiffness=1.0,
+        friction_coefficient=0.5,
+        normal_load=0.3,
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
+    unknowns = solution(problem, omega)
+    law, basis = problem.locate(unknowns), problem.basis
+    friction = (law.matrix[0] @ unknowns + 0.15 * law.vector[0]) @ basis.values(0.0)
+    x, slope = (basis.values(0.0, d) @ unknowns for d in (0, 1))
+    state = np.array([x, omega * slope, np.clip(friction, -0.15, 0.15)])
+    columns = []
+    for step in 1e-6 * np.eye(3):
+        ends = [marched(problem, omega, state + sign * step, 0.15) for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / 2e-6)
+    assert np.abs(marched(problem, omega, state, 0.15) - state).max() < 1e-4
+    found = multipliers(problem, omega, unknowns)
+    assert distance(found, np.linalg.eigvals(np.array(columns).T)) < 2e-4
+
+
+@st.composite
+def damped(draw):
+    seed = draw(st.integers(0, 2**32 - 1))
+    rng = np.random.default_rng(seed)
+    n = draw(st.integers(1, 4))
+    mass, damping, stiffness = (
+        spread @ spread.T / n + least * np.eye(n)
+        for spread, least in zip(rng.normal(size=(3, n, n)), (0.3, 0.02, 0.1), strict=True)
+    )
+    pairs = [(i,) for i in range(n)] + [(i, j) for i in range(n) for j in range(i)]
+    contacts = [pairs[i] for i in rng.choice(len(pairs), draw(st.integers(1, len(pairs))), False)]
+    model = sh.Model(
+        mass,
+        damping,
+        stiffness,
+        contacts=contacts,
+        contact_stiffness=10.0 ** rng.uniform(-2, 3, len(contacts)),
+        friction_coefficient=0.5,
+        normal_load=10.0 ** rng.uniform(-2, 1, len(contacts)),
+    )
+    harmonics = draw(st.sampled_from([(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3, 5)]))
+    force = sh.HarmonicForce(cosine={harmonics[-1]: rng.normal(size=n)})
+    return sh.HarmonicBalance(model, force, harmonics), rng
+
+
+@settings(max_examples=150, deadline=None)
+@given(damped(), st.floats(0.1, 10))
+def test_no_friction_motion_lets_a_small_one_grow(case, omega):
+    """Any motion at all: friction and damping take energy from small motions beside it."""
+    problem, rng = case
+    unknowns = rng.normal(size=problem.n_unknowns)
+    found = multipliers(problem, omega, unknowns)
+    n_slipping = np.count_nonzero(problem.locate(unknowns).slip)
+    assert found.shape == (2 * problem.model.n_dof + n_slipping,)
+    assert np.abs(found).max() <= 1 + 1e-9
+
+
+def test_a_period_may_repeat_its_equations():
+    """The same motion among harmonics that hide its symmetries."""
+    problem, omega = blade((3, 9), 3), 30.0
+    few = np.array([2e-3, 1e-3, 1e-4, -1e-4])
+    found = multipliers(problem, omega, few)
+    for harmonics in [(1, 3, 9), (0, 3, 9), (0, 1, 3, 9)]:
+        basis = FourierBasis(harmonics)
+        unknowns = np.zeros(basis.n_components)
+        unknowns[[basis.component(n, s) for n in (3, 9) for s in (False, True)]] = few
+        assert distance(multipliers(blade(harmonics, 3), omega, unknowns), found) < 1e-12
+
+
+def test_sampled_problems_have_the_located_multipliers():
+    problem, omega = blade((1, 3)), TURN * 15
+    unknowns = solution(problem, omega)
+    sampled = sh.HarmonicBalance(problem.model, problem.excitation, (1, 3), samples=64)
+    assert (
+        multipliers(sampled, omega, unknowns).tolist()
+        == multipliers(problem, omega, unknowns).tolist()
+    )
+
+
+def test_stuck_contacts_are_springs():
+    problem, omega = blade((1,)).with_parameters(normal_load=1e6), 100.0
+    values = np.exp(np.roots([1, 0.5, 2e4]) * TURN / omega)
+    found = multipliers(problem, omega, solution(problem, omega))
+    assert distance(found, values) < 1e-12
+
+
+def test_contacts_without_spring_or_limit_carry_no_force():
+    values = np.exp(np.roots([1, 0.5, 1e4]) * TURN / 90)
+    for free in (dict(normal_load=0.0), dict(contact_stiffness=0.0)):
+        problem = blade((1,)).with_parameters(**free)
+        assert distance(multipliers(problem, 90.0, np.array([1e-3, 0.0])), values) < 1e-12
+
+
+def test_impossible():
+    springs = dict(contact_stiffness=1.0, friction_coefficient=0.0, normal_load=0.0)
+    model = sh.Model([[1, 1], [1, 1]], np.eye(2), np.eye(2), contacts=[(0,)], **springs)
+    with pytest.raises(np.linalg.LinAlgError):
+        multipliers(sh.HarmonicBalance(model, sh.PointForce()), 1.0, np.ones(4))
+    with pytest.raises(ArithmeticError, match="too stiff"):
+        multipliers(blade((1,)).with_parameters(stiffness=1e14), 1.0, np.zeros(2))

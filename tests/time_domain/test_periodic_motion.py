@@ -1,0 +1,131 @@
+"""The labelled exact motion: what it holds, what it balances, and how it fails."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+
+EXACT = json.loads(
+    (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
+)
+
+
+@pytest.fixture(scope="module")
+def ring():
+    """Three reversals per half period: the point where one harmonic is a third off."""
+    problem = fig08.problem((1, 3)).with_parameters(normal_load=10)
+    return problem, sh.transient(problem, 63.0, harmonics=(1, 3, 5), throw=True)
+
+
+def test_reference_point():
+    point = next(p for p in EXACT["single_blade_points"] if p["slip_fraction"][0] > 0)
+    problem = fig03.problem().with_parameters(normal_load=point["Fn"])
+    motion = sh.transient(problem, point["freq_hz"], throw=True)
+    # The digits of the reference.
+    assert float(motion.amplitude[0]) == pytest.approx(point["x_max_abs"][0], rel=1e-10)
+    assert 1 - float(motion.stick_fraction[0]) == pytest.approx(point["slip_fraction"][0], rel=1e-8)
+
+
+def test_work_goes_into_friction_and_damping(ring):
+    _, motion = ring
+    lost = float(motion.dissipation.sum() + motion.viscous_dissipation)
+    # Round-off of the integrals.
+    assert float(motion.work) == pytest.approx(lost, rel=1e-12)
+    assert float(motion.dissipation.min()) > 0
+
+
+def test_motion_over_the_period(ring):
+    problem, motion = ring
+    assert dict(motion.displacement.sizes) == {"angle": 512, "dof": 13}
+    assert motion.harmonic.values.tolist() == [1, 3, 5]
+    limit = problem.model.friction_coefficient * problem.model.normal_load
+    # Locating an event leaves round-off of the force.
+    assert np.all(np.abs(motion.friction_force) <= limit * (1 + 1e-12))
+    assert np.all(motion.amplitude >= np.abs(motion.displacement).max("angle") * (1 - 1e-12))
+    # The sum over samples is the coefficient but for harmonics of the number of samples.
+    first = 2 * (motion.displacement * np.cos(motion.angle)).mean("angle")
+    scale = float(motion.amplitude.max())
+    cosine = motion.coefficient.sel(harmonic=1, component="cos")
+    np.testing.assert_allclose(first, cosine, rtol=0, atol=1e-9 * scale)
+    force = 2 * (motion.friction_force * np.sin(motion.angle)).mean("angle")
+    sine = motion.friction_force_coefficient.sel(harmonic=1, component="sin")
+    # Kinks make the coefficients of the force fall with the square of the order, 512 here.
+    np.testing.assert_allclose(force, sine, rtol=0, atol=1e-4 * float(limit.max()))
+
+
+def test_events_and_multipliers(ring):
+    _, motion = ring
+    assert set(motion.event_kind.values) == {"onset of slip", "end of slip"}
+    assert np.all(np.diff(motion.event_angle) >= 0)
+    size = np.hypot(motion.multiplier_real, motion.multiplier_imag)
+    # Round-off of eigenvalues of a matrix of norm about ten.
+    assert float(size.max()) < 1 + 1e-9
+    assert not motion.neutral.any()
+    assert motion.contact_state.values.tolist() == [1] * 13
+    # More than the two reversals that one harmonic knows.
+    assert int(motion.reversals.min()) == 6
+
+
+def test_contacts_that_never_slip_are_neutral():
+    motion = sh.transient(fig03.problem().with_parameters(normal_load=500), 20.0, throw=True)
+    assert bool(motion.neutral[0])
+    assert int(motion.contact_state[0]) == 0
+    assert motion.sizes["event"] == 0
+    linear = sh.solve(fig03.problem().with_parameters(normal_load=500), 20.0)
+    # Both are the linear response.
+    assert float(motion.amplitude[0]) == pytest.approx(float(linear.amplitude[0]), rel=1e-11)
+
+
+def test_round_trip(ring, tmp_path):
+    problem, motion = ring
+    path = sh.save(motion, tmp_path / "motion.nc")
+    assert sh.load(path).identical(motion)
+    again = sh.rebuild(sh.load(path))
+    assert again.harmonics == problem.harmonics
+    assert again.parameters["normal_load"].tolist() == [10.0] * 13
+
+
+def test_no_periodic_motion():
+    """An undamped resonance: NaN, and a sentence."""
+    blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
+    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    motion = sh.transient(problem, 100 / (2 * np.pi))
+    assert not bool(motion.converged)
+    assert np.isnan(motion.amplitude).all()
+    assert np.isnan(motion.displacement).all()
+    assert str(motion.status.values) != "success"
+    with pytest.raises(sh.SolveError, match=r"frequency=15\.9"):
+        sh.transient(problem, 100 / (2 * np.pi), throw=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"frequency": -1}, "frequency=-1"),
+        ({"frequency": 20, "n_angles": 0}, "n_angles=0"),
+        ({"frequency": 20, "harmonics": ()}, "harmonics="),
+    ],
+)
+def test_bad_input(options, word):
+    with pytest.raises(ValueError, match=word):
+        sh.transient(fig03.problem(), **options)
+
+
+def test_a_model_is_no_problem():
+    with pytest.raises(TypeError, match="problem="):
+        sh.transient(fig03.problem().model, 20.0)  # type: ignore[arg-type]
+
+
+def test_start_from_a_response_nearby(ring):
+    """Friction alone makes one motion: the start decides how soon it is found."""
+    problem, motion = ring
+    for start in (motion, sh.solve(problem, 63.0), sh.solve(problem, 62.0)):
+        again = sh.transient(problem, 63.0, harmonics=(1, 3, 5), start=start, throw=True)
+        # A Newton step from 1e-11 of the motion, times ten for the weakest motion of the ring.
+        size = float(motion.amplitude.max())
+        np.testing.assert_allclose(again.amplitude, motion.amplitude, rtol=0, atol=1e-10 * size)

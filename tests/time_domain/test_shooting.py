@@ -1,0 +1,394 @@
+"""Periodic motions with cubic springs: closed forms, other integrators, balances, limits."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig08_engine_orders as fig08
+from symhbm.time_domain.shooting import shoot
+
+TURN = 2 * np.pi
+NINE = (1, 3, 5, 7, 9)
+
+
+def duffing(damping=0.05, cubic=0.1, force=0.18, harmonics=NINE):
+    model = sh.Model([[1.0]], [[damping]], [[1.0]], contacts=[(0,)], cubic_stiffness=cubic)
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=force), harmonics)
+
+
+def chain(cubic=0.3, normal_load=0.3, harmonics=(0, 1, 2, 3)):
+    """Two bodies, full matrices, a static and an even force; one contact never slips."""
+    model = sh.Model(
+        [[1.0, 0.1], [0.1, 2.0]],
+        [[0.16, -0.05], [-0.02, 0.12]],
+        [[1.5, -0.5], [-0.5, 1.5]],
+        contacts=[(0,), (0, 1), (1,)],
+        contact_stiffness=[0.4, 0.3, 0.5],
+        friction_coefficient=0.5,
+        normal_load=np.array([1.0, 1.0, 60.0]) * normal_load,
+        cubic_stiffness=[cubic, 0.0, -0.2 * cubic],
+    )
+    force = sh.HarmonicForce(
+        cosine={0: [0.1, 0.2], 1: [0.5, 0.0], 2: [0.0, 0.2]}, sine={3: [0.1, 0.0]}
+    )
+    return sh.HarmonicBalance(model, force, harmonics)
+
+
+def blade(cubic, harmonics=(1, 3), **values):
+    values = {"normal_load": 3, "cubic_stiffness": cubic} | values
+    return fig03.problem(harmonics).with_parameters(**values)
+
+
+def ring(cubic, harmonics=(1, 3)):
+    return fig08.problem(harmonics).with_parameters(normal_load=10, cubic_stiffness=cubic)
+
+
+CASES = {
+    "duffing": (duffing, 1.2 / TURN),
+    "chain": (chain, 0.12),
+    "chain without friction": (lambda: chain(normal_load=0.0), 0.12),
+    "blade": (lambda: blade(1e10, np.arange(1, 32, 2)), 19.5),
+    "softening blade": (lambda: blade(-1e10), 19.5),
+}
+each_case = pytest.mark.parametrize("name", CASES)
+
+
+@cache
+def solved(name):
+    build, frequency = CASES[name]
+    problem = build()
+    return problem, sh.transient(problem, frequency, harmonics=range(32), throw=True)
+
+
+def multipliers(motion):
+    return motion.multiplier_real.values + 1j * motion.multiplier_imag.values
+
+
+def force_at(problem, tau):
+    """Exciting force (n, n_dof) [N]."""
+    shape = problem.excitation.shape(problem.model.n_dof, problem.basis)
+    return problem.excitation.amplitude * problem.basis.values(tau) @ shape.T
+
+
+@pytest.mark.parametrize("omega", [0.8, 1.2, 1.5])
+def test_all_solutions_of_harmonic_balance(omega):
+    """Amplitudes and exponents of nine harmonics, each motion from its own response."""
+    grid = sh.frf(duffing(), (0.3 / TURN, 2 / TURN), at=[omega / TURN])
+    count = int(grid.n_solutions[0])
+    assert count == (3 if omega == 1.2 else 1)
+    for i in range(count):
+        response = grid.isel(frequency=0, solution=i)
+        motion = sh.transient(duffing(), omega / TURN, start=response, throw=True)
+        seventh, ninth = np.linalg.norm(response.coefficient.values[0, -2:], axis=1)
+        # The eleventh harmonic, by a decay as from the seventh to the ninth, amplified tenfold
+        # where the folds are near; and the integrator's tolerance per step.
+        bound = 10 * ninth**2 / seventh + 1e-11
+        assert bound < 1e-7
+        np.testing.assert_allclose(motion.amplitude, response.amplitude, rtol=0, atol=bound)
+        largest = np.abs(multipliers(motion)).max()
+        growth = float(np.exp(response.growth_rate * TURN / omega))
+        assert largest == pytest.approx(growth, abs=bound + 1e-10)
+        assert (largest < 1) == bool(response.stability == 1)
+
+
+@pytest.mark.parametrize("cubic", [1e-12, -1e-12])
+def test_linear_limit(cubic):
+    omega, problem = 1.2, duffing(cubic=cubic, harmonics=(1,))
+    motion = sh.transient(problem, omega / TURN, throw=True)
+    response = 0.18 / (1 - omega**2 + 0.05j * omega)
+    # What the spring adds is 1e-12; the integrator keeps 1e-12 per step.
+    assert float(motion.amplitude[0]) == pytest.approx(abs(response), rel=1e-11)
+    expected = [response.real, -response.imag]
+    np.testing.assert_allclose(motion.coefficient.values[0, 0], expected, rtol=1e-11)
+    velocity = np.real(1j * omega * response * np.exp(1j * motion.angle.values))
+    np.testing.assert_allclose(motion.velocity.values[:, 0], velocity, rtol=0, atol=1e-11)
+    exponent = -0.025 + 1j * np.sqrt(1 - 0.025**2)
+    found = multipliers(motion)
+    found = found[np.argmax(found.imag)]
+    expected = np.exp(exponent * TURN / omega)
+    assert min(abs(found - expected), abs(found - expected.conj())) < 1e-11
+
+
+@pytest.mark.parametrize("name", ["duffing", "chain without friction"])
+def test_multipliers_shrink_as_the_volume(name):
+    """Liouville: their product is ``exp(-trace(M^-1 C) T)`` whatever the springs do."""
+    problem, motion = solved(name)
+    model = problem.model
+    trace = np.trace(np.linalg.solve(model.mass_matrix.toarray(), model.damping_matrix.toarray()))
+    product = np.prod(multipliers(motion))
+    # Eigenvalues of a matrix of norm one, and the integrator's tolerance per step.
+    expected = np.exp(-trace / float(motion.frequency))
+    assert product == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("name", ["duffing", "chain without friction"])
+def test_against_another_integrator(name):
+    """Radau in time from the state at the start, with the equations of motion written anew."""
+    problem, motion = solved(name)
+    model, omega = problem.model, TURN * float(motion.frequency)
+    mass, damping, stiffness = (
+        getattr(model, f"{part}_matrix").toarray() for part in ("mass", "damping", "stiffness")
+    )
+    directions = model.directions.toarray()
+    n = model.n_dof
+
+    def rates(t, state):
+        x, v = state[:n], state[n:]
+        spring = directions.T @ (model.cubic_stiffness * (directions @ x) ** 3)
+        force = force_at(problem, omega * t) - damping @ v - stiffness @ x - spring
+        return np.concatenate([v, np.linalg.solve(mass, force)])
+
+    start = np.concatenate([motion.displacement.values[0], motion.velocity.values[0]])
+    t = motion.angle.values[::64] / omega
+    end = solve_ivp(rates, (0, t[-1]), start, "Radau", t, rtol=1e-8, atol=1e-10)
+    # Radau's own tolerance, over a few hundred steps.
+    np.testing.assert_allclose(end.y[:n].T, motion.displacement[::64], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(end.y[n:].T, motion.velocity[::64], rtol=0, atol=1e-6)
+
+
+@each_case
+def test_periodic_and_energy_balanced(name):
+    """What is done is lost, to 1e-9; an unstable motion grows from the integrator's tolerance."""
+    problem, motion = solved(name)
+    assert float(motion.integration_tolerance) == 1e-12
+    assert float(motion.periodicity) < 1e-9
+    lost = float(motion.dissipation.sum() + motion.viscous_dissipation)
+    assert float(motion.work) == pytest.approx(lost, rel=1e-9)
+    limit = problem.model.friction_coefficient * problem.model.normal_load
+    assert np.all(np.abs(motion.friction_force) <= limit * (1 + 1e-12))
+    # The largest of 512 samples misses a peak by (pi / 512)^2 n^2 / 2 of harmonic n at most.
+    samples = np.abs(motion.displacement).max("angle")
+    assert np.all(samples <= motion.amplitude * (1 + 1e-12))
+    assert np.all(samples >= motion.amplitude * (1 - 1e-2))
+
+
+@each_case
+def test_balance_of_all_harmonics(name):
+    """Eq. (9) to harmonic 31 of the motion's own coefficients, cubes by sums over samples."""
+    problem, motion = solved(name)
+    model, omega = problem.model, TURN * float(motion.frequency)
+    x, friction = (
+        motion[key].values[..., 0] - 1j * motion[key].values[..., 1]
+        for key in ("coefficient", "friction_force_coefficient")
+    )
+    order = motion.harmonic.values
+    tau = motion.angle.values
+    y = motion.displacement.values @ model.directions.toarray().T
+
+    def transform(values):
+        sums = 2 * np.fft.rfft(values, axis=0)[: len(order)].T / len(tau)
+        sums[:, 0] /= 2
+        return sums
+
+    terms = [
+        model.mass_matrix @ x * -((omega * order) ** 2),
+        model.damping_matrix @ x * (1j * omega * order),
+        model.stiffness_matrix @ x,
+        model.directions.T @ friction,
+        model.directions.T @ transform(model.cubic_stiffness * y**3),
+        -transform(force_at(problem, tau)),
+    ]
+    largest = max(np.abs(term).max() for term in terms)
+    # Kinks of friction: a cube has harmonics that fall with the fifth power of the order, those
+    # of 512 samples less 31 are folded back, 1e-11; inertia multiplies the rest by 31.
+    np.testing.assert_allclose(sum(terms), 0.0, atol=1e-9 * largest)
+
+
+@pytest.mark.parametrize("name", ["chain", "blade"])
+def test_friction_is_that_of_a_slider(name):
+    """The law marched over samples of the displacement, which knows no event."""
+    problem, _ = solved(name)
+    model, count = problem.model, 20_000
+    motion = sh.transient(problem, CASES[name][1], n_angles=count, throw=True)
+    limit = model.friction_coefficient * model.normal_load
+    friction = motion.friction_force.values
+    spring = model.contact_stiffness * (motion.displacement.values @ model.directions.toarray().T)
+    steps = np.diff(spring, axis=0)
+    force, marched = friction[0], [friction[0]]
+    for step in steps:
+        force = np.clip(force + step, -limit, limit)
+        marched.append(force)
+    # Samples miss the tips of reversals, by an eighth of the second difference of the spring.
+    bound = np.abs(np.diff(steps, axis=0)).max(axis=0) / 8 + 1e-11 * np.abs(spring).max()
+    assert np.all(bound < 1e-5 * np.abs(spring).max())
+    assert np.all(np.abs(np.array(marched) - friction) <= bound)
+
+
+@pytest.mark.parametrize(
+    ("build", "frequency"),
+    [(blade, 19.5), (ring, 63.0), (chain, 0.12)],
+    ids=["blade", "ring", "chain"],
+)
+def test_weak_springs_leave_the_exact_motion_with_friction(build, frequency):
+    """Springs of 1e-14 of the others: the integrator against motions known to round-off."""
+    weak, without = (sh.transient(build(c), frequency, throw=True) for c in (1e-14, 0.0))
+    # 1e-12 per step, some hundred steps.
+    for name in ("amplitude", "displacement", "friction_force", "dissipation", "stick_fraction"):
+        size = float(np.abs(without[name]).max())
+        np.testing.assert_allclose(weak[name], without[name], rtol=0, atol=1e-10 * size)
+    np.testing.assert_allclose(weak.event_angle, without.event_angle, rtol=0, atol=1e-9)
+    for name in ("event_kind", "event_contact", "reversals", "neutral", "contact_state"):
+        assert weak[name].values.tolist() == without[name].values.tolist()
+    sizes = [np.sort(np.abs(multipliers(motion))) for motion in (weak, without)]
+    # Zeros of defective blocks are good to a root of round-off.
+    sizes = [size[size > 1e-3] for size in sizes]
+    np.testing.assert_allclose(*sizes, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "harmonics", "bound"),
+    [
+        # Measured 2e-7 and 5e-6: friction leaves errors of the third power of 1 / harmonic.
+        ("blade", np.arange(1, 32, 2), 1e-6),
+        ("chain", range(16), 1e-5),
+        # Smooth: what harmonic 20 leaves is round-off, and the integrator's tolerance.
+        ("chain without friction", range(20), 1e-10),
+    ],
+)
+def test_harmonic_balance_with_many_harmonics(name, harmonics, bound):
+    """Also the place of a contact that never slips: centred, by both."""
+    problem, motion = solved(name)
+    balance = sh.HarmonicBalance(problem.model, problem.excitation, harmonics)
+    response = sh.solve(balance, float(motion.frequency), throw=True)
+    np.testing.assert_allclose(motion.amplitude, response.amplitude, rtol=bound)
+    size = float(motion.amplitude.max())
+    common = [n for n in (0, 1, 2, 3) if n in balance.harmonics]
+    found, expected = (part.coefficient.sel(harmonic=common) for part in (motion, response))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=bound * size)
+
+
+def test_contact_that_never_slips_is_centred():
+    _, motion = solved("chain")
+    force = motion.friction_force.sel(contact=2)
+    assert bool(motion.neutral[2])
+    assert abs(float(force.mean())) > 1e-3 * float(force.max())
+    # The largest of 512 samples misses a peak by (pi / 512)^2 n^2 / 2, n up to 5.
+    assert float(force.max()) == pytest.approx(-float(force.min()), rel=1e-3)
+
+
+def test_motion_without_the_symmetry_of_its_force():
+    """A pair of mirrored motions of a symmetric oscillator, beside a symmetric unstable one."""
+    problem, frequency = duffing(0.2, 1.0, 6.0, harmonics=(1, 3, 5)), 1 / TURN
+    options = dict(harmonics=range(6), throw=True)
+
+    def rates(t, state):
+        return [state[1], 6 * np.cos(t) - 0.2 * state[1] - state[0] - state[0] ** 3]
+
+    t = np.arange(256) * TURN / 256
+    settled = solve_ivp(rates, (0, 9 * TURN), [2.16204, -0.06041], t_eval=t + 8 * TURN, rtol=1e-8)
+    spectrum = 2 * np.fft.rfft(settled.y[0])[:10] / 256
+    spectrum[0] /= 2
+    coefficient = np.stack([spectrum.real, -spectrum.imag], axis=-1)[None]
+    start = xr.Dataset(
+        {"coefficient": (("dof", "harmonic", "component"), coefficient)},
+        {"harmonic": np.arange(10), "component": ["cos", "sin"]},
+    )
+    motion = sh.transient(problem, frequency, start=start, **options)
+    start["coefficient"] = start.coefficient * (-1.0) ** (start.harmonic + 1)
+    mirror = sh.transient(problem, frequency, start=start, **options)
+    symmetric = sh.transient(problem, frequency, **options)
+    assert float(np.abs(motion.coefficient.sel(harmonic=2)).max()) > 0.1
+    x = motion.displacement.values[:, 0]
+    half = np.roll(x, 256)
+    # The integrator's tolerance; one motion is the other half a period later, upside down.
+    np.testing.assert_allclose(mirror.displacement.values[:, 0], -half, rtol=0, atol=1e-9)
+    # The tolerance of the start's integration.
+    np.testing.assert_allclose(x[::2], settled.y[0], rtol=0, atol=1e-4)
+    assert np.abs(multipliers(motion)).max() < 1 < np.abs(multipliers(symmetric)).max()
+    assert float(np.abs(symmetric.coefficient.sel(harmonic=[0, 2, 4])).max()) < 1e-10
+
+
+def test_units_do_not_matter():
+    """Micrometres, milligrams and megahertz."""
+    length, mass, rate = 1e-6, 1e-9, 1e6
+    scaled = sh.Model(
+        [[mass]],
+        [[0.05 * mass * rate]],
+        [[mass * rate**2]],
+        contacts=[(0,)],
+        cubic_stiffness=0.1 * mass * rate**2 / length**2,
+    )
+    force = sh.PointForce(amplitude=0.18 * mass * length * rate**2)
+    motion = sh.transient(sh.HarmonicBalance(scaled, force, NINE), 1.2 * rate / TURN, throw=True)
+    # The steps are the same but for round-off.
+    expected = length * float(solved("duffing")[1].amplitude[0])
+    assert float(motion.amplitude[0]) == pytest.approx(expected, rel=1e-11)
+
+
+def test_round_trip(tmp_path):
+    problem, motion = solved("softening blade")
+    loaded = sh.load(sh.save(motion, tmp_path / "motion.nc"))
+    assert loaded.identical(motion)
+    again = sh.rebuild(loaded)
+    assert again.parameters["cubic_stiffness"].tolist() == [-1e10]
+    assert again.harmonics == problem.harmonics
+    once_more = sh.transient(again, 19.5, harmonics=range(32), start=loaded)
+    # From another start Newton's method ends elsewhere within the integrator's tolerance.
+    np.testing.assert_allclose(once_more.amplitude, motion.amplitude, rtol=1e-11)
+
+
+def test_no_periodic_motion():
+    """An undamped resonance whose spring is too weak to bound it: NaN, and a sentence."""
+    problem, frequency = duffing(damping=0.0, cubic=1e-30), 1 / TURN
+    motion = sh.transient(problem, frequency)
+    assert not bool(motion.converged)
+    assert str(motion.status.values) != "success"
+    assert np.isnan(motion.amplitude).all()
+    assert np.isnan(motion.displacement).all()
+    with pytest.raises(sh.SolveError, match=r"frequency=0\.159"):
+        sh.transient(problem, frequency, throw=True)
+
+
+def test_a_start_that_escapes():
+    """Far beyond the place where a softening spring gives way; more harmonics lead back."""
+    problem = duffing(cubic=-0.1)
+    response = sh.solve(problem, 1 / TURN)
+    response["coefficient"] = 100 * response.coefficient
+    lost = shoot(problem, response.coefficient.values.ravel(), 1.0)
+    assert not lost.converged
+    assert "grows without bound" in lost.status
+    assert sh.transient(problem, 1 / TURN, start=response).converged
+
+
+def test_undamped_resonance_is_bounded_by_a_spring():
+    motion = sh.transient(duffing(damping=0.0, cubic=1.0), 1 / TURN, throw=True)
+    # Without damping volume is kept, and work is nothing: to the integrator's tolerance.
+    assert np.prod(multipliers(motion)) == pytest.approx(1, rel=1e-10)
+    assert abs(float(motion.work)) < 1e-10 * 0.18 * float(motion.amplitude[0])
+
+
+GRID = sh.frf(duffing(harmonics=(1,)), (0.3 / TURN, 2 / TURN), at=[0.8 / TURN])
+ONE = GRID.isel(frequency=0, solution=0)
+
+
+@pytest.mark.parametrize(
+    ("start", "error", "words"),
+    [
+        ("response", TypeError, "start='response': expected an xarray Dataset"),
+        (GRID, ValueError, "start: expected one point"),
+        (ONE.drop_vars("coefficient"), ValueError, "start: .* without .*coefficient"),
+        (ONE.drop_vars("harmonic"), ValueError, "start: .* without .*harmonic"),
+        (ONE.isel(component=[0]), ValueError, "start: expected .*'component': 2"),
+        (ONE.isel(dof=[0, 0]), ValueError, "start: expected .*'dof': 1"),
+        (ONE.assign(coefficient=ONE.coefficient * np.nan), ValueError, "start.coefficient="),
+        (ONE.assign_coords(harmonic=[-1]), ValueError, "harmonic of start=-1"),
+        (ONE.assign_coords(harmonic=[1.5]), ValueError, "harmonic of start=1.5"),
+        (ONE.isel(harmonic=[0, 0]), ValueError, "start: expected .*'harmonic': 1"),
+    ],
+)
+@pytest.mark.parametrize("cubic", [0.1, 0.0])
+def test_bad_start(start, error, words, cubic):
+    with pytest.raises(error, match=words):
+        sh.transient(duffing(cubic=cubic, harmonics=(1,)), 0.8 / TURN, start=start)
+
+
+def test_mass_that_is_not_positive_definite():
+    model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=1.0)
+    problem = sh.HarmonicBalance(model, sh.PointForce())
+    with pytest.raises(ValueError, match="mass_matrix"):
+        sh.transient(problem, 1.0, start=sh.solve(duffing(), 1.0).isel(dof=[0, 0]))

@@ -1,0 +1,227 @@
+"""Stability: Hill's exponents against closed forms and integrated motions, friction beside them."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import symhbm as sh
+from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.stability import NEUTRAL, verdict
+
+TURN = 2 * np.pi
+UPPER_FOLD = 1.26753695951261
+"""Of the Duffing oscillator below with one harmonic [rad/s], from its closed form."""
+
+
+def duffing(harmonics=(1,), **changes):
+    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), harmonics)
+    return problem.with_parameters(**changes)
+
+
+def check_folds(curve):
+    """Unstable between the two folds, stable elsewhere; at the folds themselves it is not known.
+
+    There the exponent is zero to round-off. Returns where the folds are.
+    """
+    at = curve.event_frequency.values[curve.event_kind.values == "fold"]
+    folds = [int(np.flatnonzero(curve.frequency == f)[0]) for f in at]
+    assert len(folds) == 2
+    expected = np.ones(curve.sizes["point"], dtype=int)
+    expected[folds[0] + 1 : folds[1]] = 0
+    others = np.delete(np.arange(len(expected)), folds)
+    assert curve.stability.values[others].tolist() == expected[others].tolist()
+    return folds
+
+
+@pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
+def test_the_branch_between_the_folds_is_unstable(band):
+    curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN), throw=True)
+    folds = check_folds(curve)
+    # Zero: the folds are solved to 1e-12, and the exponent goes with the root of the distance.
+    assert np.all(np.abs(curve.growth_rate.values[folds]) < 1e-5)
+
+
+def test_three_solutions():
+    grid = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN])
+    order = np.argsort(grid.amplitude.values.ravel())
+    assert grid.stability.values.ravel()[order].tolist() == [1, 0, 1]
+
+
+def fastest_growth(omega, amplitude):
+    """Largest real part of the exponents of one harmonic beside a response of the Duffing one.
+
+    ``x = p(t) cos(omega t) + q(t) sin(omega t)`` with the phase turned so that ``q = 0``: small
+    changes obey ``z'' + D z' + J z = 0``.
+    """
+    spring = 0.75 * 0.1 * amplitude**2
+    stiffness = np.array(
+        [
+            [1 - omega**2 + 3 * spring, 0.05 * omega],
+            [-0.05 * omega, 1 - omega**2 + spring],
+        ]
+    )
+    damping = 0.05 * np.eye(2) + 2 * omega * np.array([[0, 1], [-1, 0]])
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
+    exponents = np.linalg.eigvals(state)
+    return exponents[np.abs(exponents.imag) < 1].real.max()
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_growth_however_slow_is_told(distance):
+    """Next to a fold growth vanishes with the root of the distance; its sign stays what it is."""
+    omega = UPPER_FOLD * (1 - distance)
+    # All solutions: [(1 - omega^2 + 3/4 gamma a^2)^2 + (c omega)^2] a^2 = f^2, cubic in a^2.
+    spring, detuning = 0.075, 1 - omega**2
+    square = np.roots(
+        [spring**2, 2 * spring * detuning, detuning**2 + (0.05 * omega) ** 2, -(0.18**2)]
+    )
+    assert np.isreal(square).all()
+    amplitude = np.sort(np.sqrt(square.real))
+    grid = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[omega / TURN]).isel(frequency=0)
+    order = np.argsort(grid.amplitude.values.ravel())
+    # Two roots that nearly meet have the root of all digits.
+    np.testing.assert_allclose(grid.amplitude.values.ravel()[order], amplitude, rtol=1e-7)
+    expected = np.array([fastest_growth(omega, a) for a in amplitude])
+    assert (expected > 0).tolist() == [False, True, False]
+    assert expected[1] < np.sqrt(distance)
+    found = grid.growth_rate.values[order]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    assert grid.stability.values[order].tolist() == [1, 0, 1]
+
+
+@pytest.mark.parametrize("frequency", [1e-3, 1.0, 1e4])
+def test_what_is_neither_growth_nor_decay(frequency):
+    """Only what round-off leaves of no growth at all is not known."""
+    for share in (1.01 * NEUTRAL, 1e-6, 1e-3, 1.0):
+        assert verdict(share * frequency, frequency) == 0
+        assert verdict(-share * frequency, frequency) == 1
+    for share in (0.0, 0.99 * NEUTRAL, -0.99 * NEUTRAL, np.nan):
+        assert verdict(share * frequency, frequency) == -1
+
+
+def test_linear_oscillator_has_its_decay_rate():
+    point = sh.solve(sh.HarmonicBalance(duffing().model, sh.PointForce(amplitude=1e-9)), 0.3)
+    # -c / (2 m); the cube of a motion of a nanometre is nothing.
+    assert float(point.growth_rate) == pytest.approx(-0.025, rel=1e-9)
+    assert int(point.stability) == 1
+
+
+@pytest.mark.parametrize("omega", [0.8, 1.2, 1.5])
+def test_against_the_integrated_variation(omega):
+    """Multipliers of the motion of many harmonics, by a general integrator."""
+    problem = duffing((1, 3, 5, 7, 9))
+    grid = sh.frf(problem, (0.5 / TURN, 2 / TURN), at=[omega / TURN])
+    for i in range(int(grid.n_solutions[0])):
+        coefficient = grid.coefficient.values[0, i, 0]
+        unknowns = coefficient.ravel()
+
+        def rate(t, state, unknowns=unknowns):
+            x = problem.basis.values(omega * t) @ unknowns
+            stiffness = 1 + 0.3 * x**2
+            y = state.reshape(2, 2)
+            return np.array([y[1], -stiffness * y[0] - 0.05 * y[1]]).ravel()
+
+        period = TURN / omega
+        end = solve_ivp(rate, (0, period), np.eye(2).ravel(), rtol=1e-11, atol=1e-12).y[:, -1]
+        largest = np.abs(np.linalg.eigvals(end.reshape(2, 2))).max()
+        # The harmonics left out: the ninth is 1e-8 of the first here.
+        growth = float(grid.growth_rate[0, i])
+        assert np.exp(growth * period) == pytest.approx(largest, rel=1e-6)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_folds_of_a_slipping_blade(harmonics):
+    """Stability changes at the folds of the path, however few the harmonics are."""
+    model = sh.Model(
+        [[1.0]],
+        [[0.05]],
+        [[1.0]],
+        contacts=[(0,), (0,)],
+        cubic_stiffness=[0.1, 0.0],
+        contact_stiffness=[0.0, 1.0],
+        friction_coefficient=0.5,
+        normal_load=[0.0, 0.1],
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), harmonics)
+    curve = sh.frf(problem, (0.05, 0.4), throw=True)
+    folds = check_folds(curve)
+    slips = curve.contact_state.values[:, 1] == 1
+    assert not slips.all()
+    assert slips[folds[0] : folds[1]].all()
+    # Zero, but for the harmonics left out.
+    assert np.all(np.abs(curve.growth_rate.values[folds]) < 3e-3)
+    assert np.all(curve.growth_rate.values[~slips] == pytest.approx(-0.025, rel=1e-9))
+
+
+def test_small_motions_leave_the_static_force_of_a_stuck_contact():
+    model = sh.Model(
+        np.eye(2),
+        np.diag([0.05, 0.3]),
+        [[1.0, -0.3], [-0.3, 0.8]],
+        contacts=[(0,), (0,)],
+        cubic_stiffness=[0.4, 0.0],
+        contact_stiffness=[0.0, 5.0],
+        friction_coefficient=1.0,
+        normal_load=1e3,
+    )
+    force = sh.HarmonicForce(cosine={0: [0.3, 0], 1: [0.3, 0], 2: [0.2, 0.1]})
+    problem = sh.HarmonicBalance(model, force, range(7))
+    point = sh.solve(problem, 0.3, throw=True)
+    # Without the sine of the mean.
+    unknowns = np.delete(point.coefficient.values.reshape(2, -1), 1, axis=1).ravel()
+    largest = np.abs(multipliers(problem, 0.3 * TURN, unknowns)[0])
+    assert float(point.growth_rate) == pytest.approx(0.3 * np.log(largest), rel=1e-6)
+
+
+def test_mass_that_cannot_be_inverted_is_not_known():
+    model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=0.4)
+    point = sh.solve(sh.HarmonicBalance(model, sh.PointForce(amplitude=0.1)), 0.1, throw=True)
+    assert np.isnan(point.growth_rate)
+    assert int(point.stability) == -1
+
+
+def test_too_stiff_to_follow_is_not_known():
+    problem = duffing(contact_stiffness=1e15, friction_coefficient=0.5, normal_load=0.01)
+    point = sh.solve(problem, 0.2, throw=True)
+    assert int(point.contact_state[0]) == 1
+    assert int(point.stability) == -1
+
+
+def test_friction_responses_are_stable_where_it_is_asked():
+    """Unique responses are stable; the rate is that of the exact motion's largest multiplier."""
+    blade = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), (1, 3, 5))
+    curve = sh.frf(problem, (15, 25), stability=True)
+    assert curve.stability.values.tolist() == [1] * curve.sizes["point"]
+    middle = curve.isel(point=curve.sizes["point"] // 2)
+    assert middle.contact_state.values == [1]
+    motion = sh.transient(problem, float(middle.frequency))
+    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
+    rate = np.log(float(largest)) * float(middle.frequency)
+    # Truncation of the motion moves the events it is judged by.
+    assert float(middle.growth_rate) == pytest.approx(rate, rel=1e-2)
+    assert float(sh.solve(problem, 20.0, stability=True).growth_rate) < 0
+    assert "stability" not in sh.frf(problem, (15, 25))
+    assert "stability" not in sh.solve(problem, 20.0)
+
+
+def test_instability_beside_odd_harmonics():
+    """A symmetric motion that small unsymmetric ones leave, which its own harmonics cannot tell."""
+    model = sh.Model([[1.0]], [[0.2]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=6.0), (1, 3, 5, 7, 9))
+    point = sh.solve(problem, 1 / TURN)
+    motion = sh.transient(problem, 1 / TURN, start=point)
+    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
+    # At one radian per second; five harmonics leave 3e-3 of the rate.
+    rate = np.log(float(largest)) / TURN
+    assert rate > 0.06
+    assert float(point.growth_rate) == pytest.approx(rate, rel=1e-2)
+    assert int(point.stability) == 0
