@@ -51,12 +51,19 @@ __all__ = [
 ]
 
 
+_LAZY = {
+    "mistuning": "symhbm.ensembles.mistuning",
+    "plot": "symhbm.plot",
+    "statistics": "symhbm.ensembles.statistics",
+}
+"""Rooms that need matplotlib or scipy.stats, which are slow to import and not needed to compute."""
+
+
 def __dir__() -> list[str]:
     return __all__
 
 
 def __getattr__(name: str) -> Any:
-    # These need matplotlib or scipy.stats, which are slow to import and not needed to compute.
-    if name in ("mistuning", "plot", "statistics"):
-        return import_module(f"symhbm.{name}")
+    if name in _LAZY:
+        return import_module(_LAZY[name])
     raise AttributeError(f"module 'symhbm' has no attribute {name!r}")

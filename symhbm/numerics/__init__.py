@@ -23,7 +23,7 @@ from symhbm.numerics.linear_algebra import (
     negative_eigenvalues,
     saddle,
 )
-from symhbm.numerics.native import native
+from symhbm.numerics.machine_code import native
 from symhbm.numerics.roots import MACHINE, Motions, monotone_root
 from symhbm.numerics.turning_points import (
     Cells,

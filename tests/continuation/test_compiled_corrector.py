@@ -19,7 +19,7 @@ from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.resonances import modes
 from symhbm.continuation.problem import FrequencyCurve
 from symhbm.continuation.segment import Station
-from symhbm.numerics import native
+from symhbm.numerics import machine_code
 from symhbm.numerics.compiled import Compiled
 from symhbm.peaks.survey import sector_of
 
@@ -217,7 +217,7 @@ def test_one_number_that_is_none_is_no_solution(place):
     assert not values[0] < np.inf
 
 
-@pytest.mark.skipif(not any(map(shutil.which, native._COMPILERS)), reason="no compiler of C")
+@pytest.mark.skipif(not any(map(shutil.which, machine_code._COMPILERS)), reason="no compiler of C")
 @pytest.mark.parametrize("build", [fig03.problem, mistuned])
 def test_machine_code_gives_the_same_bits(build):
     problem = build()
@@ -249,7 +249,7 @@ def test_many_curves_without_a_compiler(monkeypatch):
 
 
 def test_a_compiler_that_fails_is_none(monkeypatch):
-    monkeypatch.setattr(native, "_COMPILERS", ("false",))
+    monkeypatch.setattr(machine_code, "_COMPILERS", ("false",))
     assert native.native(point_system(fig03.problem().compiled[0])) is None
 
 

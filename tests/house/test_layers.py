@@ -45,7 +45,7 @@ FILES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
     for path in sorted((ROOT / "symhbm").rglob("*.py"))
 }
-DOORS = {name for name, path in FILES.items() if path.name == "__init__.py"}
+DOORS = sorted(name for name, path in FILES.items() if path.name == "__init__.py")
 
 
 def room_of(module: str) -> str:

@@ -19,7 +19,7 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.response import ensemble
-from symhbm.results.archive import merge
+from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_file import Store, working_file
 
 VALUES = dict(
@@ -151,7 +151,7 @@ def test_an_interrupted_archive_goes_on(name, tmp_path, monkeypatch):
 @pytest.mark.parametrize("slab", [1, 4096, 50_000])
 def test_slabs_change_nothing(slab, tmp_path, monkeypatch):
     """Written set by set, a few at a time, and several dampings at a time."""
-    monkeypatch.setattr(merge, "_SLAB", slab)
+    monkeypatch.setattr(from_working_file, "_SLAB", slab)
     call("product", archive=tmp_path / "x.nc").close()
     assert_archive_of("product", tmp_path / "x.nc")
 
@@ -159,7 +159,7 @@ def test_slabs_change_nothing(slab, tmp_path, monkeypatch):
 def test_blocks_follow_each_other():
     for shape in [(), (1,), (7,), (5, 3), (2, 9), (3, 1, 4)]:
         for most in (1, 2, 3, 8, 100):
-            block = merge._block(shape, most)
+            block = from_working_file._block(shape, most)
             assert math.prod(block) <= most or math.prod(shape) <= most
             corners = itertools.product(*map(range, [0] * len(shape), shape, block))
             numbers = np.arange(math.prod(shape)).reshape(shape)
@@ -409,14 +409,14 @@ def test_removed_while_it_is_written(what, tmp_path, monkeypatch):
 
 
 def test_removed_while_the_archive_is_written(tmp_path, monkeypatch):
-    path, fill = tmp_path / "here" / "x.nc", merge._fill
+    path, fill = tmp_path / "here" / "x.nc", from_working_file._fill
     path.parent.mkdir()
 
     def removing(*given):
         shutil.rmtree(path.parent)
         fill(*given)
 
-    monkeypatch.setattr(merge, "_fill", removing)
+    monkeypatch.setattr(from_working_file, "_fill", removing)
     with pytest.raises(sh.ArchiveError, match="directory was removed, and with it all results"):
         call("path", archive=path)
     assert not os.listdir(tmp_path)
@@ -448,13 +448,13 @@ def test_no_room_for_the_archive(tmp_path):
         import resource, signal, sys
         import symhbm as sh
         import test_archive_streaming as own
-        from symhbm import merge
+        from symhbm.results.archive import from_working_file
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        write = merge.write
+        write = from_working_file.write
         def limited(dataset, path):
             resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, -1))
             write(dataset, path)
-        merge.write = limited
+        from_working_file.write = limited
         own.call("path", archive=sys.argv[1])
     """
     path = tmp_path / "x.nc"

@@ -1,6 +1,6 @@
 """NetCDF archives, and the working files they are made from."""
 
-from symhbm.results.archive.merge import merge
+from symhbm.results.archive.from_working_file import merge
 from symhbm.results.archive.netcdf import (
     ArchiveError,
     bytes_of,
