@@ -14,7 +14,7 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
-from symhbm.results import PARAMETERS
+from symhbm.model import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
 SOURCE = (
@@ -109,7 +109,7 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
     rows = []
     if "problem" in dataset.attrs:
         rows.append(("structure", _structure(json.loads(dataset.attrs["problem"]))))
-    for name, (units, long_name) in PARAMETERS.items():
+    for name, (units, long_name, *_) in PARAMETERS.items():
         values = dataset[name].values if name in dataset.variables else np.zeros(1)
         if name in dataset.variables and (name != "cubic_stiffness" or np.any(values)):
             rows.append((long_name, _values(values, units)))

@@ -10,7 +10,8 @@ import xarray as xr
 
 from symhbm.cli.pieces import INNER, moving, pieces, set_dimensions
 from symhbm.cli.selection import Selection
-from symhbm.results import PARAMETERS, check_held, left_out
+from symhbm.model import PARAMETERS
+from symhbm.results import check_held, left_out
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}

@@ -8,7 +8,8 @@ import xarray as xr
 
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.cli.pieces import INNER, moving, read
-from symhbm.results import DRAWN, MATRICES, PARAMETERS, VARIABLES, left_out
+from symhbm.model import PARAMETERS
+from symhbm.results import DRAWN, MATRICES, VARIABLES, left_out
 
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8
@@ -118,7 +119,7 @@ def _drawn(variable: xr.DataArray) -> str:
 def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
     """Values of a parameter with their unit, and how they differ."""
     variable = dataset[name]
-    unit = "" if PARAMETERS[name][0] == "1" else f" {PARAMETERS[name][0]}"
+    unit = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
     values = variable.values
     finite = values[np.isfinite(values)]
     outer = [str(dim) for dim in variable.dims if dim not in INNER]

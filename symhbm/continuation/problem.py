@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check, length_of
 
-_SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
-"""Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
 WEAKEST = 0.1
 """Share of the response below which a harmonic is no longer watched by itself."""
 
@@ -148,8 +147,9 @@ class ParameterCurve(Curve):
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = problem.own(self.name, self._chosen)
         excess_by_parameter: FloatArray | float = 0.0
-        if self.name in _SIGNS and value != 0:
-            excess_by_parameter = _SIGNS[self.name] / value * chosen
+        exponent = PARAMETERS[self.name].in_slip
+        if exponent and value != 0:
+            excess_by_parameter = exponent / value * chosen
         return replace(
             evaluation,
             by_parameter=by_entry @ np.atleast_1d(chosen),

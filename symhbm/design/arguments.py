@@ -10,14 +10,14 @@ import scipy.sparse as sp
 from symhbm.balance import HarmonicBalance
 from symhbm.design.cases import Bands
 from symhbm.design.space import Group, Space, groups_of
-from symhbm.model import BLADE_PARAMETERS, FRICTION_PARAMETERS
+from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check
 from symhbm.results import Sweep
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint
 
-DESIGNABLE = (*FRICTION_PARAMETERS, *BLADE_PARAMETERS)
+DESIGNABLE = [name for name, about in PARAMETERS.items() if about.designed]
 _DIMENSIONS = ("variable", "start", "descent", "active", "fresh")
 """Dimensions of a design beside those of its cases."""
 _FORMS = "'common', 'each', or a sequence of numbers that repeats, for example [0, 1]"

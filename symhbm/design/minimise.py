@@ -29,7 +29,7 @@ from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
 from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
-from symhbm.model import BLADE_PARAMETERS, DOUBT, natural_band, warn_of_doubts
+from symhbm.model import DOUBT, dims_of, natural_band, warn_of_doubts
 from symhbm.numerics import FloatArray, check, check_executor
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
@@ -250,7 +250,7 @@ def _responses(
             own = [space.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
             values = [each.parameters(problem, x)[name] for each in own]
             shape = (*sweep.shape, *np.shape(values[0]))
-            inner = ("dof",) if name in BLADE_PARAMETERS else ("contact",)
+            inner = dims_of(name)
             labels = {
                 str(label): coordinate
                 for label, coordinate in sweep.values[name].coords.items()

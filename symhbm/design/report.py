@@ -10,8 +10,9 @@ from symhbm.design.cases import Cases
 from symhbm.design.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import Found
+from symhbm.model import PARAMETERS
 from symhbm.numerics import RADIANS
-from symhbm.results import PARAMETERS, meaning
+from symhbm.results import meaning
 
 
 def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int]) -> xr.Dataset:
@@ -21,7 +22,7 @@ def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int
     stationary = np.nan if held is None else held.stationarity
     curvature = np.nan if held is None else held.curvature
     pull = np.zeros(n) if held is None else np.where(held.free, 0.0, held.pull)
-    units = [PARAMETERS[group.parameter][0] for group in space.groups]
+    units = [PARAMETERS[group.parameter].units for group in space.groups]
     table: dict[str, Any] = {
         "variable": ("variable", np.array([group.label for group in space.groups], dtype=object)),
         "variable_units": ("variable", np.array(units, dtype=object)),
@@ -81,7 +82,7 @@ def _about(name: str) -> dict[str, Any]:
     ):
         if name.startswith(prefix):
             parameter = name.removeprefix(prefix)
-            of, long_name = PARAMETERS[parameter]
+            of, long_name = PARAMETERS[parameter][:2]
             # The unit of a variable's value is that of variable_units.
             own = units or "variable_units"
             return {

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
-from symhbm.model.structure import FRICTION_PARAMETERS, Model
+from symhbm.model.parameters import FRICTION_PARAMETERS
+from symhbm.model.structure import Model
 from symhbm.numerics import FloatArray, check
 
 DOUBT = "is this what was meant"

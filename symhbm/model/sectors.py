@@ -15,7 +15,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.excitation import Excitation
-from symhbm.model.structure import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
+from symhbm.model.parameters import CONTACT_PARAMETERS, dims_of
+from symhbm.model.structure import Model
 from symhbm.numerics import FloatArray, FourierBasis
 
 _ROUND_OFF = 1e-14
@@ -101,9 +102,9 @@ class Symmetry:
         Raises ValueError where the sectors differ.
         """
         array = np.asarray(values, dtype=float)
-        if array.ndim == 0 or name not in (*BLADE_PARAMETERS, *CONTACT_PARAMETERS):
+        if array.ndim == 0 or not dims_of(name):
             return array
-        if name in BLADE_PARAMETERS:
+        if dims_of(name) == ("dof",):
             chosen = array[: self.n_dof]
             spread = np.tile(chosen, self.n_sectors)
         else:

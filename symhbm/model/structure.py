@@ -17,11 +17,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.mass import check_semidefinite
+from symhbm.model.parameters import (
+    BLADE_PARAMETERS,
+    CONTACT_PARAMETERS,
+    FRICTION_PARAMETERS,
+    PARAMETERS,
+)
 from symhbm.numerics import FloatArray, check
-
-FRICTION_PARAMETERS = ("contact_stiffness", "friction_coefficient", "normal_load")
-CONTACT_PARAMETERS = (*FRICTION_PARAMETERS, "cubic_stiffness")
-BLADE_PARAMETERS = ("mass", "damping", "stiffness")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -163,7 +165,7 @@ class Model:
 
     def _each(self, name: str, value: ArrayLike) -> FloatArray:
         """Checked values of a parameter of the contacts, (n_contacts,)."""
-        bound = "non-negative" if name in FRICTION_PARAMETERS else "any"
+        bound = PARAMETERS[name].bound
         return check.one_or_each(name, value, self.n_contacts, "contact", bound)
 
     def __reduce__(self):
@@ -176,20 +178,11 @@ class Model:
             f"Model: {self.n_dof} {kind if self.n_dof == 1 else plural}, "
             f"{self.n_contacts} contact{'' if self.n_contacts == 1 else 's'}"
         ]
-        units = dict(
-            mass="kg",
-            damping="N s/m",
-            stiffness="N/m",
-            contact_stiffness="N/m",
-            friction_coefficient="",
-            normal_load="N",
-            cubic_stiffness="N/m^3",
-        )
         for name, value in self.parameters.items():
             if value.size and (name != "cubic_stiffness" or self.has_cubic_springs):
                 low, high = value.min(), value.max()
                 text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
-                lines.append(f"  {name:<21} {text} {units[name]}".rstrip())
+                lines.append(f"  {name:<21} {text} {PARAMETERS[name].unit}".rstrip())
         return "\n".join(lines)
 
 
@@ -288,8 +281,7 @@ def _restored(values: dict[str, Any]) -> Model:
 
 
 def _diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
-    bound = "positive" if name == "mass" else "non-negative"
-    entries = check.one_or_each(name, value, size, "blade", bound)
+    entries = check.one_or_each(name, value, size, "blade", PARAMETERS[name].bound)
     # Zeros stay stored: each blade keeps its place among the parameters. The entries are read-only.
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 

@@ -19,11 +19,9 @@ from numpy.typing import NDArray
 from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder, turning_hessian
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
+from symhbm.model import FRICTION_PARAMETERS, PARAMETERS
 from symhbm.model.contacts import Loop, loops_near_limit, on_loop
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
-
-_SIGNS = {"contact_stiffness": 1.0, "friction_coefficient": -1.0, "normal_load": -1.0}
-"""Exponents of the parameters in the motion over its limit, ``k_d (y_max - y_min) / (2 g)``."""
 
 
 class SummitKind(StrEnum):
@@ -216,8 +214,12 @@ class Summit:
             return []
         problem, contact, values = self.problem, self.contact, self.problem.parameters
         return [
-            (second_order.places[name].start + contact, sign, float(own[contact]))
-            for name, sign in _SIGNS.items()
+            (
+                second_order.places[name].start + contact,
+                PARAMETERS[name].in_slip,
+                float(own[contact]),
+            )
+            for name in FRICTION_PARAMETERS
             if name in second_order.places
             for own in (problem.own(name, values[name]),)
         ]

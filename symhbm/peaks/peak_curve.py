@@ -13,21 +13,13 @@ from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation.between import PeakKind
-from symhbm.model import natural_band, warn_of_doubts
+from symhbm.model import PARAMETERS, natural_band, warn_of_doubts
 from symhbm.numerics import RADIANS, Table, by_harmonic, check, check_executor
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Summit, SummitKind
 from symhbm.peaks.survey import sector_of
 from symhbm.peaks.tracking import Crest, Parameter, Place, Ridge, Scene, Surveyor, polished
-from symhbm.results import (
-    PARAMETERS,
-    Task,
-    check_band,
-    check_grid,
-    check_parameter,
-    check_place,
-    schema,
-)
+from symhbm.results import Task, check_band, check_grid, check_parameter, check_place, schema
 from symhbm.status import SolveError, Status
 
 
@@ -110,7 +102,7 @@ def peak_curve(
     """
     check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)
-    ends = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
+    ends = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
     low, high = sorted(ends)
     grid = check_grid(at, ends)
     index = check_place(problem, parameter, contact, dof)

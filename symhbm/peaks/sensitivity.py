@@ -12,7 +12,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
-from symhbm.model import BLADE_PARAMETERS
+from symhbm.model import dims_of
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Summit
@@ -102,7 +102,7 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
-        own = "dof" if name in BLADE_PARAMETERS else "contact"
+        (own,) = dims_of(name)
         dims = (*stored.dims, "peaking_dof", *((own,) if np.ndim(parameters[name]) else ()))
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
             result[f"{of}_by_{name}"] = dims, values, _attributes(variables.derivative(of, name))

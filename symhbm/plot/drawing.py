@@ -16,8 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
 
+from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import PARAMETERS, VARIABLES, check_held
+from symhbm.results import VARIABLES, check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -36,18 +37,8 @@ STYLE: Any = {
     "lines.linewidth": 1.4,
     "mathtext.fontset": "dejavusans",
 }
-SYMBOLS = {
-    "frequency": ("$f$", "Hz"),
-    "contact_stiffness": ("$k_d$", "N/m"),
-    "friction_coefficient": (r"$\mu$", ""),
-    "normal_load": ("$F_n$", "N"),
-    "engine_order": ("EO", ""),
-    "cubic_stiffness": (r"$\gamma$", "N/m³"),
-    "force_amplitude": ("$f_0$", "N"),
-    "mass": ("$m$", "kg"),
-    "damping": ("$c$", "N s/m"),
-    "stiffness": ("$k$", "N/m"),
-}
+SYMBOLS = {"frequency": ("$f$", "Hz")}
+SYMBOLS |= {name: (about.symbol, about.unit) for name, about in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 WIDE = 30
@@ -174,7 +165,7 @@ def axis_label(name: str) -> str:
     """Meaning, symbol and unit of a parameter, or the name of a dimension of the user's own."""
     symbol, unit = SYMBOLS.get(name, ("", ""))
     about = VARIABLES["frequency"].long_name if name == "frequency" else name.replace("_", " ")
-    about = PARAMETERS[name][1] if name in PARAMETERS else about
+    about = PARAMETERS[name].meaning if name in PARAMETERS else about
     if name == "engine_order":
         symbol = ""
     text = f"{about} {symbol}".strip()

@@ -11,14 +11,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
-from symhbm.model import warn_of_doubts
+from symhbm.model import PARAMETERS, warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check, check_executor
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import curve_of
 from symhbm.response.run import run, told
 from symhbm.results import (
-    PARAMETERS,
     Peaks,
     Task,
     check_band,
@@ -109,9 +108,9 @@ def frf(
 
     Returns
     -------
-    Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; that of
-    an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status`` that
-    says so.
+    Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; that
+    of an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status``
+    that says so.
 
     Raises
     ------
@@ -231,7 +230,7 @@ def follow(
     """
     check_problem(problem)
     bound = check_parameter(problem, parameter)
-    band = check_band("band", band, bound, f" [{PARAMETERS[parameter][0]}]")
+    band = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
     task = dict(
         name=parameter,
         band=band,

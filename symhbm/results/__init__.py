@@ -16,7 +16,7 @@ from symhbm.results.request import (
 from symhbm.results.schema import check_held, left_out, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.tables import Encoded, encode, flat, reduced
-from symhbm.results.variables import OWN_DIMENSIONS, PARAMETERS, VARIABLES, meaning
+from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 
 __all__ = [
     "DRAWN",
@@ -24,7 +24,6 @@ __all__ = [
     "MATRICES",
     "OF_PEAKS",
     "OWN_DIMENSIONS",
-    "PARAMETERS",
     "SCHEMA_VERSION",
     "VARIABLES",
     "Branch",

@@ -15,15 +15,16 @@ from symhbm.model import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
+    PARAMETERS,
     EngineOrder,
     HarmonicForce,
     Model,
     PointForce,
+    dims_of,
 )
 from symhbm.model.condensation import CondensedModel
 from symhbm.results.request import Task
 from symhbm.results.sweep import Sweep
-from symhbm.results.variables import PARAMETERS
 
 SCHEMA_VERSION = 2
 REFERENCE = (
@@ -125,9 +126,9 @@ def with_provenance(
     """
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
-        units, long_name = PARAMETERS[name]
+        units, long_name = PARAMETERS[name][:2]
         attributes = {"units": units, "long_name": long_name}
-        dims = () if np.ndim(value) == 0 else _parameter_dims(name)
+        dims = () if np.ndim(value) == 0 else dims_of(name)
         target = name
         if name in sweep.values:
             swept = sweep.values[name]
@@ -179,16 +180,10 @@ def _version(package: str) -> str:
     return version(package)
 
 
-def _parameter_dims(name: str) -> tuple[str, ...]:
-    if name in BLADE_PARAMETERS:
-        return ("dof",)
-    return ("contact",) if name in CONTACT_PARAMETERS else ()
-
-
 def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     entry = (f"{name}_entry",)
-    units = PARAMETERS[name.removesuffix("_matrix")][0]
+    units = PARAMETERS[name.removesuffix("_matrix")].units
     about = name.replace("_", " ")
     return {
         f"{name}_row": (

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.model import PARAMETERS, dims_of
 from symhbm.numerics import RADIANS, FloatArray, Table, check
 
 Peaks = Literal["largest", "each"]
@@ -78,8 +78,7 @@ def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
     check.known(parameter, problem.parameters)
     if isinstance(problem.parameters[parameter], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    bounds = {"cubic_stiffness": "any", "mass": "positive"}
-    return bounds.get(parameter, "non-negative")
+    return PARAMETERS[parameter].followed
 
 
 def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
@@ -115,12 +114,11 @@ def check_place(
     problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
 ) -> int | None:
     """The number of the one contact or blade that is chosen, None for all."""
-    places = {"contact": (contact, CONTACT_PARAMETERS), "dof": (dof, BLADE_PARAMETERS)}
     chosen = None
-    for name, (place, parameters) in places.items():
+    for name, place in {"contact": contact, "dof": dof}.items():
         if place is None:
             continue
-        if parameter not in parameters:
+        if name not in dims_of(parameter):
             raise ValueError(
                 f"{name}={check.shown(place)}: expected None, {parameter} has no value per {name}"
             )

@@ -10,12 +10,13 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
+from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.provenance import Parts, with_provenance
 from symhbm.results.request import Task
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import name_of
-from symhbm.results.variables import PARAMETERS, SLOPES, VARIABLES, derivative, meaning
+from symhbm.results.variables import SLOPES, VARIABLES, derivative, meaning
 
 
 def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> Parts:
@@ -168,7 +169,7 @@ def label_peak_curve(
         along = prefix if prefix in _CURVE_AXES else task.name
         axes = () if np.ndim(value) == 0 else (along,)
         variables[name] = _variable(name, nothing, np.asarray(value)[None], axes)
-    units = PARAMETERS[task.name][0]
+    units = PARAMETERS[task.name].units
     dims, values, about = variables["peak_amplitude_slope"]
     about = about | {"units": "m" if units == "1" else f"m/({units})"}
     variables["peak_amplitude_slope"] = dims, values, about

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS
+from symhbm.model import PARAMETERS, dims_of
 from symhbm.numerics import check
-from symhbm.results.variables import OWN_DIMENSIONS, PARAMETERS, VARIABLES
+from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES
 
 PATTERN_DIMENSIONS = ("dof", "contact")
 RESERVED = {*OWN_DIMENSIONS, *VARIABLES, *PARAMETERS}
@@ -130,7 +130,6 @@ def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr
     check.array(where, value.values)
     value = value.copy(data=_natural(problem, name, value.values, where))
     sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
-    of_what = {"dof": BLADE_PARAMETERS, "contact": CONTACT_PARAMETERS}
     for dim in (*value.dims, *value.coords):
         if dim in RESERVED and dim not in (*PATTERN_DIMENSIONS, *PARAMETERS):
             raise ValueError(f"{where}: expected a name of your own, {dim!r} is the result's")
@@ -143,7 +142,7 @@ def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr
             raise ValueError(f"{where}: expected at least one value along {dim!r}, got none")
         if dim not in PATTERN_DIMENSIONS:
             continue
-        if name not in of_what[str(dim)]:
+        if dim not in dims_of(name):
             raise ValueError(f"{where}: {name} has no value per {dim}")
         if value.sizes[dim] != sizes[str(dim)]:
             raise ValueError(

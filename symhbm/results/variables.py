@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symhbm.model import PARAMETERS
+
 OWN_DIMENSIONS = (
     "point",
     "frequency",
@@ -188,28 +190,16 @@ TEXTS = (
 )
 """Variables that hold text."""
 
-PARAMETERS = {
-    "mass": ("kg", "mass of the blade"),
-    "damping": ("N s m-1", "viscous damping of the blade"),
-    "stiffness": ("N m-1", "stiffness of the blade"),
-    "contact_stiffness": ("N m-1", "stiffness of the contact"),
-    "friction_coefficient": ("1", "friction coefficient"),
-    "normal_load": ("N", "normal load of the contact"),
-    "cubic_stiffness": ("N m-3", "stiffness of the cubic spring"),
-    "force_amplitude": ("N", "amplitude of the exciting force"),
-    "engine_order": ("1", "engine order"),
-}
-
 
 def meaning(name: str) -> Variable:
     """Meaning of a variable, also of the parameter that is followed and its events and peaks."""
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
-    units, long_name = PARAMETERS[name.removeprefix(prefix)]
+    about = PARAMETERS[name.removeprefix(prefix)]
     of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}
     of_what["minimum_"] = " at the minimum"
-    return Variable((), units, long_name + of_what[prefix])
+    return Variable((), about.units, about.meaning + of_what[prefix])
 
 
 def derivative(name: str, parameter: str) -> Variable:

@@ -223,7 +223,7 @@ def test_machine_code_gives_the_same_bits(build):
     problem = build()
     equations, arguments = problem.compiled
     system = point_system(equations)
-    code = native.native(system)
+    code = machine_code.native(system)
     assert code is not None
     rng = np.random.default_rng(0)
     one, other = Compiled(system), Compiled(code)
@@ -241,16 +241,16 @@ def test_many_curves_without_a_compiler(monkeypatch):
     """The change to machine code, or none where there is no compiler, changes no number."""
     problem = fig03.problem()
     first = sh.frf(problem, (10, 30))
-    monkeypatch.setattr(native.shutil, "which", lambda name: None)
+    monkeypatch.setattr(machine_code.shutil, "which", lambda name: None)
     monkeypatch.setattr(compiled, "_OFTEN", 2)
-    assert native.native(point_system(problem.compiled[0])) is None
+    assert machine_code.native(point_system(problem.compiled[0])) is None
     for _ in range(3):
         assert sh.frf(problem, (10, 30)).drop_attrs().equals(first.drop_attrs())
 
 
 def test_a_compiler_that_fails_is_none(monkeypatch):
     monkeypatch.setattr(machine_code, "_COMPILERS", ("false",))
-    assert native.native(point_system(fig03.problem().compiled[0])) is None
+    assert machine_code.native(point_system(fig03.problem().compiled[0])) is None
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,9 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
+from symhbm.model import PARAMETERS
 from symhbm.peaks.sensitivity import EXACT, NOT_VERIFIED, STILL, UNBOUNDED
-from symhbm.results.variables import PARAMETERS, derivative
+from symhbm.results.variables import derivative
 
 COMMON = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 BLADE = sh.HarmonicBalance(

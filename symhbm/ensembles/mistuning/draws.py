@@ -15,12 +15,10 @@ from symhbm.balance import HarmonicBalance
 from symhbm.ensembles.mistuning.copula import Copula, unit_samples
 from symhbm.ensembles.mistuning.samples import (
     DRAWABLE,
-    bound_of,
-    dims_of,
     labelled_samples,
     nominal_values,
 )
-from symhbm.model import Model
+from symhbm.model import PARAMETERS, Model, dims_of
 from symhbm.numerics import FloatArray, check
 
 Sampling = Literal["random", "sobol", "latin_hypercube"]
@@ -196,7 +194,7 @@ def explicit(
             shape = ", ".join(["n_samples", *map(str, wanted)])
             raise ValueError(f"{name}: expected values of shape ({shape}), got {array.shape}")
         samples[name] = check.array(
-            name, array * nominal[name] if relative else array, bound_of(name)
+            name, array * nominal[name] if relative else array, PARAMETERS[name].bound
         )
     for what, found in {
         "as many samples of each parameter": {name: len(array) for name, array in samples.items()},
@@ -288,7 +286,7 @@ def _spread(
     """One spread per blade or contact that keeps its values in range."""
     size = nominal.size
     width = check.one_or_each(name, spread, size, "blade or contact", "non-negative")
-    bound = bound_of(name)
+    bound = PARAMETERS[name].bound
     lowest = 1 - distribution.reach * width
     low = lowest <= 0 if bound == "positive" else lowest < 0
     if bound != "any" and np.any(low):

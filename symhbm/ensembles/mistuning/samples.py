@@ -9,34 +9,13 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, Model
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model, dims_of
 from symhbm.numerics import FloatArray, check
-from symhbm.results import DRAWN, PARAMETERS, SCHEMA_VERSION
+from symhbm.results import DRAWN, SCHEMA_VERSION
 
 # The place of a name is that of its random stream: names are added at the end only.
-DRAWABLE = (
-    "contact_stiffness",
-    "friction_coefficient",
-    "normal_load",
-    "cubic_stiffness",
-    "mass",
-    "damping",
-    "stiffness",
-    "force_amplitude",
-)
-
-
-def bound_of(name: str) -> str:
-    """The bound of a parameter's values, as `symhbm.numerics.check` names it."""
-    bounds = {"mass": "positive", "cubic_stiffness": "any", "force_amplitude": "any"}
-    return bounds.get(name, "non-negative")
-
-
-def dims_of(name: str) -> tuple[str, ...]:
-    """Dimensions of one value of a parameter."""
-    if name in BLADE_PARAMETERS:
-        return ("dof",)
-    return ("contact",) if name in CONTACT_PARAMETERS else ()
+_FIRST = (*CONTACT_PARAMETERS, *BLADE_PARAMETERS, "force_amplitude")
+DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in (*_FIRST, "engine_order")))
 
 
 def nominal_values(
@@ -61,7 +40,7 @@ def labelled_samples(values: dict[str, FloatArray], drawn: dict[str, dict[str, A
     n_samples = len(next(iter(values.values())))
     variables = {}
     for name, array in values.items():
-        units, long_name = PARAMETERS[name]
+        units, long_name = PARAMETERS[name][:2]
         about = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
         variables[name] = (("sample", *dims_of(name)), array, about)
     sample = ("sample", np.arange(n_samples), {"long_name": "sample", "units": "1"})

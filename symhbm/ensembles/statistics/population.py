@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import MATRICES, PARAMETERS, without
+from symhbm.results import MATRICES, without
 from symhbm.results.archive import check_schema
 from symhbm.status import Status
 

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.condensation.pole_residue import BandFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
-from symhbm.model.structure import CONTACT_PARAMETERS, FRICTION_PARAMETERS, Model
+from symhbm.model.parameters import CONTACT_PARAMETERS
+from symhbm.model.structure import Model
 from symhbm.numerics import RADIANS, FloatArray, check
 
 _INSIDE = 1e-12
@@ -111,9 +112,7 @@ class CondensedModel(Model):
         other.__dict__.update(self.__dict__)
         for name, value in values.items():
             check.known(name, self.parameters, "parameter of a condensed model")
-            bound = "non-negative" if name in FRICTION_PARAMETERS else "any"
-            value = check.one_or_each(name, value, self.n_contacts, "contact", bound)
-            other.__dict__[name] = value
+            other.__dict__[name] = self._each(name, value)
         return other
 
     @cached_property
