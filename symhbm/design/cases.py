@@ -2,21 +2,16 @@
 
 import pickle
 import threading
-import warnings
 from collections.abc import Sequence
-from concurrent.futures import Executor, Future
-from functools import lru_cache
-
-from tqdm import tqdm
+from concurrent.futures import Executor
+from functools import lru_cache, partial
 
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.pieces import Pieces, Response
 from symhbm.design.space import Space
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, Workers, progress_bar
 from symhbm.results import Sweep
 
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
 Bands = tuple[tuple[float, float], ...]
 Known = tuple[FloatArray, Pieces]
 """A design and the maxima there."""
@@ -41,20 +36,20 @@ class Cases:
         self.size = sweep.size
         self.surveys = self.follows = 0
         self._given = problem, sweep, space, bands
-        self._bar = tqdm(unit="response", delay=_BAR_DELAY, disable=not progress, leave=False)
+        self._bar = progress_bar("response", progress)
         self._work = _Work(problem, sweep, space, tuple(bands))
-        self._executor = executor
+        self._workers = Workers(executor, "responses")
         self._payload = pickle.dumps((problem, sweep, space, tuple(bands))) if executor else b""
 
     def of(self, space: Space) -> "Cases":
         """The same parameter sets over another space."""
         problem, sweep, _, bands = self._given
-        return Cases(problem, sweep, space, bands, self._executor, not self._bar.disable)
+        return Cases(problem, sweep, space, bands, self._workers.executor, not self._bar.disable)
 
     def others(self, sweep: Sweep, bands: Sequence[Bands]) -> "Cases":
         """Other parameter sets over the same space."""
         problem, _, space, _ = self._given
-        return Cases(problem, sweep, space, bands, self._executor, not self._bar.disable)
+        return Cases(problem, sweep, space, bands, self._workers.executor, not self._bar.disable)
 
     @property
     def unique(self) -> bool:
@@ -72,45 +67,16 @@ class Cases:
         before: list[Known | None] = [None] * self.size
         if known is not None:
             before = [(known[0], state) for state in known[1]]
-        if self._executor is None or self.size == 1:
-            found = [self._work(number, x, state) for number, state in enumerate(before)]
+        calls = [(number, x, state) for number, state in enumerate(before)]
+        if self.size == 1:
+            found = [self._work(*calls[0])]
         else:
-            found = self._shared(x, before)
+            found = list(self._workers.map(partial(_remote, self._payload), self._work, calls))
         surveyed = sum(state.surveyed for state in found)
         self.surveys += surveyed
         self.follows += len(found) - surveyed
         self._bar.update(len(found))
         return found
-
-    def _shared(self, x: FloatArray, before: list[Known | None]) -> list[Pieces]:
-        assert self._executor is not None
-        pending: list[Future | None] = []
-        for number, state in enumerate(before):
-            try:
-                future = self._executor.submit(_remote, self._payload, number, x, state)
-            except Exception as error:
-                self._give_up(error)
-                return [self._work(i, x, known) for i, known in enumerate(before)]
-            pending.append(future)
-        found = []
-        for number, (future, state) in enumerate(zip(pending, before, strict=True)):
-            try:
-                assert future is not None
-                found.append(future.result())
-            except Exception as error:
-                self._give_up(error)
-                found.append(self._work(number, x, state))
-        return found
-
-    def _give_up(self, error: Exception) -> None:
-        if self._executor is not None:
-            warnings.warn(
-                f"the executor failed ({type(error).__name__}: {error}); what it does not compute "
-                "is computed in this process",
-                RuntimeWarning,
-                stacklevel=4,
-            )
-        self._executor = None
 
 
 class _Work:

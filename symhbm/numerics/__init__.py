@@ -33,7 +33,14 @@ from symhbm.numerics.turning_points import (
     turning_cells,
     turning_points,
 )
-from symhbm.numerics.workers import at_work, attend, check_executor
+from symhbm.numerics.workers import (
+    Workers,
+    at_work,
+    attend,
+    check_executor,
+    progress_bar,
+    warn_of_executor,
+)
 
 __all__ = [
     "DENSE_LIMIT",
@@ -49,6 +56,7 @@ __all__ = [
     "Motions",
     "Table",
     "TurningPoints",
+    "Workers",
     "amplitude_between",
     "at_work",
     "attend",
@@ -72,10 +80,12 @@ __all__ = [
     "native",
     "negative_eigenvalues",
     "points_in_cells",
+    "progress_bar",
     "relative_difference",
     "saddle",
     "sparsity_of",
     "turning_cells",
     "turning_points",
     "unknowns_of",
+    "warn_of_executor",
 ]

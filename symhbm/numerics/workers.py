@@ -1,4 +1,4 @@
-"""What a process of a pool does beside its work: it ends with its parent, and stops in silence.
+"""Work shared with other processes: who computes it, how far it is, and how workers end.
 
 A killed parent does not tell its workers, which then wait for ever; an interrupt from the keyboard
 reaches them all, and each that waits for work would print where it waited.
@@ -7,13 +7,20 @@ reaches them all, and each that waits for work would print where it waited.
 import os
 import signal
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from multiprocessing import parent_process
 from types import FrameType
+from typing import Any
+
+from tqdm import tqdm
 
 from symhbm.numerics import check
 
+_BAR_DELAY = 2.0
+"""Seconds before a progress bar appears."""
 _SECONDS = 1.0
 """Between two looks at the parent."""
 
@@ -85,3 +92,71 @@ def check_executor(executor: object) -> None:
         executor is not None and not callable(getattr(executor, "submit", None))
     ):
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
+
+
+def warn_of_executor(error: BaseException, results: str) -> None:
+    """Warn that an executor failed, and that this process computes the ``results`` it does not."""
+    what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
+    why = " ".join([type(error).__name__, *map(str, error.args)])
+    warnings.warn(
+        f"{what} ({why}); the {results} that the executor does not compute are computed in this "
+        "process",
+        RuntimeWarning,
+        stacklevel=3,
+    )
+
+
+class Workers:
+    """Calls shared with an executor; what it does not compute is computed in this process.
+
+    ``results`` names what the calls give, in the warning of an executor that fails.
+    """
+
+    def __init__(self, executor: Executor | None, results: str):
+        self.executor, self._results = executor, results
+
+    def map(
+        self, remote: Callable[..., Any], here: Callable[..., Any], calls: Sequence[tuple]
+    ) -> Iterator[Any]:
+        """What each of the ``calls`` gives, in their order: ``remote`` of them, or else ``here``."""
+        pending = [self._submit(remote, call) for call in calls]
+        for call, future in zip(calls, pending, strict=True):
+            yield self._result(here, call, future)
+
+    def _submit(self, remote: Callable[..., Any], call: tuple) -> Future | None:
+        if self.executor is None:
+            return None
+        try:
+            return self.executor.submit(remote, *call)
+        except Exception as error:
+            self._give_up(error)
+            return None
+
+    def _result(self, here: Callable[..., Any], call: tuple, future: Future | None) -> Any:
+        if future is not None:
+            try:
+                return future.result()
+            except (Exception, CancelledError) as error:
+                self._give_up(error)
+        return here(*call)
+
+    def _give_up(self, error: BaseException) -> None:
+        """Go on in this process, and say so once."""
+        if self.executor is not None:
+            warn_of_executor(error, self._results)
+        self.executor = None
+
+
+def progress_bar(
+    unit: str, progress: bool, total: int | None = None, initial: int = 0, what: str | None = None
+) -> tqdm:
+    """A bar that appears where there is ``progress`` to show for more than a few seconds."""
+    return tqdm(
+        desc=what,
+        total=total,
+        initial=initial,
+        unit=unit,
+        delay=_BAR_DELAY,
+        disable=not progress,
+        leave=False,
+    )

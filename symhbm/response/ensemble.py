@@ -7,23 +7,18 @@ import queue
 import threading
 import time
 import uuid
-import warnings
 from collections import deque
 from collections.abc import Collection, Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import CancelledError, Executor, Future
 from dataclasses import replace
 from typing import Any
 
-from tqdm import tqdm
-
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import at_work
+from symhbm.numerics import at_work, progress_bar, warn_of_executor
 from symhbm.response.curve import compute_branch, curve_of
 from symhbm.results import Branch, Encoded, Sweep, Task, encode, flat, reduced
 from symhbm.status import Status
 
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
 _WAITING = 2
 """Pieces of work that wait for each worker."""
 _UNKNOWN = 1000
@@ -58,14 +53,7 @@ def compute(
     it is closed, is computed in this process. A set whose computation fails has the ``blank`` curve
     with a status that says so.
     """
-    with tqdm(
-        total=sweep.size,
-        initial=len(done),
-        unit="curve",
-        delay=_BAR_DELAY,
-        disable=not progress,
-        leave=False,
-    ) as bar:
+    with progress_bar("curve", progress, sweep.size, len(done)) as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
         for found in _outcomes(problem, sweep, task, numbers, executor):
             bar.update(len(found))
@@ -194,14 +182,7 @@ class _Shared:
     def _lose(self, numbers: list[int], error: BaseException) -> None:
         """Leave a piece to this process, and say so once."""
         if not self._left:
-            what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
-            why = " ".join([type(error).__name__, *map(str, error.args)])
-            warnings.warn(
-                f"{what} ({why}); the curves that the executor does not compute are computed in "
-                "this process",
-                RuntimeWarning,
-                stacklevel=2,
-            )
+            warn_of_executor(error, "curves")
         self._left += numbers
 
 

@@ -9,15 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
-from symhbm.numerics import FloatArray, check
+from symhbm.numerics import FloatArray, check, progress_bar
 from symhbm.response.figures import FIGURES
 from symhbm.response.stored_points import StoredPoints, missing, stored_parts
 from symhbm.results import left_out
-
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
 
 
 def verify(
@@ -91,13 +87,7 @@ def verify(
         n_wanted = min(len(chosen[0]) if n_exact is None else n_exact, len(chosen[0]))
     found: dict[str, tuple[StoredPoints, FloatArray]] = {}
     failed = 0
-    with tqdm(
-        total=sum(map(len, chosen)) + n_wanted,
-        unit="point",
-        delay=_BAR_DELAY,
-        disable=not progress,
-        leave=False,
-    ) as bar:
+    with progress_bar("point", progress, sum(map(len, chosen)) + n_wanted) as bar:
         for part, indices in zip(parts, chosen, strict=True):
             known = [n for n in part.known if n != "exact_difference" or part is exactly]
             figures = {name: np.full(part.solved.shape, np.nan) for name in known}

@@ -6,17 +6,15 @@ born in between that may lead there, both halves are verified in turn, until two
 the other show nothing new.
 """
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from tqdm import tqdm
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, Workers, progress_bar
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.survey import Landscape, survey
 from symhbm.peaks.tracking.branches import Parameter, Pool
@@ -40,8 +38,6 @@ _QUIET = 2
 """Surveys in the middle, one after the other, that show nothing new: of many DOF; one of one."""
 _HASTE = 2.0
 """Factor by which slopes between two surveys may be larger than at one of them."""
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
 
 Bands = Sequence[tuple[float, float]]
 
@@ -54,8 +50,9 @@ class Surveyor:
     """
 
     def __init__(self, bands: Bands, executor: Executor | None, progress: bool):
-        self.bands, self._executor, self.count = list(bands), executor, 0
-        self._bar = tqdm(unit="survey", delay=_BAR_DELAY, disable=not progress, leave=False)
+        self.bands, self.count = list(bands), 0
+        self._workers = Workers(executor, "surveys")
+        self._bar = progress_bar("survey", progress)
 
     def __enter__(self) -> "Surveyor":
         return self
@@ -67,46 +64,16 @@ class Surveyor:
         self, problem: Callable[[float], HarmonicBalance], values: Iterable[float]
     ) -> list[Landscape]:
         """All maxima at some values of a parameter, ``problem`` giving that at each."""
-        problems = [problem(value) for value in values]
-        pending = [self._submitted(one) for one in problems]
-        return [self._result(*pair) for pair in zip(problems, pending, strict=True)]
-
-    def _submitted(self, problem: HarmonicBalance) -> Future[Landscape] | None:
-        if self._executor is None:
-            return None
-        try:
-            return self._executor.submit(_work, problem, self.bands)
-        except Exception as error:
-            self._give_up(error)
-            return None
-
-    def _result(self, problem: HarmonicBalance, pending: Future[Landscape] | None) -> Landscape:
-        self.count += 1
-        found = None
-        if pending is not None:
-            try:
-                found = pending.result()
-            except (Exception, CancelledError) as error:
-                self._give_up(error)
-        if found is None:
-            found = _survey(problem, self.bands)
-        self._bar.update()
-        # Those of a worker come with equations of their own.
-        summits = [replace(summit, problem=problem) for summit in found.summits]
-        return replace(found, summits=summits)
-
-    def _give_up(self, error: BaseException) -> None:
-        """Go on in this process, and say so once."""
-        if self._executor is None:
-            return
-        self._executor = None
-        what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
-        warnings.warn(
-            f"{what} ({' '.join([type(error).__name__, *map(str, error.args)])}); the surveys that "
-            "the executor does not compute are computed in this process",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        calls = [(problem(value), self.bands) for value in values]
+        surveys: list[Landscape] = []
+        results = self._workers.map(_work, _survey, calls)
+        for (of, _), landscape in zip(calls, results, strict=True):
+            self.count += 1
+            self._bar.update()
+            # Those of a worker come with equations of their own.
+            summits = [replace(summit, problem=of) for summit in landscape.summits]
+            surveys.append(replace(landscape, summits=summits))
+        return surveys
 
 
 @dataclass

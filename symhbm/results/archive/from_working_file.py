@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
+from symhbm.numerics import progress_bar
 from symhbm.results import schema, tables
 from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
@@ -25,8 +25,6 @@ _SLAB = 2**26
 """Memory [bytes] of the parameter sets that are written at once."""
 _CHUNK = 2**20
 """Memory [bytes] of what is compressed, and read again, at once."""
-_BAR_DELAY = 2.0
-"""Seconds before a progress bar appears."""
 
 
 def merge(store: Store, archive: Path, progress: bool) -> None:
@@ -104,14 +102,7 @@ def _fill(
     for name in {"coordinates"} & {*target.ncattrs()}:
         target.delncattr(name)
     target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
-    with tqdm(
-        total=store.n_sets,
-        desc="archive",
-        unit="curve",
-        delay=_BAR_DELAY,
-        disable=not progress,
-        leave=False,
-    ) as bar:
+    with progress_bar("curve", progress, store.n_sets, what="archive") as bar:
         for corner in itertools.product(*map(range, [0] * len(slab), sweep.shape, slab)):
             region = [
                 slice(at, min(at + step, size))
