@@ -19,9 +19,8 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from studies.landmark import Landmark, Source
 from studies.run import run
-from symhbm.continuation import newton, solve_point
+from symhbm.continuation import Status, newton, solve_point
 from symhbm.response import AngleStatus, solve_angles
-from symhbm.status import Status
 
 NAME = "laws_and_solvers"
 SOLVERS = ("newton", "rootfinder", "ipopt")

@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 import symhbm as sh
-from symhbm.time_domain import TOLERANCE, LinearPieces, March, energy_scale, extremes, march
+from symhbm.time_domain import (
+    PERIODIC_TOLERANCE,
+    LinearPieces,
+    March,
+    energy_scale,
+    extremes,
+    march,
+)
 
 ITERATIONS = 60
 
@@ -55,7 +62,7 @@ def travelling_wave(problem: sh.HarmonicBalance, frequency: float, *starts: np.n
     now = min(map(attempt, starts), key=lambda trial: trial[3])
     for _ in range(ITERATIONS):
         state, stretch, residual, norm = now
-        if norm <= TOLERANCE:
+        if norm <= PERIODIC_TOLERANCE:
             amplitude = float(np.abs(extremes(stretch.cells.displacement)).max())
             return Wave(state, amplitude, bool(stretch.slipped.any()), norm)
         assert stretch.jacobian is not None

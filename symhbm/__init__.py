@@ -5,13 +5,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles
+from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
 from symhbm.model import EngineOrder, HarmonicForce, Model, PointForce, bladed_disk, single_blade
 from symhbm.model.condensation import condense
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, recover, resume, solve, transient, verify
 from symhbm.results.archive import ArchiveError, load, rebuild, save
-from symhbm.status import SolveError, Status
 
 if TYPE_CHECKING:
     from symhbm import plot

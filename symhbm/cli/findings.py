@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.cli.pieces import ALIKE, completeness, largest, moving, read, set_dimensions
+from symhbm.continuation import Status
 from symhbm.results import LARGEST_OF
-from symhbm.status import Status
 
 Lines = Iterator[tuple[str, str]]
 

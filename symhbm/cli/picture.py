@@ -10,7 +10,7 @@ import xarray as xr
 import symhbm as sh
 from symhbm.cli.pieces import INNER, set_dimensions
 from symhbm.cli.selection import select
-from symhbm.status import Status
+from symhbm.continuation import Status
 
 KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map")
 

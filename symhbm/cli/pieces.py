@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from symhbm.status import Status
+from symhbm.continuation import Status
 
 INNER = ("dof", "contact", "harmonic", "component")
 """Dimensions inside one point, peak or event."""

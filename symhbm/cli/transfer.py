@@ -15,8 +15,8 @@ from symhbm.cli.pieces import completeness
 from symhbm.cli.selection import select
 from symhbm.cli.table import TABLES, rows, write
 from symhbm.cli.terminal import check_place, final_name, opened, say, whole
-from symhbm.numerics import attend
 from symhbm.results.archive import SUFFIX
+from symhbm.workers import attend
 
 
 @main.command()

@@ -7,6 +7,7 @@ from symhbm.continuation.problem import Curve, FrequencyCurve, ParameterCurve
 from symhbm.continuation.resonance_count import LARGEST_SIZE
 from symhbm.continuation.segment import Station
 from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.status import SolveError, Status
 
 __all__ = [
     "ACCEPTED",
@@ -17,7 +18,9 @@ __all__ = [
     "NewtonResult",
     "ParameterCurve",
     "PathPoint",
+    "SolveError",
     "Station",
+    "Status",
     "Walk",
     "linear_response",
     "newton",

@@ -15,8 +15,8 @@ from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import Curve
 from symhbm.continuation.segment import Between, Station
 from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, cubic
-from symhbm.status import Status
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances from a pole, relative to that of the last point before it, to take a path up at."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from symhbm.balance import Evaluation
+from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
-from symhbm.status import Status
 
 TOLERANCE = 1e-12
 """Largest residual over the largest sum of absolute force terms: some thousand round-offs."""

@@ -35,8 +35,8 @@ from symhbm.continuation.point import (
 )
 from symhbm.continuation.predictor import Predictor
 from symhbm.continuation.problem import Curve
+from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
-from symhbm.status import Status
 
 FIRST_STEP = 0.02
 LARGEST_STEP = 0.5

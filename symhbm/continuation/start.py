@@ -9,8 +9,8 @@ from symhbm.balance import Evaluation, HarmonicBalance, is_held
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import ParameterCurve
+from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
-from symhbm.status import Status
 
 _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""

@@ -9,8 +9,9 @@ from functools import lru_cache, partial
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.pieces import Pieces, Response
 from symhbm.design.space import Space
-from symhbm.numerics import FloatArray, Workers, progress_bar
+from symhbm.numerics import FloatArray
 from symhbm.results import Sweep
+from symhbm.workers import Workers, progress_bar
 
 Bands = tuple[tuple[float, float], ...]
 Known = tuple[FloatArray, Pieces]

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symhbm.continuation import Status
 from symhbm.design.descent import AGREE, are_flat, is_flat
 from symhbm.design.optimum import LEVEL
 from symhbm.design.program import AT_BOUND, Program, Statistic
 from symhbm.design.search import Found
 from symhbm.numerics import RADIANS
 from symhbm.peaks import SummitKind
-from symhbm.status import Status
 
 STATIONARY = 1e-8
 """Slope of the statistic's logarithm over those of the variables below which it is none."""

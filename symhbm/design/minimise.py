@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.continuation import SolveError, Status
 from symhbm.design.arguments import (
     check_dimensions,
     check_forces,
@@ -30,11 +31,11 @@ from symhbm.design.report import report
 from symhbm.design.search import Found, around, common, search
 from symhbm.design.space import Space
 from symhbm.model import DOUBT, dims_of, natural_band, warn_of_doubts
-from symhbm.numerics import FloatArray, check, check_executor
+from symhbm.numerics import FloatArray, check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
 from symhbm.results import Sweep, meaning, parse, with_provenance
-from symhbm.status import SolveError, Status
+from symhbm.workers import check_executor
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint

@@ -33,14 +33,6 @@ from symhbm.numerics.turning_points import (
     turning_cells,
     turning_points,
 )
-from symhbm.numerics.workers import (
-    Workers,
-    at_work,
-    attend,
-    check_executor,
-    progress_bar,
-    warn_of_executor,
-)
 
 __all__ = [
     "DENSE_LIMIT",
@@ -56,15 +48,11 @@ __all__ = [
     "Motions",
     "Table",
     "TurningPoints",
-    "Workers",
     "amplitude_between",
-    "at_work",
-    "attend",
     "bordered",
     "by_harmonic",
     "by_size",
     "check",
-    "check_executor",
     "check_harmonics",
     "complete_harmonics",
     "constant",
@@ -80,12 +68,10 @@ __all__ = [
     "native",
     "negative_eigenvalues",
     "points_in_cells",
-    "progress_bar",
     "relative_difference",
     "saddle",
     "sparsity_of",
     "turning_cells",
     "turning_points",
     "unknowns_of",
-    "warn_of_executor",
 ]

@@ -12,15 +12,16 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.continuation import SolveError, Status
 from symhbm.continuation.between import PeakKind
 from symhbm.model import PARAMETERS, natural_band, warn_of_doubts
-from symhbm.numerics import RADIANS, Table, by_harmonic, check, check_executor
+from symhbm.numerics import RADIANS, Table, by_harmonic, check
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Summit, SummitKind
 from symhbm.peaks.survey import sector_of
 from symhbm.peaks.tracking import Crest, Parameter, Place, Ridge, Scene, Surveyor, polished
 from symhbm.results import Task, check_band, check_grid, check_parameter, check_place, schema
-from symhbm.status import SolveError, Status
+from symhbm.workers import check_executor
 
 
 def peak_curve(

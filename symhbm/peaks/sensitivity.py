@@ -102,8 +102,8 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
-        (own,) = dims_of(name)
-        dims = (*stored.dims, "peaking_dof", *((own,) if np.ndim(parameters[name]) else ()))
+        own = dims_of(name) if np.ndim(parameters[name]) else ()
+        dims = (*stored.dims, "peaking_dof", *own)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
             result[f"{of}_by_{name}"] = dims, values, _attributes(variables.derivative(of, name))
     result.attrs.pop("verification", None)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import FrequencyCurve, Walk
+from symhbm.continuation import FrequencyCurve, Status, Walk
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.model import find_symmetry
 from symhbm.numerics import RADIANS, largest_displacement
 from symhbm.peaks.maximum import Summit
-from symhbm.status import Status
 
 COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
 """Ends of complete curves."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Curve, Event, FrequencyCurve, ParameterCurve
+from symhbm.continuation import Curve, Event, FrequencyCurve, ParameterCurve, Status
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
@@ -16,7 +16,6 @@ from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Response, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, nothing
 from symhbm.results import Branch, Task
-from symhbm.status import Status
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which lengths along it are no longer relative."""

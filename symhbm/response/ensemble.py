@@ -14,10 +14,10 @@ from dataclasses import replace
 from typing import Any
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import at_work, progress_bar, warn_of_executor
+from symhbm.continuation import Status
 from symhbm.response.curve import compute_branch, curve_of
 from symhbm.results import Branch, Encoded, Sweep, Task, encode, flat, reduced
-from symhbm.status import Status
+from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
 """Pieces of work that wait for each worker."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.model import PARAMETERS, warn_of_doubts
 from symhbm.model.condensation import CondensedModel
-from symhbm.numerics import check, check_executor
+from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import curve_of
 from symhbm.response.run import run, told
@@ -28,6 +28,7 @@ from symhbm.results import (
     parse,
 )
 from symhbm.time_domain import check_stability
+from symhbm.workers import check_executor
 
 
 def frf(

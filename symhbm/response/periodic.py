@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
+from symhbm.continuation import SolveError, Status
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -17,8 +18,7 @@ from symhbm.numerics import (
     unknowns_of,
 )
 from symhbm.results import schema
-from symhbm.status import SolveError, Status
-from symhbm.time_domain import TOLERANCE, ExactMotion, periodic_motion
+from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, periodic_motion
 
 _KINDS = {"slip": "onset of slip", "stick": "end of slip"}
 
@@ -144,7 +144,7 @@ def _describe(
         stick_fraction=motion.stick_fraction,
     )
     if problem.model.has_cubic_springs:
-        values["integration_tolerance"] = np.float64(TOLERANCE)
+        values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}
     state = np.where(rubs, ~neutral, -1)

@@ -13,7 +13,8 @@ from pathlib import Path
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import check, check_executor
+from symhbm.continuation import SolveError, Status
+from symhbm.numerics import check
 from symhbm.response.curve import blank_branch
 from symhbm.response.ensemble import compute
 from symhbm.results import Branch, Sweep, Task, schema, tables
@@ -31,7 +32,7 @@ from symhbm.results.archive import (
     rebuild,
     working_file,
 )
-from symhbm.status import SolveError, Status
+from symhbm.workers import check_executor
 
 
 def run(

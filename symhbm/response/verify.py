@@ -10,10 +10,11 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from symhbm.numerics import FloatArray, check, progress_bar
+from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
 from symhbm.response.stored_points import StoredPoints, missing, stored_parts
 from symhbm.results import left_out
+from symhbm.workers import progress_bar
 
 
 def verify(

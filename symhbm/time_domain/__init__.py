@@ -4,11 +4,13 @@ from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion
 from symhbm.time_domain.linear_motion import LinearPieces, extremes
 from symhbm.time_domain.periodic_motion import periodic_motion
-from symhbm.time_domain.periodic_orbit import TOLERANCE, energy_scale
+from symhbm.time_domain.periodic_orbit import PERIODIC_TOLERANCE, energy_scale
+from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import check_stability, growth_rate, verdict
 
 __all__ = [
-    "TOLERANCE",
+    "INTEGRATION_TOLERANCE",
+    "PERIODIC_TOLERANCE",
     "ExactMotion",
     "LinearPieces",
     "March",

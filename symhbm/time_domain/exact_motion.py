@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
+from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
-from symhbm.status import Status
 from symhbm.time_domain.event_march import Cells, march
 from symhbm.time_domain.linear_motion import LinearPieces, extremes
 from symhbm.time_domain.periodic_orbit import (
-    TOLERANCE,
+    PERIODIC_TOLERANCE,
     balanced_starts,
     energy_scale,
     periodic_state,
@@ -97,7 +97,7 @@ class ExactMotion:
 
     @property
     def converged(self) -> bool:
-        """Whether the motion is periodic to `TOLERANCE`."""
+        """Whether the motion is periodic to `PERIODIC_TOLERANCE`."""
         return self.status == Status.SUCCESS
 
     def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -177,7 +177,7 @@ def describe_motion(
     force = pieces.largest_force
     if np.abs(pieces.mass @ amplitude).max() * omega**2 > _UNBOUNDED * force > 0:
         status = Status.SYSTEM_SINGULAR
-    elif status == Status.SUCCESS and periodicity > 2 * TOLERANCE:
+    elif status == Status.SUCCESS and periodicity > 2 * PERIODIC_TOLERANCE:
         status = Status.NO_MOTION
     relative = cells.displacement @ pieces.all_directions.T
     travel = relative[:, 1:, active].sum(axis=1)

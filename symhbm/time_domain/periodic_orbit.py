@@ -8,13 +8,12 @@ from functools import partial
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import NewtonResult, linear_response, newton, solve_point
+from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
 from symhbm.numerics import Factorisation, FloatArray
-from symhbm.status import Status
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearPieces, extremes
 
-TOLERANCE = 1e-11
+PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
 _ITERATIONS = 60
 _SHARES = 0.5 ** np.arange(4)
@@ -102,7 +101,7 @@ def periodic_state(
 
     now = begin(next(starts))
     for iteration in range(_ITERATIONS):
-        near = now.norm <= TOLERANCE * np.linalg.norm(scale * now.state)
+        near = now.norm <= PERIODIC_TOLERANCE * np.linalg.norm(scale * now.state)
         if now.norm == 0:
             return now.state, iteration, Status.SUCCESS
         step = _newton_step(pieces, now, sign, scale)

@@ -14,14 +14,14 @@ import numpy as np
 import scipy
 
 from symhbm.balance import HarmonicBalance
+from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, check
-from symhbm.status import Status
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
 from symhbm.time_domain.linear_motion import DEGREE, LinearPieces, Piece, extremes
 from symhbm.time_domain.periodic_orbit import energy_scale, state_of
 
-TOLERANCE = 1e-12
+INTEGRATION_TOLERANCE = 1e-12
 """Of a step of the integrator, relative to the motion at its end and to the size of all of it."""
 PERIODIC = 1e-9
 """Largest distance of states a period apart over the motion, in the norm of energy."""
@@ -72,7 +72,7 @@ class IntegratedPieces(LinearPieces):
         # One column is the motion, the others are its derivatives as `Piece.series` orders them.
         n_columns = 1 + 3 * self.n_dof
         self._cube = np.append(1.0, np.full(n_columns - 1, 3.0))
-        self._tolerance = np.full((2 * self.n_dof, n_columns), TOLERANCE)
+        self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
         linear = super().piece(np.ones(len(self.active), dtype=bool))
         self._width = _FIRST * linear.width
@@ -100,7 +100,7 @@ class IntegratedPieces(LinearPieces):
                 tau,
                 start.ravel(),
                 t_bound=np.inf,
-                rtol=TOLERANCE,
+                rtol=INTEGRATION_TOLERANCE,
                 atol=self._tolerance.ravel(),  # type: ignore[arg-type]
                 first_step=self._width,
             )

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.pieces import pieces
-from symhbm.results.archive.working_file import Store
+from symhbm.results.archive.working_files import Store
 
 ROOT = Path(__file__).parent.parent.parent
 VALUES = dict(

@@ -16,7 +16,7 @@ from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.newton import newton
 from symhbm.continuation.problem import FrequencyCurve
-from symhbm.status import Status
+from symhbm.continuation.status import Status
 
 TURN = 2 * np.pi
 GAMMA, DAMPING = 0.1, 0.05

@@ -15,7 +15,7 @@ from symhbm.continuation.events import corners
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyCurve, ParameterCurve
 from symhbm.continuation.start import solve_point
-from symhbm.status import Status
+from symhbm.continuation.status import Status
 
 TURN = 2 * np.pi
 

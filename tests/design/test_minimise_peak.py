@@ -22,6 +22,7 @@ from xarray import DataArray
 
 import symhbm as sh
 from studies.closed_form import OneBlade
+from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_space
 from symhbm.design.cases import Cases
 from symhbm.design.certificate import certificate, status_of
@@ -31,7 +32,6 @@ from symhbm.design.program import Program
 from symhbm.design.search import Found
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
-from symhbm.status import Status
 
 AMPLITUDE = 1e-10
 """Relative; the reference has 13 digits, and responses are solved for to 1e-12."""

@@ -11,10 +11,10 @@ from scipy.optimize import LinearConstraint, minimize
 from xarray import DataArray
 
 import symhbm as sh
+from symhbm.continuation.status import Status
 from symhbm.design.pieces import Piece, Pieces
 from symhbm.design.program import Program, Statistic
 from symhbm.design.space import Group, Space
-from symhbm.status import Status
 
 ROUND_OFF = 1e-12
 HEIGHTS = st.lists(st.floats(-5, 5), min_size=1, max_size=8).map(np.array)

@@ -10,9 +10,9 @@ from xarray import DataArray
 
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
+from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_bands, read_constraint, read_space, read_start
 from symhbm.results.sweep import parse
-from symhbm.status import Status
 
 
 def space(problem, parameters="normal_load", bounds=(0.1, 10.0), vary="common"):

@@ -18,10 +18,10 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from studies.closed_form import one_blade
 from symhbm.cli.commands import main
+from symhbm.continuation.status import Status
 from symhbm.numerics.amplitude_curve import amplitude_between
 from symhbm.results import tables
 from symhbm.results.variables import SLOPES
-from symhbm.status import Status
 from tests.paper import CLOSE, exact, farthest, long_lines, off_paper, values_of
 
 

@@ -17,7 +17,7 @@ from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyCurve
 from symhbm.continuation.start import solve_point
-from symhbm.status import Status
+from symhbm.continuation.status import Status
 
 BLADES = 13
 MASS, DAMPING, STIFFNESS = 1.0, 0.5, 1e4

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 import symhbm as sh
-from symhbm.numerics import workers as worker
+from symhbm import workers as worker
 from symhbm.response import ensemble
-from symhbm.results.archive.working_file import working_file
+from symhbm.results.archive.working_files import working_file
 
 BLADE = sh.HarmonicBalance(
     sh.single_blade(
@@ -182,10 +182,10 @@ def started(method, doing, folder):
     """A process with a pool of two workers, and their numbers."""
     script = folder / "script.py"
     script.write_text(textwrap.dedent(SCRIPT))
-    here = Path(__file__).parent.parent
+    here = Path(__file__).parent
     process = subprocess.Popen(
         [sys.executable, script, method, doing],
-        env=os.environ | {"PYTHONPATH": f"{here}:{Path(sh.__file__).parents[1]}"},
+        env=os.environ | {"PYTHONPATH": f"{here}:{here.parent}:{Path(sh.__file__).parents[1]}"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

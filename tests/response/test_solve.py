@@ -1,6 +1,7 @@
 """One point from nothing: paper's problems at any frequency, exact amplitudes, honest failure."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def test_undamped_resonance_fails_honestly():
 
 
 def test_failure_of_every_start_is_reported(monkeypatch):
-    monkeypatch.setattr("symhbm.continuation.newton.MAX_ITERATIONS", 0)
+    monkeypatch.setattr(sys.modules["symhbm.continuation.newton"], "MAX_ITERATIONS", 0)
     monkeypatch.setattr(start, "_grow_force", lambda *_: None)
     found = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
     assert not found.converged

@@ -8,8 +8,8 @@ PROGRAM = """
 import hashlib
 import numpy as np
 import symhbm as sh
-from symhbm.branch import Task, compute_branch
-from symhbm.tables import encode, flat
+from symhbm.response.curve import Task, compute_branch
+from symhbm.results.tables import encode, flat
 
 disk = sh.bladed_disk(
     13, mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e6, friction_coefficient=0.5,

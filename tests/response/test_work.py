@@ -18,7 +18,7 @@ from symhbm.response import ensemble
 from symhbm.response.describe import describe, describe_each
 from symhbm.results import tables
 from symhbm.results.archive import spool
-from symhbm.results.archive.working_file import Store
+from symhbm.results.archive.working_files import Store
 
 VALUES: dict[str, Any] = dict(
     mass=1.0,

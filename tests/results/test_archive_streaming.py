@@ -20,7 +20,7 @@ import xarray as xr
 import symhbm as sh
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
-from symhbm.results.archive.working_file import Store, working_file
+from symhbm.results.archive.working_files import Store, working_file
 
 VALUES = dict(
     mass=1.0,
@@ -460,8 +460,7 @@ def test_no_room_for_the_archive(tmp_path):
     path = tmp_path / "x.nc"
     run = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code), path],
-        env=os.environ
-        | {"PYTHONPATH": f"{Path(__file__).parent.parent}:{Path(sh.__file__).parents[1]}"},
+        env=os.environ | {"PYTHONPATH": f"{Path(__file__).parent}:{Path(sh.__file__).parents[1]}"},
         capture_output=True,
         text=True,
         check=False,
@@ -526,8 +525,7 @@ def test_killed_at_any_instant(kills, workers, tmp_path):
     path = tmp_path / "x.nc"
     subprocess.run(
         [sys.executable, "-c", textwrap.dedent(KILLING), path, str(kills), str(workers)],
-        env=os.environ
-        | {"PYTHONPATH": f"{Path(__file__).parent.parent}:{Path(sh.__file__).parents[1]}"},
+        env=os.environ | {"PYTHONPATH": f"{Path(__file__).parent}:{Path(sh.__file__).parents[1]}"},
         check=True,
     )
     assert_archive_of("product", path)

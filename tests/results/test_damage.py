@@ -11,8 +11,8 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.results.archive import seal
-from symhbm.results.archive import working_file as store
-from symhbm.results.archive.working_file import Store, working_file
+from symhbm.results.archive import working_files as store
+from symhbm.results.archive.working_files import Store, working_file
 
 BLADE = sh.HarmonicBalance(
     sh.single_blade(

@@ -10,6 +10,7 @@ import xarray as xr
 from scipy import optimize
 from scipy.special import gamma
 
+from symhbm.continuation import Status
 from symhbm.ensembles.statistics.univariate import (
     BOUND,
     Values,
@@ -18,7 +19,6 @@ from symhbm.ensembles.statistics.univariate import (
     numbers,
 )
 from symhbm.numerics import FloatArray, check
-from symhbm.status import Status
 
 FEWEST_BLOCKS = 10
 """Block maxima below which no distribution is fitted."""

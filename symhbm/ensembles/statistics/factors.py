@@ -5,9 +5,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from symhbm.continuation import Status
 from symhbm.ensembles.statistics.population import Population, followed
 from symhbm.numerics import check
-from symhbm.status import Status
 
 Amplification = Literal["amplification_of_peaks", "amplification_at_frequency"]
 

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from symhbm.continuation import Status
 from symhbm.model import PARAMETERS
 from symhbm.numerics import check
 from symhbm.results import MATRICES, without
 from symhbm.results.archive import check_schema
-from symhbm.status import Status
 
 BLOCK = 2**26
 """Bytes of a variable that are read at a time."""

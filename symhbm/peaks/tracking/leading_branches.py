@@ -14,12 +14,13 @@ from itertools import pairwise
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import FloatArray, Workers, progress_bar
+from symhbm.continuation import Status
+from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.survey import Landscape, survey
 from symhbm.peaks.tracking.branches import Parameter, Pool
 from symhbm.peaks.tracking.step import verified
-from symhbm.status import Status
+from symhbm.workers import Workers, progress_bar
 
 AGREES = 1e-9
 """Relative difference by which a survey may be higher than what was followed."""

@@ -5,11 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from symhbm.continuation import Event, PathPoint, Station, Walk
+from symhbm.continuation import Event, PathPoint, Station, Status, Walk
 from symhbm.continuation.between import Peak, amplitude_and_slope, leading, turns_back
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.truncation import SMALLEST
-from symhbm.status import Status
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import LARGEST_SIZE, Curve, PathPoint, Walk, newton, slope_of
+from symhbm.continuation import LARGEST_SIZE, Curve, PathPoint, Status, Walk, newton, slope_of
 from symhbm.continuation.between import Peak, solved_between
 from symhbm.continuation.events import reduced
 from symhbm.numerics import FloatArray, largest_displacement
@@ -27,7 +27,6 @@ from symhbm.response.accuracy.truncation import (
     reference,
     truncations,
 )
-from symhbm.status import Status
 
 _MARGIN = 2
 """Points by which a part reaches beyond those that ask for it, so that it meets the others well."""

@@ -13,7 +13,7 @@ from symhbm.results.archive.netcdf import (
     save,
 )
 from symhbm.results.archive.spool import Spool
-from symhbm.results.archive.working_file import SUFFIX, Store, working_file
+from symhbm.results.archive.working_files import SUFFIX, Store, working_file
 
 __all__ = [
     "SUFFIX",

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from symhbm.numerics import progress_bar
 from symhbm.results import schema, tables
 from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
-from symhbm.results.archive.working_file import ArchiveError, Store
+from symhbm.results.archive.working_files import ArchiveError, Store
 from symhbm.results.provenance import Parts
 from symhbm.results.tables import Layout
+from symhbm.workers import progress_bar
 
 if TYPE_CHECKING:
     import netCDF4

@@ -8,7 +8,7 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.netCDF4_ import NetCDF4ArrayWrapper
 from xarray.core.indexing import LazilyIndexedArray
 
-from symhbm.results.archive.working_file import ArchiveError
+from symhbm.results.archive.working_files import ArchiveError
 
 
 def open_lazily(path: Path) -> xr.Dataset:

@@ -11,15 +11,15 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
+from symhbm.continuation import Status
 from symhbm.numerics import Table, check
 from symhbm.results import tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
-from symhbm.results.archive.working_file import SUFFIX, ArchiveError, Store, working_file
+from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
 from symhbm.results.provenance import SCHEMA_VERSION, Parts, describe_problem
 from symhbm.results.schema import label, recall
 from symhbm.results.variables import TEXTS
-from symhbm.status import Status
 
 _AT_ONCE = 64
 """Parameter sets of a working file that are read at once."""

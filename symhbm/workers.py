@@ -118,7 +118,7 @@ class Workers:
     def map(
         self, remote: Callable[..., Any], here: Callable[..., Any], calls: Sequence[tuple]
     ) -> Iterator[Any]:
-        """What each of the ``calls`` gives, in their order: ``remote`` of them, or else ``here``."""
+        """What ``calls`` of ``remote`` give, in their order; in this process, of ``here``."""
         pending = [self._submit(remote, call) for call in calls]
         for call, future in zip(calls, pending, strict=True):
             yield self._result(here, call, future)
