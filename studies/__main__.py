@@ -44,8 +44,13 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
     try:
         module = import_module(f"studies.{name}")
         document = module.__doc__ or ""
-        archive, picture = run(
-            name, lambda: module.compute(progress=False), module.draw, results, say
+        archive, *pictures = run(
+            name,
+            lambda: module.compute(progress=False),
+            module.draw,
+            getattr(module, "draw_on_source_axes", None),
+            results=results,
+            say=say,
         )
         # What the page says comes from the file that it points to.
         dataset = sh.load(archive)
@@ -53,7 +58,7 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
             name=name,
             document=document,
             parameters=index.parameters(dataset),
-            picture=picture.read_bytes(),
+            pictures=[picture.read_bytes() for picture in pictures],
             archive=archive.name,
             landmarks=module.landmarks(dataset),
             claims=statements(module, "claims", dataset),

@@ -1,6 +1,8 @@
 """Fig. 13: 25 disks with mistuned contacts under engine order 3: envelopes and amplification.
 
-Stiffness, friction and load of every contact are drawn within 20, 40 and 30 % of those of Fig. 12.
+Stiffness, friction and load of every contact are drawn within 20, 40 and 30 % of those of Fig. 12;
+that these are half-widths is a reading.
+
 The amplification of a blade is told in two ways. At the same frequency, mistuned over tuned
 response, it is large near 77 Hz: there the tuned disk hardly moves under engine order 3, and a
 mistuned one meets resonances that the tuned one has not. Peak over peak, what a designer asks

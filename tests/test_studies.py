@@ -114,6 +114,12 @@ def outcome(tmp_path_factory):
     return results, code
 
 
+def pictures_of(name):
+    """Files of the pictures of a study, that on the axes of the source first."""
+    on_source_axes = hasattr(importlib.import_module(f"studies.{name}"), "draw_on_source_axes")
+    return [f"{name}_source_axes.png"] * on_source_axes + [f"{name}.png"]
+
+
 @pytest.fixture(scope="module")
 def datasets(outcome):
     return {name: sh.load(outcome[0] / f"{name}.nc") for name in STUDIES}
@@ -123,9 +129,8 @@ def test_all_studies_succeed(outcome):
     results, code = outcome
     assert code == 0
     files = {path.name for path in results.iterdir()}
-    assert files == {f"{name}.{kind}" for name in STUDIES for kind in ("nc", "png")} | {
-        "index.html"
-    }
+    pictures = {picture for name in STUDIES for picture in pictures_of(name)}
+    assert files == pictures | {f"{name}.nc" for name in STUDIES} | {"index.html"}
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -310,6 +315,80 @@ def test_nodal_diameters_of_a_wave(order, phase):
     np.testing.assert_allclose(np.cos(order * zeros - phase), 0, atol=1e-10)
 
 
+def ticks(first, last, step):
+    return list(range(first, last + 1, step))
+
+
+AXES: dict[str, list[tuple[list[int], list[int], int]]] = {
+    "fig03_single_blade": [(ticks(10, 30, 2), ticks(-80, -20, 10), 12)],
+    "fig06_point_force": [(ticks(0, 350, 50), ticks(-200, -50, 50), 13)] * 2,
+    "fig08_engine_orders": [
+        (ticks(0, 350, 50), ticks(-140, -70, 10), 13),
+        (ticks(50, 350, 50), ticks(-130, -70, 10), 13),
+        (ticks(50, 350, 50), ticks(-130, -70, 10), 13),
+    ],
+    "fig10_friction_coefficient": [(ticks(20, 200, 20), ticks(-120, -60, 10), 4)] * 2,
+    "fig12_mistuned_disk": [(ticks(50, 350, 50), ticks(-150, -95, 5), 13)] * 2,
+}
+"""Ticks of the frequency [Hz] and of the level [dB] in the source, and how many lines we draw."""
+
+
+def on_source_axes(name, dataset):
+    """Axes of a study as in the source."""
+    study = importlib.import_module(f"studies.{name}")
+    return getattr(study, "draw_on_source_axes", study.draw)(dataset).axes
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_figures_have_the_axes_of_the_source(name, datasets):
+    axes = on_source_axes(name, datasets[name])
+    for ax, (frequency, level, count) in zip(axes, AXES[name], strict=True):
+        assert ax.get_xticks().tolist() == frequency
+        assert ax.get_yticks().tolist() == level
+        assert ax.get_xlim() == (frequency[0], frequency[-1])
+        assert ax.get_ylim() == (level[0], level[-1])
+        lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
+        assert len(lines) == count
+        for line in lines:
+            # From end to end; a blade does not stand still.
+            assert line.get_xdata()[0] <= max(frequency[0], 0.5)
+            assert line.get_xdata()[-1] == frequency[-1]
+    plt.close("all")
+
+
+def test_the_loop_has_the_axes_of_the_source(datasets):
+    left, right = on_source_axes("fig04_hysteresis_loop", datasets["fig04_hysteresis_loop"])
+    assert left.get_xlim() == (0, 2 * np.pi)
+    assert right.get_xticks().tolist() == [-1e-3, 0, 1e-3]
+    assert right.get_xlim() == (-1e-3, 1e-3)
+    assert left.get_yticks().tolist() == [-2, -1, 0, 1, 2]
+    assert right.get_yticks().tolist() == [-2, -1.5, -1, -0.5, 0, 0.5, 1, 1.5, 2]
+    assert left.get_ylim() == right.get_ylim() == (-2, 2)
+    one = datasets["fig04_hysteresis_loop"].isel(motion=0)
+    turned = left.get_xticks()[1:4] - float(one.theta_0)
+    np.testing.assert_allclose(turned, [0, float(one.theta_star - one.theta_0), np.pi], atol=1e-12)
+    plt.close("all")
+
+
+def test_nodal_diameters_are_drawn_where_the_blades_are_at_rest(datasets):
+    """Blade i moves as cos(2 pi EO i / N): its tip is outside where that is positive."""
+    figure = fig07_nodal_diameters.draw(datasets["fig07_nodal_diameters"])
+    disks = figure.axes[: len(fig07_nodal_diameters.ENGINE_ORDERS)]
+    for ax, order in zip(disks, fig07_nodal_diameters.ENGINE_ORDERS, strict=True):
+        red = [line for line in ax.lines if line.get_color() == "red"]
+        assert len(red) == 2 * order
+        for line in red:
+            x, y = (ends[1] for ends in line.get_data())
+            # Clockwise from the top.
+            assert np.cos(order * np.arctan2(x, y)) == pytest.approx(0, abs=1e-9)
+        [tips] = [line for line in ax.lines if len(line.get_xdata()) == 14]
+        moved = np.hypot(*tips.get_data())[:-1] - 1
+        expected = np.cos(2 * np.pi * order * np.arange(13) / 13)
+        np.testing.assert_allclose(moved, moved[0] * expected, atol=1e-9)
+        assert moved[0] > 0.2
+    plt.close(figure)
+
+
 @pytest.mark.parametrize("name", ["fig03_single_blade", "fig08_engine_orders", "fig11_normal_load"])
 def test_full_stick_begins_at_the_load_that_is_stated(name, datasets):
     """At the resonance of the stuck structure contacts slip with a little less, not with more."""
@@ -406,12 +485,13 @@ def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     page = Page(text)
     assert page.all("section", "id") == list(STUDIES)
     pictures = page.all("img", "src")
-    assert len(pictures) == len(STUDIES)
-    for source, name in zip(pictures, STUDIES, strict=True):
+    files = [file for name in STUDIES for file in pictures_of(name)]
+    assert len(files) == len(STUDIES) + 4
+    for source, file in zip(pictures, files, strict=True):
         head, _, data = source.partition(",")
         assert head == "data:image/png;base64"
         decoded = base64.b64decode(data, validate=True)
-        assert decoded == (results / f"{name}.png").read_bytes()
+        assert decoded == (results / file).read_bytes()
         assert plt.imread(io.BytesIO(decoded), format="png").ndim == 3
     # Anchors within the page, the archives beside it, and an icon of nothing.
     links = {link for link in page.all("a", "href") if not link.startswith("#")}
@@ -464,7 +544,7 @@ def test_page_in_a_browser(outcome, tmp_path):
     assert "CONSOLE" not in done.stderr
     page = Page(done.stdout.partition("<html")[1] + done.stdout.partition("<html")[2])
     assert page.all("section", "id") == list(STUDIES)
-    assert len(page.all("img", "src")) == len(STUDIES)
+    assert len(page.all("img", "src")) == sum(len(pictures_of(name)) for name in STUDIES)
 
 
 def fake(name, compute, landmarks=()):
@@ -490,7 +570,8 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     shown = capsys.readouterr()
     assert shown.out.split() == [
         *(str(tmp_path / f"missing.{kind}") for kind in ("nc", "png")),
-        *(str(tmp_path / f"fig04_hysteresis_loop.{kind}") for kind in ("nc", "png")),
+        str(tmp_path / "fig04_hysteresis_loop.nc"),
+        *(str(tmp_path / f"fig04_hysteresis_loop{end}.png") for end in ("", "_source_axes")),
         str(tmp_path / "index.html"),
     ]
     assert "failing: ArithmeticError: no <solution> at 3 N" in shown.err
@@ -517,5 +598,5 @@ def test_studies_run_from_the_command_line():
         check=True,
     )
     paths = [Path(line) for line in done.stdout.split()]
-    assert [path.suffix for path in paths] == [".nc", ".png"]
+    assert [path.suffix for path in paths] == [".nc", ".png", ".png"]
     assert all(path.exists() for path in paths)
