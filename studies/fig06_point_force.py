@@ -34,6 +34,8 @@ TICKS = (0, 350, 50), (-200, -50, 50)
 """Ticks of the source, in Hz and dB."""
 OPPOSITE = 6
 """Contact between the two blades opposite to the force."""
+N_VALLEY = 12
+"""Points from one end to the other of a stretch with an antiresonance."""
 ROUND_OFF = 1e-12
 
 
@@ -57,9 +59,11 @@ def ring(problem: sh.HarmonicBalance) -> StuckRing:
 
 
 def compute(progress: bool = True) -> xr.Dataset:
-    """Follow the response at both loads, with the peaks of every blade."""
+    """Follow the response at both loads, with the peaks and antiresonances of every blade."""
     over = {"normal_load": [NORMAL_LOAD, STUCK_LOAD]}
-    dataset = sh.frf(problem(), BAND, over=over, peaks="each", throw=True, progress=progress)
+    path = sh.frf(problem(), BAND, over=over, peaks="each", throw=True, progress=progress)
+    grid = through_valleys(path)
+    dataset = sh.frf(problem(), BAND, grid, over, peaks="each", throw=True, progress=False)
     enough = sh.frf(problem(), BAND, accuracy=ACCURACY, throw=True, progress=False)
     about = f"at the peaks of the largest response at {NORMAL_LOAD:g} N, error {ACCURACY:g}"
     added = {
@@ -72,6 +76,23 @@ def compute(progress: bool = True) -> xr.Dataset:
             for name, (values, units, long_name) in added.items()
         }
     )
+
+
+def through_valleys(paths: xr.Dataset) -> np.ndarray:
+    """Frequencies [Hz] of paths, and more where a blade falls and rises again between two points.
+
+    There is its antiresonance, which paths are not made dense enough for: it is too faint.
+    """
+    grid = []
+    for load in paths.normal_load.values:
+        path = paths.sel(normal_load=load).dropna("point", subset=["frequency"])
+        frequency = path.frequency.values
+        falls = path.amplitude_slope.values[:-1] < 0
+        rises = path.amplitude_slope_before.values[1:] > 0
+        grid.append(frequency)
+        for i in np.flatnonzero((falls & rises).any(axis=1)):
+            grid.append(np.linspace(frequency[i], frequency[i + 1], N_VALLEY))
+    return np.unique(np.concatenate(grid))
 
 
 def resonances(curve: xr.Dataset) -> xr.Dataset:
