@@ -147,7 +147,9 @@ def _force(model: Model, excitation: Excitation, basis: FourierBasis | None) -> 
         text = f"force of engine order {excitation.order} on {blades}, {amplitude}"
     elif isinstance(excitation, HarmonicForce):
         numbers = sorted({*excitation.cosine, *excitation.sine})
-        text += f", harmonics {', '.join(map(str, numbers))}"
+        summed = " (root of the sum of squares)" if len(numbers) > 1 else ""
+        plural = "harmonics" if len(numbers) > 1 else "harmonic"
+        text += f", {plural} {', '.join(map(str, numbers))}, up to {number(size.max())} N{summed}"
     inside = 0
     if isinstance(model, CondensedModel):
         inside = int(np.count_nonzero(np.delete(size, model.dofs)))
