@@ -69,10 +69,13 @@ def plate(bending=True, **options):
 def elements(figure, kind):
     """The lines of every symbol of a colour, (n_points, 2) each."""
     color = to_hex(COLORS[kind])
+    found: list[Any] = [
+        each for each in figure.axes[0].collections if isinstance(each, LineCollection)
+    ]
     return [
         np.concatenate([path.vertices for path in each.get_paths()])
-        for each in figure.axes[0].collections
-        if isinstance(each, LineCollection) and to_hex(each.get_colors()[0]) == color
+        for each in found
+        if to_hex(each.get_colors()[0]) == color
     ]
 
 
