@@ -283,10 +283,8 @@ def by_linear_algebra(dataset: xr.Dataset) -> xr.Dataset:
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     """Closed forms of the tuned peaks, linear algebra, and bounds of any linear disk."""
     closed = xr.zeros_like(dataset.tuned_peak)
-    for place in PLACES:
-        for load in NORMAL_LOADS:
-            at = dict(place=place, normal_load=load)
-            closed.loc[at] = tuned_blade(place, load).peak()[0]
+    for place, load in product(dataset.place.values.tolist(), dataset.normal_load.values.tolist()):
+        closed.loc[dict(place=place, normal_load=load)] = tuned_blade(place, load).peak()[0]
     viscous = dataset.sel(kind="viscous")
     solved = by_linear_algebra(dataset)
     rows = {
