@@ -48,6 +48,7 @@ from studies.claim import unmet as unmet_statements
 from studies.claims_table import PAGE
 from studies.closed_form import OneBlade, StuckRing
 from studies.companions import full_stick_load, largest_peak
+from studies.damped_disks import equal_damping
 from studies.landmark import Landmark, Source, number, unmet
 from studies.readings import READINGS
 from studies.run import REFERENCE
@@ -388,7 +389,7 @@ def test_viscous_damping_of_a_peak(damping):
     blade = OneBlade(1.0, 0.25, 1e4, 0.0, 1.0, 1.0, 1.0)
     at = np.sqrt(1e4 - damping**2 / 2) / (2 * np.pi)
     assert damped(at, damping) > max(damped(0.99 * at, damping), damped(1.01 * at, damping))
-    found = damping_and_localisation.equal_damping(blade, damped(at, damping))
+    found = equal_damping(blade, damped(at, damping))
     # The difference of stiffnesses loses the digits that damping has not.
     assert found == pytest.approx(damping, rel=1e-6)
 
