@@ -346,13 +346,33 @@ def test_parts_that_nothing_joins_stand_apart():
         sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)] * 9, **FRICTION),
         sh.Model(np.eye(3), np.zeros((3, 3)), np.zeros((3, 3)), contacts=[(0, 2)], **FRICTION),
         ring(3, cubic_stiffness=1e8),
+        chain(5, damping=np.eye(5) + 1e-4 * second_difference(5), contacts=[(0, 3), (1, 2)]),
+        ring(13, normal_load=np.arange(13), stiffness=np.arange(1, 14)),
+        plate(),
     ],
-    ids=["ring", "chain", "alone", "full", "many on one", "many on a pair", "floating", "three"],
+    ids=[
+        "ring",
+        "chain",
+        "alone",
+        "full",
+        "many on one",
+        "many on a pair",
+        "floating",
+        "three",
+        "circle",
+        "opened",
+        "plate",
+    ],
 )
 def test_every_model_is_drawn(model, tmp_path):
-    sh.plot.model(model).savefig(tmp_path / "model.png", dpi=40)
+    figure = sh.plot.model(model)
+    figure.savefig(tmp_path / "model.png", dpi=40)
     head = repr(model).partition("\n")[0].partition(": ")[2]
-    assert head in words(sh.plot.model(model))
+    assert head in words(figure)
+    # Nothing that is written is cut off, up to a hundredth of an inch.
+    inside, whole = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(inside.x0, inside.y0) > -0.01
+    assert np.all(inside.max < whole + 0.01)
 
 
 # Forces

@@ -96,7 +96,7 @@ def draw_symbols(
         ax.text(place[0], place[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
         if not alone and texts.get(("blade", i)):
             _write(
-                ax, place + 0.36 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
+                ax, place + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
             )
 
 
@@ -232,7 +232,7 @@ def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> N
         if np.array_equal(out, on):
             out = np.array([0.0, 1.0])
         away = HALF + 0.1 if detailed else 0.1
-        start = layout.places[i] + away * out + (0.0 if not detailed else 0.06) * on
+        start = layout.places[i] + away * out - 0.22 * on
         end = start + (0.45 * size[i] / top) * on
         ax.annotate(
             "",

@@ -94,7 +94,9 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
         ax.set_xlabel("\n".join(lines), fontsize=8.5)
         head = repr(drawn).partition("\n")[0].partition(": ")[2]
         ax.set_title(head if parts.linear else f"condensed: {head}")
-        ax.set(xticks=[], yticks=[], aspect="equal")
+        ax.set(xticks=[], yticks=[])
+        # Axes that keep their place: a layout then knows the room that all lines below need.
+        ax.set_aspect("equal", adjustable="datalim")
         ax.grid(False)
         ax.spines[:].set_visible(False)
     return figure_of(ax)
