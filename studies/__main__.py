@@ -17,6 +17,7 @@ from studies.landmark import unmet
 from studies.run import RESULTS, run
 
 STUDIES = {
+    "fig01_fig05_models": 2,
     "fig03_single_blade": 4,
     "fig04_hysteresis_loop": 1,
     "fig06_point_force": 8,
@@ -33,6 +34,7 @@ STUDIES = {
     "optimal_normal_load_single_blade": 15,
     "optimal_normal_load_engine_orders": 240,
     "optimal_normal_load_robust": 200,
+    "damping_and_localisation": 55,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"

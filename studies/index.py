@@ -14,6 +14,7 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
+from studies.readings import READINGS
 from symhbm.names import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
@@ -169,11 +170,20 @@ def page(sections: Sequence[Section]) -> str:
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
         f"<main>\n<nav><h3>Contents</h3>\n<ol>{contents}</ol>\n"
+        + _readings()
         + _claims(sections)
         + "</nav>\n"
         + "\n".join(map(_section, sections))
         + "\n</main>\n</body>\n</html>\n"
     )
+
+
+def _readings() -> str:
+    """How the source is read where it leaves something open."""
+    lines = "".join(
+        f"<li><strong>{_text(where)}</strong> {_text(words)}.</li>\n" for where, words in READINGS
+    )
+    return f"<h3>How the source is read</h3>\n<ul>\n{lines}</ul>\n"
 
 
 def _claims(sections: Sequence[Section]) -> str:

@@ -28,6 +28,8 @@ import matplotlib.pyplot as plt
 
 import symhbm as sh
 from studies import (
+    damping_and_localisation,
+    fig01_fig05_models,
     fig06_point_force,
     fig07_nodal_diameters,
     fig09_contact_stiffness,
@@ -46,7 +48,9 @@ from studies.claim import unmet as unmet_statements
 from studies.claims_table import PAGE
 from studies.closed_form import OneBlade, StuckRing
 from studies.companions import full_stick_load, largest_peak
+from studies.damped_disks import equal_damping
 from studies.landmark import Landmark, Source, number, unmet
+from studies.readings import READINGS
 from studies.run import REFERENCE
 
 ROOT = Path(__file__).parent.parent
@@ -105,6 +109,8 @@ def outcome(tmp_path_factory):
         # As fine as the whole grid, where the largest ratios are.
         patch.setattr(fig13_amplification, "GRID", np.linspace(65, 90, 126))
         patch.setattr(laws_and_solvers, "REPEATS", 1)
+        patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
+        patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
@@ -436,6 +442,65 @@ def test_engine_order_0_does_not_see_the_contacts():
         found.amplitude, np.broadcast_to(alone[:, None], found.amplitude.shape), rtol=1e-12
     )
     assert found.amplitude.shape == (2, 2, 2, 5, 13)
+
+
+def test_readings_are_on_both_pages(outcome):
+    page = " ".join(Page((outcome[0] / "index.html").read_text()).text).replace("\u2212", "-")
+    for where, words in READINGS:
+        assert f"| {where} | {words}. |" in CLAIMS
+        assert where in page
+        assert words.partition("`")[0] in page
+
+
+def test_reading_of_figure_10_has_the_peaks_of_the_closed_form():
+    """EO 3, k_d = 1e5 N/m and mu from 0.2 to 0.8, with 10 N and with 100 N."""
+    [words] = [words for where, words in READINGS if where == "Fig. 10"]
+    for load, place in ((10, 0), (100, 1)):
+        blade = OneBlade(1.0, 0.5, 1e4, 1e5, 1.0, 1.0, 2 * np.sin(3 * np.pi / 13))
+        peaks = [replace(blade, slip_limit=mu * load).peak()[0] for mu in (0.2, 0.4, 0.6, 0.8)]
+        levels = 20 * np.log10([min(peaks), max(peaks)])
+        told = words.partition(";")[2 * place]
+        assert "from {:.1f} to {:.1f} dB".format(*levels) in told
+
+
+def test_structures_that_are_drawn_are_those_that_are_computed(datasets):
+    """Figs. 1 and 5 have the parameters of the other studies."""
+    drawn = fig01_fig05_models.models(datasets["fig01_fig05_models"])
+    for model, problem in zip(drawn, fig01_fig05_models.problems(), strict=True):
+        assert model.contacts == problem.model.contacts
+        for name, values in model.parameters.items():
+            np.testing.assert_array_equal(values, problem.parameters[name])
+
+
+def damped(x, c=0.5):
+    """Frequency response of a blade of 1 kg and 1e4 N/m without friction [m/N]."""
+    omega = 2 * np.pi * x
+    return 1 / np.abs(1e4 - omega**2 + 1j * c * omega)
+
+
+@pytest.mark.parametrize("damping", [0.01, 0.5, 20.0, 100.0])
+def test_viscous_damping_of_a_peak(damping):
+    """The damping that a peak of one blade comes back from, also where it is large."""
+    blade = OneBlade(1.0, 0.25, 1e4, 0.0, 1.0, 1.0, 1.0)
+    at = np.sqrt(1e4 - damping**2 / 2) / (2 * np.pi)
+    assert damped(at, damping) > max(damped(0.99 * at, damping), damped(1.01 * at, damping))
+    found = equal_damping(blade, damped(at, damping))
+    # The difference of stiffnesses loses the digits that damping has not.
+    assert found == pytest.approx(damping, rel=1e-6)
+
+
+def test_signs_of_paired_differences():
+    """1 and -1 where the same disks differ for sure, 0 where they scatter."""
+    noise = np.random.default_rng(1).normal(0, 1, 24)
+    viscous = np.full(24, 10.0)
+    friction = np.stack([viscous + 1 + noise / 10, viscous - 1 + noise / 10, viscous + 3 * noise])
+    values = xr.DataArray(
+        np.stack([friction, np.broadcast_to(viscous, (3, 24))], axis=1),
+        {"kind": ["friction", "viscous"]},
+        ("normal_load", "kind", "sample"),
+    )
+    found = damping_and_localisation.more_than_viscous(values)
+    assert found.values.tolist() == [1, -1, 0]
 
 
 def test_landmark_in_words():
