@@ -65,7 +65,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         name: (
             "figure",
             [float(np.mean(one.parameters[name])) for one in both],
-            dict(zip(("units", "long_name"), PARAMETERS[name], strict=True)),
+            dict(zip(("units", "long_name"), PARAMETERS[name][:2], strict=True)),
         )
         for name in DRAWN
     }

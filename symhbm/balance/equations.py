@@ -7,9 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import FRICTION_PARAMETERS
-from symhbm.model import Model
-from symhbm.model import Symmetry
+from symhbm.model import FRICTION_PARAMETERS, Model, Symmetry
 from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import (
     FREE,

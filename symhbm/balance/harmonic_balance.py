@@ -12,11 +12,7 @@ from symhbm.balance.condensed_forces import CondensedForces
 from symhbm.balance.equations import MATRIX_INPUTS, Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.unknowns import Unknowns
-from symhbm.model import CONTACT_PARAMETERS
-from symhbm.model import Excitation
-from symhbm.model import Model
-from symhbm.model import Symmetry
-from symhbm.model import find_symmetry
+from symhbm.model import CONTACT_PARAMETERS, Excitation, Model, Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import LocatedFriction, locate, locate_sampled
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder, turning_hessian
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
-from symhbm.model import FRICTION_PARAMETERS
-from symhbm.model import PARAMETERS
+from symhbm.model import FRICTION_PARAMETERS, PARAMETERS
 from symhbm.model.contacts import Loop, loops_near_limit, on_loop
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
 

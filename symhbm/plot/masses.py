@@ -9,8 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from symhbm.model import BLADE_PARAMETERS
-from symhbm.model import Model
+from symhbm.model import BLADE_PARAMETERS, Model
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import OUTSIDE, SYMBOLS

@@ -11,15 +11,17 @@ import scipy.sparse as sp
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS
-from symhbm.model import CONTACT_PARAMETERS
-from symhbm.model import FRICTION_PARAMETERS
-from symhbm.model import PARAMETERS
-from symhbm.model import EngineOrder
-from symhbm.model import HarmonicForce
-from symhbm.model import Model
-from symhbm.model import PointForce
-from symhbm.model import dims_of
+from symhbm.model import (
+    BLADE_PARAMETERS,
+    CONTACT_PARAMETERS,
+    FRICTION_PARAMETERS,
+    PARAMETERS,
+    EngineOrder,
+    HarmonicForce,
+    Model,
+    PointForce,
+    dims_of,
+)
 from symhbm.model.condensation import CondensedModel
 from symhbm.results.request import Task
 from symhbm.results.sweep import Sweep

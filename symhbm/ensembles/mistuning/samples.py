@@ -9,11 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS
-from symhbm.model import CONTACT_PARAMETERS
-from symhbm.model import PARAMETERS
-from symhbm.model import Model
-from symhbm.model import dims_of
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model, dims_of
 from symhbm.numerics import FloatArray, check
 from symhbm.results import DRAWN, SCHEMA_VERSION
 
