@@ -1,6 +1,5 @@
 """The command line ``symhbm``: for those who have an archive and no script."""
 
-import json
 import os
 import sys
 from pathlib import Path
@@ -21,6 +20,7 @@ from symhbm.cli.terminal import (
 )
 from symhbm.cli.words import describe
 from symhbm.response import FIGURES, summary
+from symhbm.results import Description
 
 _PICTURES = ("png", "pdf", "svg")
 archive_argument = click.argument("archive", metavar="ARCHIVE", type=click.Path(path_type=Path))
@@ -206,4 +206,4 @@ def verify(
         if output is not None:
             sh.save(verified, output, overwrite=overwrite)
     click.echo(summary(verified))
-    return 0 if json.loads(verified.attrs["verification"])["passed"] else BROKEN
+    return 0 if (Description(verified).verification or {})["passed"] else BROKEN

@@ -1,6 +1,5 @@
 """What was computed and what came out, in words."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -10,7 +9,7 @@ import xarray as xr
 
 from symhbm.cli.pieces import ALIKE, completeness, largest, moving, read, set_dimensions
 from symhbm.continuation import Status
-from symhbm.results import LARGEST_OF
+from symhbm.results import LARGEST_OF, Description
 
 Lines = Iterator[tuple[str, str]]
 
@@ -43,7 +42,7 @@ def _computed(dataset: xr.Dataset) -> Lines:
     finite = band[np.isfinite(band)]
     if "followed" in dataset.attrs:
         what = "frequency response" if along == "frequency" else f"response over {along}"
-        ends = json.loads(dataset.attrs["followed"]).get("band") or _ends(band, finite)
+        ends = Description(dataset).request.get("band") or _ends(band, finite)
         text = f"{what} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
         text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
         if along not in dataset.variables:
@@ -122,7 +121,7 @@ def _peaks(dataset: xr.Dataset) -> Lines:
         if "peak_kind" in dataset.variables:
             kinds = Counter(map(str, dataset["peak_kind"].values.ravel().tolist()))
             kinds.pop("", None)
-            each = json.loads(dataset.attrs.get("followed", "{}")).get("peaks") == "each"
+            each = Description(dataset).per_dof
             yield "peaks", _counted(kinds) + f" (of every {_body(dataset)})" * each
         amplitude = dataset["peak_amplitude"].copy()
         amplitude = amplitude.where(np.isfinite(amplitude))
@@ -194,8 +193,8 @@ def _trust(dataset: xr.Dataset) -> Lines:
         if found is not None:
             words = [f"at most {found[0]:.1e}", *_place(dataset, name, found[1])]
             yield what, ", ".join(words)
-    if "verification" in dataset.attrs:
-        report = json.loads(dataset.attrs["verification"])
+    report = Description(dataset).verification
+    if report is not None:
         verdict = "passed" if report["passed"] else "a bound is broken"
         text = f"{verdict}, {report['n_checked']} points checked"
         n_peaks = report.get("n_peaks", 0)
@@ -240,7 +239,7 @@ def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
     for dim, position in place.items():
         label = dataset[dim].values[position] if dim in dataset.variables else position
         words.append(f"{dim}={short(label)}")
-    for name in json.loads(dataset.attrs.get("swept", "[]")):
+    for name in Description(dataset).swept:
         if name in place or name not in dataset.variables or not dataset[name].ndim:
             continue
         if set(dataset[name].dims) <= set(place):
@@ -250,8 +249,7 @@ def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
 
 
 def _body(dataset: xr.Dataset) -> str:
-    lumped = json.loads(dataset.attrs.get("problem", "{}")).get("lumped")
-    return "blade" if lumped else "DOF"
+    return "blade" if Description(dataset).lumped else "DOF"
 
 
 def _kept(dataset: xr.Dataset) -> list[str]:

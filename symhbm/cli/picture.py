@@ -1,7 +1,6 @@
 """A picture of a part of a dataset, by the name of its kind."""
 
 import inspect
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +10,7 @@ import symhbm as sh
 from symhbm.cli.pieces import INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.continuation import Status
+from symhbm.results import Description
 
 KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
 
@@ -46,7 +46,7 @@ def _structure(dataset: xr.Dataset) -> Any:
             f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
         )
     figure = sh.plot.model(sh.rebuild(dataset))
-    moves = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))["name"]
+    moves = Description(dataset).moving
     if moves != "frequency":
         ax = figure.axes[0]
         ax.set_title(f"{ax.get_title()}, {moves.replace('_', ' ')} at its nominal value")
@@ -58,7 +58,7 @@ def _natural_kind(dataset: xr.Dataset) -> str:
         return "hysteresis"
     if "followed" not in dataset.attrs:
         return "disk"
-    swept = json.loads(dataset.attrs.get("swept", "[]"))
+    swept = Description(dataset).swept
     drawn = [d for d in set_dimensions(dataset) if d not in swept and dataset.sizes[d] > 1]
     return "envelope" if drawn else "response"
 

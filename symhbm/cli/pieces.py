@@ -1,6 +1,5 @@
 """Datasets in pieces: what runs over what, and variables that need not fit into memory."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -8,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
+from symhbm.results import Description
 
 INNER = ("dof", "contact", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
@@ -19,7 +19,7 @@ _LARGEST_PIECE = 2**21
 
 def moving(dataset: xr.Dataset) -> str:
     """Name of the parameter along which a response was followed."""
-    return json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))["name"]
+    return Description(dataset).moving
 
 
 def set_dimensions(dataset: xr.Dataset) -> tuple[str, ...]:

@@ -1,7 +1,6 @@
 """Tables from datasets: one row per point, peak, event or parameter set, a column per number."""
 
 import csv
-import json
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
@@ -11,7 +10,7 @@ import xarray as xr
 from symhbm.cli.pieces import INNER, moving, pieces, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
-from symhbm.results import check_held, left_out
+from symhbm.results import Description, check_held, left_out
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}
@@ -149,7 +148,7 @@ def _variables(
             )
     if wanted is not None and "all" not in wanted:
         return named
-    swept = json.loads(dataset.attrs.get("swept", "[]"))
+    swept = Description(dataset).swept
     given = {*PARAMETERS, *(f"{name}_nominal" for name in PARAMETERS)}
     chosen = []
     for name in map(str, dataset.data_vars):

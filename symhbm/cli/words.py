@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.cli.pieces import INNER, moving, read
 from symhbm.model import PARAMETERS
-from symhbm.results import DRAWN, MATRICES, VARIABLES, left_out
+from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
 
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8
@@ -55,7 +55,7 @@ def _origin(dataset: xr.Dataset) -> Lines:
 
 
 def _problem(dataset: xr.Dataset) -> Lines:
-    about = json.loads(dataset.attrs["problem"])
+    about = Description(dataset).problem
     n_dof, contacts = about["n_dof"], about["contacts"]
     what = "blade" if about["lumped"] else "degree of freedom"
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
@@ -136,7 +136,7 @@ def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
         standard = " to ".join(map(short, dict.fromkeys([standard.min(), standard.max()])))
         nominal = f", nominal value {standard}{unit}"
     if name == moving(dataset) and variable.ndim:
-        index = json.loads(dataset.attrs["followed"])["index"]
+        index = Description(dataset).request["index"]
         place = "" if index is None else f" at one place ({index})"
         return f"followed{place}, {spread}{nominal}"
     if outer == [name]:

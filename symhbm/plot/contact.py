@@ -1,6 +1,5 @@
 """Contacts: hysteresis loops, and where they stick."""
 
-import json
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from symhbm.plot.drawing import (
     nothing_to_draw,
     scaled,
 )
+from symhbm.results import Description
 
 N_ANGLES = 512
 
@@ -117,7 +117,7 @@ def hysteresis_loops(
     check.known("problem", dataset.attrs, "attribute of the dataset")
     for dim in ("dof", "contact"):
         check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
-    pairs = json.loads(dataset.attrs["problem"])["contacts"]
+    pairs = Description(dataset).problem["contacts"]
     contact = check.integer("contact", contact, 0, len(pairs) - 1)
     dofs = pairs[contact]
     if "angle" in dataset.dims:
@@ -208,7 +208,7 @@ def _of_contact(
     dataset: xr.Dataset, name: str, contact: int, like: xr.DataArray, dims: list[str]
 ) -> FloatArray:
     """Values of a parameter of one contact at all points, flattened in the order of ``dims``."""
-    followed = json.loads(dataset.attrs.get("followed", "{}"))
+    followed = Description(dataset).request
     value = dataset[name]
     if followed.get("name") == name and followed["index"] not in (None, contact):
         value = dataset[f"{name}_nominal"]

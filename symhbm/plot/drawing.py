@@ -1,6 +1,5 @@
 """What figures share: style, colours, labels, and how a dataset falls into curves."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -18,7 +17,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import VARIABLES, check_held
+from symhbm.results import VARIABLES, Description, check_held
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -137,9 +136,9 @@ class Moving(NamedTuple):
 
 def moving(dataset: xr.Dataset) -> Moving:
     """What moves in a result of `symhbm.frf` or `symhbm.follow`; the frequency in all others."""
-    followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
-    along = "point" if "point" in dataset.dims else followed["name"]
-    return Moving(followed["name"], along, followed.get("peaks") == "each")
+    about = Description(dataset)
+    along = "point" if "point" in dataset.dims else about.moving
+    return Moving(about.moving, along, about.per_dof)
 
 
 def decibel(amplitude: Any) -> Any:

@@ -1,6 +1,5 @@
 """Operating deflection shapes of disks."""
 
-import json
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -26,6 +25,7 @@ from symhbm.plot.drawing import (
     one_solution,
     scaled,
 )
+from symhbm.results import Description
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
 """Radii of the hub and of blades at rest, and of the largest displacement over the period."""
@@ -155,10 +155,10 @@ def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int
 
 def _known_blades(dataset: xr.Dataset) -> list[int]:
     """Where the blades are along ``dof`` that model or excitation tell."""
-    problem = json.loads(dataset.attrs.get("problem", "{}"))
-    force, condensed = problem.get("excitation", {}), problem.get("condensed")
-    size = problem.get("n_dof") if condensed is None else condensed["n_dof"]
-    if problem.get("lumped"):
+    about = Description(dataset)
+    force, condensed = about.problem.get("excitation", {}), about.condensed
+    size = (condensed or about.problem).get("n_dof", 0)
+    if about.lumped:
         blades = range(size)
     elif force.get("type") == "EngineOrder":
         blades = range(size) if force["blades"] is None else force["blades"]

@@ -1,6 +1,5 @@
 """The points or peaks of an archive and the problems they were computed from."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.numerics import RADIANS, FloatArray, check, larger_set, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
-from symhbm.results import OF_PEAKS, VARIABLES, left_out, without
+from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import periodic_motion
 
@@ -55,11 +54,7 @@ def missing(dataset: xr.Dataset) -> list[str]:
 def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
     """Variables without which no point or peak is verified."""
     count = "n_peaks" if prefix else "residual_norm"
-    return f"{prefix}coefficient", *_places(_followed(dataset), prefix).values(), count
-
-
-def _followed(dataset: xr.Dataset) -> dict[str, Any]:
-    return json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+    return f"{prefix}coefficient", *_places(Description(dataset).request, prefix).values(), count
 
 
 def _places(followed: dict[str, Any], prefix: str) -> dict[str, str]:
@@ -77,7 +72,7 @@ class StoredPoints:
 
     def __init__(self, dataset: xr.Dataset, problem: HarmonicBalance, prefix: str = ""):
         self.problem, self.dataset, self.prefix = problem, dataset, prefix
-        self.followed = _followed(dataset)
+        self.followed = Description(dataset).request
         wanted = {name: prefix + name for name in (OF_PEAKS if prefix else _OF_POINTS)}
         held = {key: name for key, name in wanted.items() if name in dataset.variables}
         coefficient, places = dataset[held["coefficient"]], _places(self.followed, prefix)

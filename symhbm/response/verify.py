@@ -13,7 +13,7 @@ import xarray as xr
 from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
 from symhbm.response.stored_points import StoredPoints, missing, stored_parts
-from symhbm.results import left_out
+from symhbm.results import Description, left_out
 from symhbm.workers import progress_bar
 
 
@@ -157,9 +157,9 @@ def summary(dataset: xr.Dataset) -> str:
 
     Raises ValueError for a dataset that `verify` has not returned.
     """
-    if not isinstance(dataset, xr.Dataset) or "verification" not in dataset.attrs:
+    report = Description(dataset).verification if isinstance(dataset, xr.Dataset) else None
+    if report is None:
         raise ValueError(f"dataset={check.shown(dataset)}: expected what verify returns")
-    report = json.loads(dataset.attrs["verification"])
     rows = [("figure", "worst", "bound", "", "at")]
     for name, entry in report["figures"].items():
         worst, bound = (

@@ -1,6 +1,7 @@
 """What a dataset is: the request, names and units of its variables, provenance."""
 
 from symhbm.results import schema, tables, variables
+from symhbm.results.description import Description
 from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
     OF_PEAKS,
@@ -27,6 +28,7 @@ __all__ = [
     "SCHEMA_VERSION",
     "VARIABLES",
     "Branch",
+    "Description",
     "Encoded",
     "Peaks",
     "Sweep",

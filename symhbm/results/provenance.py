@@ -23,6 +23,7 @@ from symhbm.model import (
     dims_of,
 )
 from symhbm.model.condensation import CondensedModel
+from symhbm.results.description import Description
 from symhbm.results.request import Task
 from symhbm.results.sweep import Sweep
 
@@ -221,16 +222,15 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     A swept or followed parameter has its nominal value, unless the dataset was reduced to one of
     its values.
     """
-    description = json.loads(dataset.attrs["problem"])
+    about = Description(dataset)
+    description = about.problem
     excitation = dict(description["excitation"])
     kind = _EXCITATIONS[excitation.pop("type")]
     for name in ("cosine", "sine"):
         if name in excitation:
             excitation[name] = {int(n): row for n, row in excitation[name].items()}
-    swept = json.loads(dataset.attrs["swept"])
-    followed = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
-    moving = followed["name"] if followed["name"] != "frequency" else None
-    varied = swept + ([moving] if moving else [])
+    moving = about.moving
+    varied = [*about.swept, *([moving] if moving != "frequency" else [])]
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     nominal = {name: _nominal(dataset, name, varied) for name in names}
@@ -249,11 +249,11 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     )
     chosen = {
         name: dataset[name].values
-        for name in swept
+        for name in about.swept
         if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
     }
-    if moving and moving in dataset.variables and dataset[moving].ndim == 0:
-        index = followed["index"]
+    if moving != "frequency" and moving in dataset.variables and dataset[moving].ndim == 0:
+        index = about.request["index"]
         values = np.array(problem.parameters[moving], dtype=float)
         values[... if index is None else index] = dataset[moving].values
         chosen[moving] = values

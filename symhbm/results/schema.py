@@ -12,6 +12,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
+from symhbm.results.description import Description
 from symhbm.results.provenance import Parts, with_provenance
 from symhbm.results.request import Task
 from symhbm.results.sweep import RESERVED, Sweep
@@ -31,7 +32,7 @@ def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> Parts:
 
 def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
     """What a dataset says is computed."""
-    followed = json.loads(dataset.attrs["followed"])
+    followed = Description(dataset).request
     task: dict[str, Any] = {
         field.name: followed[field.name] for field in fields(Task) if field.name in followed
     }
@@ -39,7 +40,7 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
         task[name] = None if task[name] is None else tuple(task[name])
     task["at"] = dataset[followed["name"]].values if followed["grid"] else None
     values = {}
-    for name in json.loads(dataset.attrs["swept"]):
+    for name in Description(dataset).swept:
         value = dataset[name]
         of_result = [label for label in value.coords if label in RESERVED - {*value.dims}]
         values[name] = value.drop_vars(of_result)
@@ -48,7 +49,7 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
 
 def left_out(dataset: xr.Dataset) -> list[str]:
     """Names of results that were computed and not kept."""
-    return json.loads(dataset.attrs.get("left_out", "[]"))
+    return Description(dataset).left_out
 
 
 def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
@@ -72,9 +73,9 @@ def check_held(dataset: xr.Dataset, *names: str, what: str = "dataset") -> None:
 def differences(one: xr.Dataset, other: xr.Dataset) -> list[str]:
     """What tells two computations apart, by name."""
     about, there = (
-        json.loads(dataset.attrs["problem"])
-        # The harmonics of an accuracy come with the results; those given are with the task.
-        | json.loads(dataset.attrs["followed"])
+        Description(dataset).problem
+        # The harmonics of an accuracy come with the results; those given are with the request.
+        | Description(dataset).request
         | {name: dataset.attrs[name] for name in ("symhbm_schema", "swept")}
         for dataset in (one, other)
     )
@@ -94,7 +95,7 @@ def differences(one: xr.Dataset, other: xr.Dataset) -> list[str]:
 
 def _results(dataset: xr.Dataset) -> list[str]:
     """Names of the results in a dataset."""
-    followed = json.loads(dataset.attrs["followed"])
+    followed = Description(dataset).request
     moving = followed["name"]
     given = {"frequency"} if moving != "frequency" or followed["grid"] else set()
     found = [name for name in VARIABLES if name not in given]

@@ -1,6 +1,5 @@
 """The samples of an ensemble of responses: which are complete, read in blocks, and their origin."""
 
-import json
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import cached_property
 from typing import Any
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from symhbm.continuation import Status
 from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import MATRICES, without
+from symhbm.results import MATRICES, Description, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
@@ -33,7 +32,7 @@ def followed(dataset: object, what: str) -> tuple[xr.Dataset, dict[str, Any], st
         raise ValueError(
             f"{what}: expected a result of frf or follow, got one {without(dataset, missing)}"
         )
-    task = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))
+    task = Description(dataset).request
     dims = dataset["amplitude"].dims
     if "solution" in dims:
         raise ValueError(

@@ -13,7 +13,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import Table, check
-from symhbm.results import tables
+from symhbm.results import Description, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
@@ -209,17 +209,19 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, "dataset")
-    if '"condensed": {' in str(dataset.attrs.get("problem")):
-        raise ArchiveError(
-            "dataset: of a condensed structure, whose matrices are not in it; condense the "
-            "structure again, or compute on with the problem that gave this dataset"
-        )
     try:
-        return describe_problem(dataset)
+        condensed = Description(dataset).condensed
+        problem = None if condensed else describe_problem(dataset)
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
+    if problem is None:
+        raise ArchiveError(
+            "dataset: of a condensed structure, whose matrices are not in it; condense the "
+            "structure again, or compute on with the problem that gave this dataset"
+        )
+    return problem
 
 
 def check_schema(dataset: xr.Dataset, what: str) -> None:
