@@ -170,7 +170,7 @@ def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
 def _angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
     """``theta_0`` and ``theta_star`` [rad], NaN where a contact does not slip."""
     _, theta_0, rho = angles.split(unknowns)
-    stick = 2 * np.arctan2(np.sqrt(rho), np.sqrt(1 - rho))
+    stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))
     return np.where(slip, theta_0, np.nan), np.where(slip, theta_0 + stick, np.nan)
 
 
@@ -179,7 +179,7 @@ def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, Flo
     coefficients, _, rho = angles.split(unknowns)
     response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
     balance = np.full(len(coefficients), magnitude or 1.0)
-    spring = problem.model.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
+    spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
     turning = np.where(slip, spring, 1.0)
     # Eq. (11) loses digits in gross slip as its forces shrink, theta_star as they are scaled by
     # the spring force: the mean of both sizes serves both.
@@ -220,8 +220,8 @@ def _newton(angles, first, values, column, located: Evaluation) -> tuple[FloatAr
 
 
 # A residual below round-off, so that the length of the last step decides.
-_ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
-_IPOPT: dict[str, Any] = {
+ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
+IPOPT: dict[str, Any] = {
     "print_time": False,
     "calc_lam_p": False,
     "ipopt.print_level": 0,
@@ -236,12 +236,12 @@ _IPOPT: dict[str, Any] = {
     "ipopt.bound_frac": 1e-9,
     "ipopt.bound_relax_factor": 0.0,
 }
-_QUIET = {"show_eval_warnings": False}
+QUIET = {"show_eval_warnings": False}
 
 
 def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "rootfinder" not in angles.compiled:
-        solver = ca.rootfinder("angles", "newton", _problem(angles), _ROOTFINDER | _QUIET)
+        solver = ca.rootfinder("angles", "newton", _problem(angles), ROOTFINDER | QUIET)
         angles.compiled["rootfinder"] = solver
     return _call(angles.compiled["rootfinder"], x0=first / column, p=values)
 
@@ -249,7 +249,7 @@ def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int
 def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "ipopt" not in angles.compiled:
         program = _problem(angles) | {"f": ca.SX(0)}
-        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, _IPOPT | _QUIET)
+        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, IPOPT | QUIET)
     coefficients, theta_0, rho = angles.split(first)
     free = np.full(len(coefficients), np.inf)
     low = np.concatenate([-free, theta_0 - np.pi / 2, np.zeros(len(rho))]) / column

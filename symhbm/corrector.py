@@ -9,7 +9,7 @@ from symhbm.curve import Curve
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation, bordered
-from symhbm.newton import TOLERANCE
+from symhbm.newton import TOLERANCE, NewtonResult, newton
 from symhbm.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.resonance_count import ResonanceCount
 
@@ -88,6 +88,12 @@ class Corrector:
                 direction = solution[:, 1] / np.linalg.norm(solution[:, 1])
                 return self._corrected(point, evaluation, scale, direction, sign, point, slip)
         return None
+
+    def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        """Solution at a ``value`` from ``unknowns`` (n_unknowns,), contacts free."""
+        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
+        self.solves += found.iterations
+        return found
 
     def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
         return Corrected(

@@ -18,7 +18,7 @@ from symhbm.events import EventKind, PathPoint
 from symhbm.extremes import largest_displacement
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED, newton, slope_of
+from symhbm.newton import ACCEPTED, slope_of
 from symhbm.residual import HarmonicBalance
 from symhbm.slopes import Slopes
 from symhbm.stations import Between, Station, measure
@@ -181,8 +181,7 @@ def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) 
     if found is not None and not found.crosses:
         return Station(found.point, found.direction * scale)
     value = float(guess[-1])
-    anew = newton(lambda unknowns: curve.evaluate(unknowns, value), guess[:-1])
-    corrector.solves += anew.iterations
+    anew = corrector.free(guess[:-1], value)
     if not anew.converged:
         return None
     direction = np.sign(width) * np.append(slope_of(anew.evaluation), 1.0)

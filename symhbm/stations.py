@@ -15,7 +15,6 @@ from symhbm.constraints import Corrected, Hyperplane, unit_parameter
 from symhbm.corrector import Corrector
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic, cubic_slope
-from symhbm.newton import newton
 
 _ACROSS = 0.5
 """Part of a tangent along the mean of those at both ends below which planes do not tell places."""
@@ -175,8 +174,7 @@ class Between:
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         if not low < guess[-1] < high:
             guess[-1] = (low + high) / 2
-        result = newton(lambda unknowns: self.curve.evaluate(unknowns, guess[-1]), guess[:-1])
-        self.corrector.solves += result.iterations
+        result = self.corrector.free(guess[:-1], float(guess[-1]))
         if not result.converged:
             return None
         state = np.append(result.unknowns, guess[-1])

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.compiled import constant
 from symhbm.crossings import monotone_root
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray, FourierBasis
@@ -35,6 +36,8 @@ class SwitchingAngles:
 
     Attributes
     ----------
+    n_coefficients, n_contacts
+        Numbers of Fourier coefficients and of contacts.
     n_unknowns
         Number of coefficients [m], of ``theta_0`` [rad] and of ``rho`` [-], in this order; one of
         the latter two per contact.
@@ -56,24 +59,25 @@ class SwitchingAngles:
     """
 
     def __init__(self, problem: HarmonicBalance):
-        basis, model = problem.basis, problem.model
+        basis, n_contacts = problem.basis, problem.n_contacts
         check_odd(basis.harmonics)
         self._balance = problem.residual
-        self._ends = [problem.n_unknowns, problem.n_unknowns + model.n_contacts]
-        self.n_unknowns = problem.n_unknowns + 2 * model.n_contacts
+        self._ends = [problem.n_unknowns, problem.n_unknowns + n_contacts]
+        self.n_coefficients, self.n_contacts = problem.n_unknowns, n_contacts
+        self.n_unknowns = problem.n_unknowns + 2 * n_contacts
         self.compiled: dict[str, ca.Function] = {}
 
         symbol: dict[str, Any] = {"unknowns": ca.SX.sym("unknowns", self.n_unknowns)}
         for name in self._balance.name_in()[1:]:
             if name not in ("matrix", "vector"):
                 symbol[name] = ca.SX.sym(name, self._balance.sparsity_in(name))
-        symbol["slip"] = ca.SX.sym("slip", model.n_contacts)
+        symbol["slip"] = ca.SX.sym("slip", n_contacts)
         x, theta_0, rho = ca.vertsplit(symbol["unknowns"], [0, *self._ends, self.n_unknowns])
-        wave = ca.reshape(x, basis.n_components, model.n_dof)
-        relative = ca.mtimes(wave, _constant(model.directions.toarray().T))
+        moved = ca.mtimes(constant(problem.directions), x)
+        relative = ca.reshape(moved, basis.n_components, n_contacts)
         kernel, spring = switching_kernel(basis), ca.DM.eye(basis.n_components)
         matrices, vectors, turning, onset = [], [], [], []
-        for j in range(model.n_contacts):
+        for j in range(n_contacts):
             slip, stiffness = symbol["slip"][j], symbol["contact_stiffness"][j]
             limit = symbol["friction_coefficient"][j] * symbol["normal_load"][j]
             # The side not taken is evaluated too: at an angle where it is finite.
@@ -122,20 +126,28 @@ class SwitchingAngles:
         return np.split(unknowns, self._ends)
 
     def start(
-        self, problem: HarmonicBalance, unknowns: FloatArray
+        self,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        slip: NDArray[np.bool_] | None = None,
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Unknowns (n_unknowns,) and ``slip`` (n_contacts,) of located coefficients [m].
+        """Unknowns (n_unknowns,) and ``slip`` (n_contacts,) from coefficients [m].
 
-        ``theta_star`` is the first angle with ``y = y(theta_0) - 2 g / k_d``, Eq. (11).
+        ``theta_star`` is the first angle with ``y = y(theta_0) - 2 g / k_d``, Eq. (11). By default
+        the motion tells which contacts slip. One held in ``slip`` short of its limit has the
+        ``rho`` above 1 that the equations continue to.
         """
-        stiffness, limit = _stiffness_and_limit(problem)
-        slip = problem.locate(unknowns).slip & (limit > 0) & (stiffness > 0)
+        stiffness, limit = problem.contact_stiffness, problem.slip_limit
+        located = problem.locate(unknowns)
+        slip = (located.slip if slip is None else slip) & (limit > 0) & (stiffness > 0)
         theta_0, rho = (np.full(len(slip), value) for value in DUMMY)
         if slip.any():
             travel = 2 * limit[slip] / stiffness[slip]
             first, onset = _first_slip(problem.basis, problem.relative(unknowns)[slip], travel)
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
+            short = slip & (located.excess < 0)
+            rho[short] = np.exp(-located.excess[short])
         return np.concatenate([unknowns, theta_0, rho]), slip
 
     def applies(
@@ -152,7 +164,7 @@ class SwitchingAngles:
         ``theta_0``, no reversal while it slips, no force beyond the limit while it sticks; a
         sticking one no reason to slip.
         """
-        stiffness, limit = _stiffness_and_limit(problem)
+        stiffness, limit = problem.contact_stiffness, problem.slip_limit
         result = (problem.locate(unknowns).excess <= SLACK) | (limit == 0)
         waves = problem.relative(unknowns)
         points = turning_points(problem.basis, waves)
@@ -190,28 +202,32 @@ def switching_kernel(basis: FourierBasis) -> ca.Function:
     """CasADi function of one slipping contact, Eqs. (6)-(8), (10), (11), odd harmonics only.
 
     From the coefficients of ``y`` (n_components) [m], ``theta_0`` [rad] and ``rho`` [-] above 0
-    and below 1 to the matrix (n_components, n_components) and vector (n_components) of the force,
-    ``dy/dtau`` at ``theta_0`` [m], and ``y(theta_0) - y(theta_star)`` [m].
+    to the matrix (n_components, n_components) and vector (n_components) of the force,
+    ``dy/dtau`` at ``theta_0`` [m], and ``y(theta_0) - y(theta_star)`` [m]. From ``rho`` 1 on the
+    contact sticks all half period, and the last is the range of ``y`` times ``rho``: a contact held
+    in slip short of its limit, for continuation.
     """
     y = ca.SX.sym("coefficients", basis.n_components)
     theta_0, rho = ca.SX.sym("theta_0"), ca.SX.sym("rho")
+    slides = rho < 1
+    inside = ca.if_else(slides, rho, DUMMY[1])
     # Keeps the digits of a short stick, as acos(1 - 2 rho) does not.
-    width = 2 * ca.atan2(ca.sqrt(rho), ca.sqrt(1 - rho))
+    width = ca.if_else(slides, 2 * ca.atan2(ca.sqrt(inside), ca.sqrt(1 - inside)), np.pi)
     stick = _moments(basis, theta_0, width)
     slip = _moments(basis, theta_0 + width, np.pi - width)
     each = np.eye(stick.shape[0])
-    integrals = _constant(basis.integrals(each).T)
-    products = _constant(basis.products(each).transpose(2, 1, 0).reshape(-1, len(each)))
+    integrals = constant(basis.integrals(each).T)
+    products = constant(basis.products(each).transpose(2, 1, 0).reshape(-1, len(each)))
     on_stick, on_slip = ca.mtimes(integrals, stick), ca.mtimes(integrals, slip)
     values = ca.cos(ca.DM(basis.order) * theta_0 - ca.DM(basis.is_sine * np.pi / 2))
     matrix = ca.reshape(ca.mtimes(products, stick), basis.n_components, basis.n_components)
-    slope = ca.mtimes(_constant(basis.derivative_matrix), y)
+    slope = ca.mtimes(constant(basis.derivative_matrix), y)
     outputs = [
         2 * (matrix - ca.mtimes(on_stick, values.T)),
         2 * (on_stick - on_slip),
         ca.dot(slope, values),
         # The integral of the slope keeps the digits that a difference of values loses.
-        -np.pi * ca.dot(slope, on_stick),
+        -np.pi * ca.dot(slope, on_stick) * ca.fmax(rho, 1),
     ]
     return ca.Function("switching", [y, theta_0, rho], outputs)
 
@@ -223,17 +239,8 @@ def _moments(basis: FourierBasis, left: ca.SX, width: ca.SX) -> ca.SX:
     return ca.vertcat(width, factor * ca.cos(middle), 0, factor * ca.sin(middle))
 
 
-def _constant(matrix: FloatArray) -> ca.DM:
-    return ca.sparsify(ca.DM(np.ascontiguousarray(matrix)))
-
-
 def _function(name: str, inputs: dict[str, Any], output: ca.SX) -> ca.Function:
     return ca.Function(name, list(inputs.values()), [output], list(inputs), [name])
-
-
-def _stiffness_and_limit(problem: HarmonicBalance) -> tuple[FloatArray, FloatArray]:
-    model = problem.model
-    return model.contact_stiffness, model.friction_coefficient * model.normal_load
 
 
 def _first_slip(

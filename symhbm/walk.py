@@ -14,7 +14,7 @@ from symhbm.evaluation import Evaluation
 from symhbm.events import EventKind, PathPoint
 from symhbm.fourier import FloatArray
 from symhbm.hermite import cubic
-from symhbm.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.newton import ACCEPTED, NewtonResult, slope_of
 from symhbm.overlooked import overlooked
 from symhbm.peaks import Peak, locate_peaks, unbounded_peak
 from symhbm.start import linear_response, solve_point
@@ -56,7 +56,7 @@ class Walk:
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
         lost, room = 0, max_points
-        found = self._solve_anew(start) if guess is None else self._newton(guess, start)
+        found = self._solve_anew(start) if guess is None else self.corrector.free(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
         if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
@@ -89,7 +89,7 @@ class Walk:
             self.peaks.append(peak)
             for distance in np.array(_RESTARTS) * (peak.value - last.value):
                 start = peak.value + distance
-                found = self._newton(-last.unknowns, start)
+                found = self.corrector.free(-last.unknowns, start)
                 if not found.converged:
                     found = self._solve_anew(start)
                 if found.converged:
@@ -180,7 +180,7 @@ class Walk:
             station = self._between(here, there, value)
             if station is not None and self._norm(station.state[:-1], value) > ACCEPTED:
                 # A contact changes its state for a moment between two points of the path.
-                station = self._station(self._newton(station.state[:-1], value), value)
+                station = self._station(self.corrector.free(station.state[:-1], value), value)
             if station is None and self.curve.single_valued:
                 station = self._station(self._solve_anew(value), value)
             found.append((station, self.corrector.solves - before))
@@ -259,11 +259,6 @@ class Walk:
 
     def _solve_anew(self, value: float) -> NewtonResult:
         found = solve_point(*self.curve.at(value))
-        self.corrector.solves += found.iterations
-        return found
-
-    def _newton(self, unknowns: FloatArray, value: float) -> NewtonResult:
-        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
         self.corrector.solves += found.iterations
         return found
 

@@ -1,0 +1,190 @@
+"""Points of a curve with the switching angles as unknowns, by a solver chosen by name.
+
+What a solver finds is a point only if each contact moves as Eqs. (4)-(11) suppose and if friction
+marched along the motion leaves no residual: the equations have false solutions. States of contacts
+are held over a step, as everywhere on a path; what begins or ends slip is ``rho = 1``.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.angle_system import AngleSystem, angle_system
+from symhbm.constraints import Constraint, Corrected, Hyperplane, crossed, unit_parameter
+from symhbm.continuation import Path
+from symhbm.corrector import Corrector
+from symhbm.curve import Curve, ParameterCurve
+from symhbm.evaluation import Evaluation
+from symhbm.fourier import FloatArray
+from symhbm.linear import Factorisation
+from symhbm.newton import ACCEPTED, TOLERANCE, NewtonResult
+from symhbm.start import linear_response
+from symhbm.status import Status
+
+_WEAK, _STRONG = 0.5, 1e3
+"""Force over that at which slip begins, and that at which friction does little, to start from."""
+_ANYWHERE = 10.0
+"""Distance from a guess of another place, relative to the response, within which to look."""
+
+
+class AngleCorrector(Corrector):
+    """Corrects guesses onto a curve by one of the solvers; ``refused`` tells why the last failed.
+
+    ``refused`` is None, or the status of a path that ends where the last correction failed.
+    """
+
+    def __init__(self, curve: Curve, solver: str):
+        super().__init__(curve)
+        moving = curve.name if isinstance(curve, ParameterCurve) else "frequency"
+        self.solver = solver
+        self.refused: Status | None = None
+        self._system: AngleSystem = angle_system(curve.problem, moving)
+
+    def correct(
+        self,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        slip: NDArray[np.bool_],
+        precision: float = 1e-6,
+        radius: float = 0.5,
+    ) -> Corrected | None:
+        """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
+        self.refused = Status.ANGLES_NOT_CONVERGED
+        try:
+            with np.errstate(all="ignore"):
+                system = self._system.bordered(self.curve, guess, scale, constraint, slip)
+                found, solves = self._system.solve(self.solver, system, precision)
+        except ArithmeticError:
+            return None
+        self.solves += solves
+        scaled = np.append(found[: len(guess) - 1], found[-1])
+        if not np.linalg.norm(scaled - guess / scale) <= radius:
+            return None
+        point = scaled * scale
+        try:
+            evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        except ArithmeticError:
+            return None
+        angles = self._system.angles.split((found * system.column)[:-1])[1:]
+        if not self._holds(point, *angles, slip, evaluation):
+            self.refused = Status.ANGLES_DO_NOT_APPLY
+            return None
+        _, row = constraint(point, evaluation)
+        result = self._with_tangent(point, evaluation, scale, row, guess, slip)
+        if result is not None:
+            self.refused = None
+        return result
+
+    def tangent(
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """Tangent at a solution with the contact states ``slip``, along ``row`` where it can be."""
+        evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        borders = row, unit_parameter(len(row))
+        found = (
+            self._with_tangent(point, evaluation, scale, border, point, slip) for border in borders
+        )
+        return next((tangent for tangent in found if tangent is not None), None)
+
+    def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        """Solution at a value near ``unknowns``, in the contact states that its motion asks for."""
+        before = self.solves
+        point = np.append(unknowns, value)
+        slip = self.curve.at(value)[0].locate(unknowns).slip
+        status = Status.NO_CONVERGENCE
+        for _ in range(2 + len(slip)):
+            scale = self.curve.scale(point)
+            plane = Hyperplane(point, scale, unit_parameter(len(point)))
+            found = self.correct(point, scale, plane, slip, radius=_ANYWHERE)
+            if found is None:
+                break
+            point = np.append(found.point[:-1], value)
+            slip = slip ^ crossed(found.excess, slip)
+            if not found.crosses and found.residual_norm <= TOLERANCE:
+                status = Status.SUCCESS
+                break
+        evaluation = self.curve.evaluate(point[:-1], value)
+        return NewtonResult(point[:-1], evaluation, self.solves - before, status)
+
+    def anew(self, value: float) -> NewtonResult:
+        """Solution at a value without a known neighbour: the force grows from a linear response.
+
+        From an amplitude at which no contact slips, or falls from one at which friction does
+        little.
+        """
+        before = self.solves
+        problem, frequency = self.curve.at(value)
+        amplitude = float(problem.parameters["force_amplitude"])
+        stuck = linear_response(problem, frequency)
+        if stuck is None:
+            nothing = np.zeros(problem.n_unknowns)
+            evaluation = problem.evaluate(nothing, frequency)
+            return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
+        excess = problem.locate(stuck).excess
+        excess = excess[np.isfinite(excess)]
+        result = self.free(stuck, value)
+        if result.converged or not excess.size or excess.max() <= 0:
+            return result
+        curve = ParameterCurve(problem, "force_amplitude", frequency)
+        without = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+        starts = [(stuck, _WEAK * np.exp(-excess.max()))]
+        if without is not None:
+            starts.append((without, _STRONG * np.exp(-excess.min())))
+        for linear, share in starts:
+            walker = AngleCorrector(curve, self.solver)
+            first = walker.free(share * linear, share * amplitude)
+            if first.converged:
+                path = Path(curve, first.unknowns, share * amplitude, amplitude, walker)
+                points = list(path)
+                if path.status == Status.REACHED_END:
+                    result = self.free(points[-1].unknowns, value)
+            self.solves += walker.solves
+            self.refused = walker.refused
+            if result.converged:
+                break
+        return replace(result, iterations=self.solves - before)
+
+    def _holds(
+        self,
+        point: FloatArray,
+        theta_0: FloatArray,
+        rho: FloatArray,
+        slip: NDArray[np.bool_],
+        evaluation: Evaluation,
+    ) -> bool:
+        """Whether what a solver found is a motion of Eqs. (4)-(11), no false solution."""
+        if not evaluation.norm <= ACCEPTED:
+            return False
+        problem, _ = self.curve.at(float(point[-1]))
+        beyond = crossed(evaluation.friction.excess, slip)
+        slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
+        at_limit = slides & (rho >= 1 - ACCEPTED)
+        stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))
+        onset = np.where(slides & ~at_limit, theta_0 + stick, np.nan)
+        applies = self._system.angles.applies(problem, point[:-1], theta_0, onset)
+        return bool(np.all(applies | beyond | at_limit | ~slides))
+
+    def _with_tangent(
+        self,
+        point: FloatArray,
+        evaluation: Evaluation,
+        scale: FloatArray,
+        row: FloatArray,
+        guess: FloatArray,
+        slip: NDArray[np.bool_],
+    ) -> Corrected | None:
+        """A point with the tangent of the equations with all their unknowns there."""
+        plane = Hyperplane(point, scale, row)
+        with np.errstate(all="ignore"):
+            system = self._system.bordered(self.curve, point, scale, plane, slip)
+            _, jacobian = self._system.evaluate(system.start, system.values)
+        self.solves += 1
+        direction = Factorisation(jacobian).solve(unit_parameter(len(system.start)))
+        if direction is None:
+            return None
+        direction = np.append(direction[: len(point) - 1], direction[-1])
+        direction /= np.linalg.norm(direction)
+        sign = 1 if direction[-1] >= 0 else -1
+        return self._corrected(point, evaluation, scale, direction, sign, guess, slip)
