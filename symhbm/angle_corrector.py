@@ -29,16 +29,12 @@ _ANYWHERE = 10.0
 
 
 class AngleCorrector(Corrector):
-    """Corrects guesses onto a curve by one of the solvers; ``refused`` tells why the last failed.
-
-    ``refused`` is None, or the status of a path that ends where the last correction failed.
-    """
+    """Corrects guesses onto a curve by one of the solvers."""
 
     def __init__(self, curve: Curve, solver: str):
         super().__init__(curve)
         moving = curve.name if isinstance(curve, ParameterCurve) else "frequency"
         self.solver = solver
-        self.refused: Status | None = None
         self._system: AngleSystem = angle_system(curve.problem, moving)
 
     def correct(
@@ -51,7 +47,7 @@ class AngleCorrector(Corrector):
         radius: float = 0.5,
     ) -> Corrected | None:
         """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
-        self.refused = Status.ANGLES_NOT_CONVERGED
+        self.refused = self.refused or Status.ANGLES_NOT_CONVERGED
         try:
             with np.errstate(all="ignore"):
                 system = self._system.bordered(self.curve, guess, scale, constraint, slip)
@@ -93,7 +89,7 @@ class AngleCorrector(Corrector):
         before = self.solves
         point = np.append(unknowns, value)
         slip = self.curve.at(value)[0].locate(unknowns).slip
-        status = Status.NO_CONVERGENCE
+        status = None
         for _ in range(2 + len(slip)):
             scale = self.curve.scale(point)
             plane = Hyperplane(point, scale, unit_parameter(len(point)))
@@ -105,6 +101,7 @@ class AngleCorrector(Corrector):
             if not found.crosses and found.residual_norm <= TOLERANCE:
                 status = Status.SUCCESS
                 break
+        status = status or self.refused or Status.ANGLES_NOT_CONVERGED
         evaluation = self.curve.evaluate(point[:-1], value)
         return NewtonResult(point[:-1], evaluation, self.solves - before, status)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm import check
+from symhbm.condensed_model import CondensedModel
 from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import DENSE_LIMIT
@@ -76,13 +77,32 @@ class AngleResult:
 
 def check_angles(problem: HarmonicBalance, solver: str) -> None:
     """Raise ValueError unless there is such a solver and the form can be written for a problem."""
-    if solver not in _SOLVERS:
+    if not isinstance(solver, str) or solver not in _SOLVERS:
         raise ValueError(f"angles={check.shown(solver)}: expected one of {', '.join(_SOLVERS)}")
+    if isinstance(problem.model, CondensedModel):
+        raise ValueError(
+            f"angles={solver!r}: expected None for a condensed structure, whose linear part is no "
+            "CasADi function; use the attribute structure of its model"
+        )
     if problem.samples is not None:
         raise ValueError(
             f"problem: samples={problem.samples}, expected None: a sampled law has no angles"
         )
     check_odd(problem.basis.harmonics)
+
+
+def check_path_angles(solver: str, may_fold: bool, accuracy: float | None) -> None:
+    """Raise ValueError for what a path with angles as unknowns cannot have beside it."""
+    if accuracy is not None:
+        raise ValueError(
+            f"angles={solver!r}: expected None with accuracy={accuracy:g}, which adds harmonics "
+            "from located friction; leave accuracy out, or use located angles"
+        )
+    if may_fold:
+        raise ValueError(
+            f"angles={solver!r}: expected None with cubic springs, which may make several "
+            "responses; use located angles"
+        )
 
 
 def solve_angles(

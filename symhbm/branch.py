@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.angle_walks import ANGLES_ENDED, covered
 from symhbm.condensed_model import CondensedModel
 from symhbm.curve import Curve, FrequencyCurve, ParameterCurve
 from symhbm.events import Event
@@ -39,7 +40,8 @@ class Task:
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
     of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
     make, relatively. ``sector``: solve one sector where there are several that move alike.
-    ``keep``: names of the dataset to keep, None for all.
+    ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
+    angles are unknowns too.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Task:
     accuracy: float | None = None
     sector: bool = True
     keep: tuple[str, ...] | None = None
+    angles: str | None = None
 
     @property
     def unit(self) -> float:
@@ -76,10 +79,13 @@ class Task:
     def curve(self, problem: HarmonicBalance) -> Curve:
         """The equations to follow."""
         if self.frequency is None:
-            return FrequencyCurve(problem)
-        smallest = SMALLEST * max(abs(value) for value in self.band)
-        omega = RADIANS * self.frequency
-        return ParameterCurve(problem, self.name, omega, self.index, smallest)
+            curve = FrequencyCurve(problem)
+        else:
+            smallest = SMALLEST * max(abs(value) for value in self.band)
+            omega = RADIANS * self.frequency
+            curve = ParameterCurve(problem, self.name, omega, self.index, smallest)
+        curve.angles = self.angles
+        return curve
 
     def shown(self, value: float) -> float:
         """A value in the user's unit; the ends of the band come back as they were given."""
@@ -102,7 +108,7 @@ class Branch:
     events: Table
     status: str
     harmonics: tuple[int, ...]
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: dict[str, float] = field(default_factory=dict)
 
 
 def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
@@ -149,7 +155,7 @@ class _Computation:
             for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
         peaks = self._peaks(found)
-        counts = dict(
+        counts: dict[str, float] = dict(
             n_points=len(along),
             n_peaks=len(peaks["peak_value"]),
             n_events=len(events),
@@ -157,6 +163,12 @@ class _Computation:
             linear_solves=self._refinement.solves,
             n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
         )
+        status = str(self._status)
+        if task.angles is not None:
+            share = covered([part.walk for part in self._stretches], task.unit, task.band)
+            counts["angles_share"] = share
+            if self._status in ANGLES_ENDED:
+                status += f" (it was followed over {share:.1%} of the band)"
         return Branch(
             points=points,
             peaks=peaks,
@@ -165,7 +177,7 @@ class _Computation:
                 event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
                 event_contact=np.array([event.contact for _, event in events], dtype=int),
             ),
-            status=str(self._status),
+            status=status,
             harmonics=self._problem(self._largest).harmonics,
             counts=counts,
         )

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm import check
+from symhbm.angle_solvers import check_angles, check_path_angles
 from symhbm.branch import Task
 from symhbm.condensed_model import CondensedModel
 from symhbm.fourier import FloatArray
@@ -26,6 +27,7 @@ from symhbm.stability import check_stability
 from symhbm.sweep import parse
 
 Peaks = Literal["largest", "each"]
+Angles = Literal["newton", "rootfinder", "ipopt"]
 _ROUND_OFF = 1e-9
 """Distance of a value from an end of the band, relative to the band, that is none."""
 
@@ -38,6 +40,7 @@ def frf(
     *,
     accuracy: float | None = None,
     stability: bool = False,
+    angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
@@ -77,6 +80,14 @@ def frf(
         Add ``growth_rate`` and ``stability`` of every response, which those of cubic springs have
         anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
         period.
+    angles
+        Solve Eqs. (4)-(11) with the switching angles as unknowns beside the Fourier coefficients:
+        every point of the path by ``"newton"`` (this package's), CasADi's ``"rootfinder"`` or
+        ``"ipopt"``, from a start of its own. The form holds while no contact reverses while it
+        slips; a band in which one does is followed in the parts where it holds, and
+        ``angles_share`` and ``status`` tell how much that is. Each point is also held against
+        located friction. With odd harmonics alone, not with ``accuracy``, cubic springs, friction
+        over samples or a condensed structure. By default the angles are located.
     peaks
         Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
         rises by 1 % of the largest response over the valleys beside it is found, and most of those
@@ -147,6 +158,7 @@ def frf(
     problem.check_frequencies("frequency", band)
     task = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
@@ -163,6 +175,7 @@ def follow(
     dof: int | None = None,
     accuracy: float | None = None,
     stability: bool = False,
+    angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
@@ -192,7 +205,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, sector, keep, verifiable
+    accuracy, stability, angles, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
     archive, executor, throw, progress, max_points
         As in `frf`.
@@ -242,6 +255,7 @@ def follow(
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
@@ -272,6 +286,10 @@ def _run(
         warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
+    angles = options["angles"]
+    if angles is not None:
+        check_angles(problem, angles)
+        check_path_angles(angles, may_fold, accuracy)
     task = Task(
         **described,
         each=peaks == "each",
@@ -281,6 +299,7 @@ def _run(
         accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
         keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
+        angles=angles,
     )
     task.curve(problem)
     return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)

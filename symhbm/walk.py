@@ -46,7 +46,7 @@ class Walk:
     ):
         self.curve = curve
         self.each = each
-        self.corrector = Corrector(curve)
+        self.corrector = self._corrector_of(curve)
         self.points: list[PathPoint] = []
         self.peaks: list[Peak] = []
         self.rejected = 0
@@ -59,7 +59,7 @@ class Walk:
         found = self._solve_anew(start) if guess is None else self.corrector.free(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
-        if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
+        if not found.converged and found.status != Status.NO_CONVERGENCE:
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
@@ -101,6 +101,9 @@ class Walk:
             self.status = Status.OTHER_SOLUTIONS
         if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
             self.status = Status.BRANCH_POINTS
+
+    def _corrector_of(self, curve: Curve) -> Corrector:
+        return Corrector(curve)
 
     def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
         """A path with the events that its steps passed over."""
