@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.angle_solvers import two_angles
 from symhbm.angle_system import AngleSystem, angle_system
 from symhbm.constraints import Constraint, Corrected, Hyperplane, crossed, unit_parameter
 from symhbm.continuation import Path
@@ -19,7 +20,7 @@ from symhbm.evaluation import Evaluation
 from symhbm.fourier import FloatArray
 from symhbm.linear import Factorisation
 from symhbm.newton import ACCEPTED, TOLERANCE, NewtonResult
-from symhbm.start import linear_response
+from symhbm.start import linear_response, solve_point
 from symhbm.status import Status
 
 _WEAK, _STRONG = 0.5, 1e3
@@ -47,7 +48,6 @@ class AngleCorrector(Corrector):
         radius: float = 0.5,
     ) -> Corrected | None:
         """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
-        self.refused = self.refused or Status.ANGLES_NOT_CONVERGED
         try:
             with np.errstate(all="ignore"):
                 system = self._system.bordered(self.curve, guess, scale, constraint, slip)
@@ -65,13 +65,9 @@ class AngleCorrector(Corrector):
             return None
         angles = self._system.angles.split((found * system.column)[:-1])[1:]
         if not self._holds(point, *angles, slip, evaluation):
-            self.refused = Status.ANGLES_DO_NOT_APPLY
             return None
         _, row = constraint(point, evaluation)
-        result = self._with_tangent(point, evaluation, scale, row, guess, slip)
-        if result is not None:
-            self.refused = None
-        return result
+        return self._with_tangent(point, evaluation, scale, row, guess, slip)
 
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
@@ -89,7 +85,7 @@ class AngleCorrector(Corrector):
         before = self.solves
         point = np.append(unknowns, value)
         slip = self.curve.at(value)[0].locate(unknowns).slip
-        status = None
+        status = Status.NO_CONVERGENCE
         for _ in range(2 + len(slip)):
             scale = self.curve.scale(point)
             plane = Hyperplane(point, scale, unit_parameter(len(point)))
@@ -101,7 +97,6 @@ class AngleCorrector(Corrector):
             if not found.crosses and found.residual_norm <= TOLERANCE:
                 status = Status.SUCCESS
                 break
-        status = status or self.refused or Status.ANGLES_NOT_CONVERGED
         evaluation = self.curve.evaluate(point[:-1], value)
         return NewtonResult(point[:-1], evaluation, self.solves - before, status)
 
@@ -138,10 +133,20 @@ class AngleCorrector(Corrector):
                 if path.status == Status.REACHED_END:
                     result = self.free(points[-1].unknowns, value)
             self.solves += walker.solves
-            self.refused = walker.refused
             if result.converged:
                 break
         return replace(result, iterations=self.solves - before)
+
+    def applies(self, value: float) -> bool | None:
+        """Whether the form applies to the response with located angles, None without one."""
+        problem, frequency = self.curve.at(value)
+        located = solve_point(problem, frequency)
+        if not located.converged:
+            return None
+        angles = self._system.angles
+        unknowns, slip = angles.start(problem, located.unknowns)
+        both = two_angles(angles, unknowns, slip)
+        return bool(angles.applies(problem, located.unknowns, *both).all())
 
     def _holds(
         self,
@@ -158,9 +163,9 @@ class AngleCorrector(Corrector):
         beyond = crossed(evaluation.friction.excess, slip)
         slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
-        stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))
-        onset = np.where(slides & ~at_limit, theta_0 + stick, np.nan)
-        applies = self._system.angles.applies(problem, point[:-1], theta_0, onset)
+        angles = self._system.angles
+        both = two_angles(angles, np.concatenate([point[:-1], theta_0, rho]), slides & ~at_limit)
+        applies = angles.applies(problem, point[:-1], *both)
         return bool(np.all(applies | beyond | at_limit | ~slides))
 
     def _with_tangent(

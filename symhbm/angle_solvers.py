@@ -148,7 +148,7 @@ def solve_angles(
     evaluation = problem.evaluate(located, frequency)
     if evaluation.norm > ACCEPTED:
         return _result(problem, AngleStatus.NOT_LOCATED, np.zeros(len(slip), bool))
-    applies = angles.applies(problem, located, *_angles(angles, own, slip))
+    applies = angles.applies(problem, located, *two_angles(angles, own, slip))
     if not applies.all():
         return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
 
@@ -161,7 +161,7 @@ def solve_angles(
     if not np.abs(residual).max() <= ACCEPTED:
         return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
 
-    found = (angles.split(point * column)[0], *_angles(angles, point * column, slip))
+    found = (angles.split(point * column)[0], *two_angles(angles, point * column, slip))
     applies = angles.applies(problem, *found)
     difference = float(np.linalg.norm(found[0] - located) / (np.linalg.norm(located) or 1.0))
     if not applies.all():
@@ -187,7 +187,7 @@ def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
     return result
 
 
-def _angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
+def two_angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
     """``theta_0`` and ``theta_star`` [rad], NaN where a contact does not slip."""
     _, theta_0, rho = angles.split(unknowns)
     stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from symhbm.angle_corrector import AngleCorrector
 from symhbm.curve import Curve
+from symhbm.fourier import FloatArray
 from symhbm.newton import NewtonResult
 from symhbm.status import Status
 from symhbm.walk import Walk
@@ -16,6 +17,8 @@ from symhbm.walk import Walk
 _PLACES = (1.0, 1 / 2, 1 / 4, 3 / 4, 1 / 8, 3 / 8, 5 / 8, 7 / 8)
 """Shares of the way from the end of the first path to that of the band at which parts are looked
 for, in this order."""
+_BEYOND = 1e-5
+"""Distance beyond the end of a path, relative, at which it is asked why it ended."""
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
 
 
@@ -27,6 +30,19 @@ class AngleWalk(Walk):
     def _corrector_of(self, curve: Curve) -> AngleCorrector:
         assert curve.angles is not None
         return AngleCorrector(curve, curve.angles)
+
+    def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
+        super()._go(start, end, max_points, guess)
+        if self.status not in (Status.NO_START, Status.MINIMUM_STEP):
+            return
+        # Located friction tells whether there is anything to be found where nothing was.
+        beyond = start
+        if self.points:
+            last = self.points[-1].state
+            beyond = last[-1] + self._heading * min(_BEYOND * self.curve.scale(last)[-1], abs(end - last[-1]))
+        applies = self.corrector.applies(float(beyond))
+        if applies is not None:
+            self.status = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY
 
     def _solve_anew(self, value: float) -> NewtonResult:
         return self.corrector.anew(value)
@@ -68,5 +84,7 @@ def angle_walks(
 
 def covered(walks: Sequence[Walk], unit: float, band: tuple[float, float]) -> float:
     """Share of a band, in a ``unit`` of its values, over which walks have points."""
+    if all(walk.status == Status.REACHED_END for walk in walks):
+        return 1.0
     ways = [abs(walk.points[-1].value - walk.points[0].value) for walk in walks if walk.points]
-    return min(sum(ways) / (unit * abs(band[1] - band[0])), 1.0)
+    return sum(ways) / (unit * abs(band[1] - band[0]))

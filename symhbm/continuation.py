@@ -105,7 +105,7 @@ class Path:
                     attempt, step = self._hop(point, max(usual, SMALLEST_HOP))
             if attempt is None:
                 if step < SMALLEST_STEP:
-                    self.status = self.corrector.refused or Status.MINIMUM_STEP
+                    self.status = Status.MINIMUM_STEP
                     return
                 continue
             base, (point, error) = point, attempt

@@ -12,20 +12,14 @@ from symhbm.linear import Factorisation, bordered
 from symhbm.newton import TOLERANCE, NewtonResult, newton
 from symhbm.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.resonance_count import ResonanceCount
-from symhbm.status import Status
 
 
 class Corrector:
-    """Corrects guesses onto a curve; ``solves`` counts all linear solves.
-
-    ``refused`` is why what was found since the last point is none, where there is more to say than
-    that nothing was found.
-    """
+    """Corrects guesses onto a curve; ``solves`` counts all linear solves."""
 
     def __init__(self, curve: Curve):
         self.curve = curve
         self.solves = 0
-        self.refused: Status | None = None
         self._compiled = compiled_corrector(curve)
         self._count = ResonanceCount(curve)
 

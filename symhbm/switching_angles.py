@@ -264,4 +264,6 @@ def _first_slip(
 
     noise = np.finfo(float).eps * np.abs(waves).sum(axis=1)
     falling = np.zeros(len(waves), dtype=bool)
-    return points.angle[:, 0], monotone_root(value_and_slope, left, right, falling, guess, noise)
+    onset = monotone_root(value_and_slope, left, right, falling, guess, noise)
+    # At the limit the level is the lowest value, where no slope leads.
+    return points.angle[:, 0], np.where(level <= low + 4 * noise, right, onset)

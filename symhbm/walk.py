@@ -59,7 +59,7 @@ class Walk:
         found = self._solve_anew(start) if guess is None else self.corrector.free(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
-        if not found.converged and found.status != Status.NO_CONVERGENCE:
+        if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
             self.status = found.status
         while found.converged and (end - start) * self._heading > 0:
             # A path that cannot be taken up beyond its pole keeps the status it ended with.
