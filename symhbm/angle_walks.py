@@ -1,8 +1,8 @@
 """A band with the switching angles as unknowns: walked in parts where the form does not apply all over.
 
 Where a path ends because a contact begins to reverse while it slips, the form may apply again
-beyond. Each part is entered from a start of its own, walked back to where it begins, and from there
-to where it ends.
+beyond. Each part is entered by a solution of its own, walked back to where it begins, and from
+there to where it ends.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,10 @@ from symhbm.newton import NewtonResult
 from symhbm.status import Status
 from symhbm.walk import Walk
 
-_PLACES = (1.0, 1 / 2, 1 / 4, 3 / 4, 1 / 8, 3 / 8, 5 / 8, 7 / 8)
-"""Shares of the way from the end of the first path to that of the band at which parts are looked
-for, in this order."""
+_FIRST, _FARTHER = 1e-3, 3
+"""Distance beyond the end of a part, relative, at which the next is looked for, and how that grows."""
+_MOST = 50
+"""Parts of a band."""
 _BEYOND = 1e-5
 """Distance beyond the end of a path, relative, at which it is asked why it ended."""
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
@@ -55,31 +56,40 @@ def angle_walks(
 
     The first begins where the band does; it has no points where the form does not apply there.
     """
-    first = AngleWalk(curve, band, max_points, each)
-    if first.status not in ANGLES_ENDED:
-        return [first]
-    heading = 1 if band[1] > band[0] else -1
-    begin = first.points[-1].value if first.points else band[0]
-    rest, parts = [(begin, band[1])], []
-    for share in _PLACES:
-        value = begin + share * (band[1] - begin)
-        span = next((s for s in rest if 0 < (value - s[0]) * heading <= (s[1] - s[0]) * heading), None)
-        if span is None:
+    walks = [AngleWalk(curve, band, max_points, each)]
+    while walks[-1].status in ANGLES_ENDED and len(walks) < _MOST:
+        part = _next(walks[-1], band, max_points)
+        if part is None:
+            break
+        walks.append(part)
+    return walks
+
+
+def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleWalk | None:
+    """The part after that of a walk, None where nothing is found up to the end of the band."""
+    curve, corrector = walk.curve, walk.corrector
+    begin, end = walk.points[-1].value if walk.points else band[0], band[1]
+    heading = 1 if end > begin else -1
+    distance = _FIRST * max(abs(begin), curve.smallest)
+    value = begin
+    while value != end:
+        value = begin + heading * min(distance, abs(end - begin))
+        distance *= _FARTHER
+        found = corrector.free(walk.points[-1].unknowns, value) if walk.points else None
+        if found is None or not found.converged:
+            found = corrector.anew(value)
+        if not found.converged:
             continue
-        back = AngleWalk(curve, (value, span[0]), max_points, each)
-        first.corrector.solves += back.corrector.solves
-        first.rejected += back.rejected
-        if not back.points:
+        back = AngleWalk(curve, (value, begin), max_points, walk.each, found.unknowns)
+        corrector.solves += back.corrector.solves
+        edge = back.points[-1] if back.points else None
+        if edge is None or edge.value == end:
             continue
-        edge = back.points[-1]
-        part = AngleWalk(curve, (edge.value, span[1]), max_points, each, edge.unknowns)
-        if len(part.points) < 2:
-            continue
-        parts.append(part)
-        ends = span[0], edge.value, part.points[-1].value, span[1]
-        rest.remove(span)
-        rest += [s for s in (ends[:2], ends[2:]) if s[0] != s[1]]
-    return [first, *sorted(parts, key=lambda part: heading * part.points[0].value)]
+        part = AngleWalk(curve, (edge.value, end), max_points, walk.each, edge.unknowns)
+        if part.points and (part.points[-1].value - begin) * heading > 0:
+            return part
+        corrector.solves += part.corrector.solves
+    return None
 
 
 def covered(walks: Sequence[Walk], unit: float, band: tuple[float, float]) -> float:

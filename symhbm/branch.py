@@ -24,6 +24,7 @@ from symhbm.refinement import Refinement
 from symhbm.residual import HarmonicBalance
 from symhbm.status import Status
 from symhbm.stretches import Response, joined, status_of
+from symhbm.switching_angles import slip_angles
 from symhbm.symmetry import Symmetry, find_symmetry
 
 SMALLEST = 1e-3
@@ -245,6 +246,13 @@ class _Computation:
         unknowns = np.array([response.unknowns for response in responses])
         frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
         table = describe_each(problems, unknowns, frequencies, solves, self._task.stability)
+        if self._task.angles is not None:
+            for i, pair in enumerate(zip(problems, unknowns, strict=True)):
+                both = slip_angles(*pair, table["contact_state"][i] == 1)
+                for name, angles in zip(("theta_0", "theta_star"), both, strict=True):
+                    # Located angles know no motion that reverses while it sticks.
+                    unknown = np.isnan(table[name][i])
+                    table[name][i] = np.where(unknown, angles, table[name][i])
         errors = [response.error for response in responses]
         tangents = np.array([response.tangents for response in responses])
         slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._task.unit

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm import check
+from symhbm.angle_corrector import AngleCorrector
 from symhbm.archive import ArchiveError, rebuild
 from symhbm.audit import (
     CONTACT,
@@ -15,8 +16,10 @@ from symhbm.audit import (
     amplitude_difference,
     larger_set,
     point_figures,
+    relative_difference,
     unknowns_of,
 )
+from symhbm.curve import FrequencyCurve
 from symhbm.fourier import FloatArray
 from symhbm.names import VARIABLES
 from symhbm.periodic_motion import periodic_motion
@@ -127,7 +130,12 @@ class StoredPoints:
     @property
     def known(self) -> list[str]:
         """The figures that can be computed."""
-        return [name for name, about in FIGURES.items() if {*about.needs} <= self.stored.keys()]
+        return [
+            name
+            for name, about in FIGURES.items()
+            if {*about.needs} <= self.stored.keys()
+            and (name != "angles_difference" or self.followed.get("angles"))
+        ]
 
     @property
     def amplitude(self) -> FloatArray:
@@ -165,9 +173,23 @@ class StoredPoints:
                     self._with(problem, each) for each in (harmonics, larger_set(harmonics))
                 )
                 figures |= point_figures(stored, same, larger, omega)
+                if "angles_difference" in figures:
+                    figures["angles_difference"] = self._angles_difference(stored, same, omega)
         except (ValueError, ArithmeticError, IndexError):
             pass
         return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
+
+    def _angles_difference(
+        self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
+    ) -> float:
+        """Difference from what the same solver finds with the switching angles as unknowns."""
+        # Compiled once for all parameter sets.
+        problem = self._sets[problem.harmonics].with_parameters(**problem.parameters)
+        basis = problem.basis
+        unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
+        corrector = AngleCorrector(FrequencyCurve(problem), self.followed["angles"])
+        found = corrector.free(unknowns, omega)
+        return relative_difference(unknowns, found.unknowns) if found.converged else np.inf
 
     def _harmonics(self, index: tuple[int, ...]) -> tuple[int, ...]:
         """The harmonics of one point: it may have fewer than the dataset."""

@@ -187,6 +187,24 @@ class SwitchingAngles:
         return result
 
 
+def slip_angles(
+    problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """``theta_0`` and ``theta_star`` [rad] of a motion, Eqs. (10) and (11).
+
+    Of all contacts of the structure, NaN where they are not in ``slip`` (n_contacts,) or have
+    neither spring nor limit.
+    """
+    model, basis = problem.model, problem.basis
+    travel = 2 * model.friction_coefficient * model.normal_load
+    slip = slip & (travel > 0) & (model.contact_stiffness > 0)
+    both = np.full((2, len(slip)), np.nan)
+    if slip.any():
+        waves = (model.directions @ problem.everywhere(unknowns))[slip]
+        both[:, slip] = _first_slip(basis, waves, travel[slip] / model.contact_stiffness[slip])
+    return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
+
+
 def check_odd(harmonics: tuple[int, ...]) -> None:
     """Raise ValueError if a harmonic is not odd."""
     other = [n for n in harmonics if n % 2 == 0]
