@@ -100,7 +100,8 @@ class AngleSystem:
         first, held = self.angles.start(problem, guess[:-1], slip | (limit > 0))
         coefficients, theta_0, rho = self.angles.split(first)
         rho = np.where(limit > 0, 1.0, rho)
-        magnitude = curve.evaluate(guess[:-1], float(guess[-1]), slip).magnitude or 1.0
+        evaluation = curve.evaluate(guess[:-1], float(guess[-1]), slip)
+        magnitude = evaluation.magnitude or 1.0
         spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
         column = np.concatenate([scale[:-1], np.ones(len(rho)), rho, scale[-1:]])
         row = np.concatenate(
@@ -110,7 +111,7 @@ class AngleSystem:
                 np.where(held, spring * np.sqrt(rho), 1.0),
             ]
         )
-        named = self.angles.arguments(problem, first, frequency, held)
+        named = self.angles.arguments(problem, first, frequency, held, evaluation.friction)
         data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
         chosen = np.ones(1)
         if isinstance(curve, ParameterCurve):

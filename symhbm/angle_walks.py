@@ -14,7 +14,7 @@ from symhbm.newton import NewtonResult
 from symhbm.status import Status
 from symhbm.walk import Walk
 
-_FIRST, _FARTHER = 1e-3, 3
+_FIRST, _FARTHER = 1e-3, 1.5
 """Distance beyond the end of a part, relative, at which the next is looked for, and how that grows."""
 _MOST = 50
 """Parts of a band."""
@@ -75,6 +75,9 @@ def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleW
     while value != end:
         value = begin + heading * min(distance, abs(end - begin))
         distance *= _FARTHER
+        # Where located friction tells that there is nothing, nothing is tried.
+        if corrector.applies(value) is False:
+            continue
         found = corrector.free(walk.points[-1].unknowns, value) if walk.points else None
         if found is None or not found.converged:
             found = corrector.anew(value)

@@ -19,6 +19,7 @@ from symhbm.compiled import constant
 from symhbm.crossings import monotone_root
 from symhbm.extremes import turning_points
 from symhbm.fourier import FloatArray, FourierBasis
+from symhbm.friction import LocatedFriction
 from symhbm.residual import HarmonicBalance
 
 DUMMY = (0.0, 0.5)
@@ -106,10 +107,12 @@ class SwitchingAngles:
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_],
+        friction: LocatedFriction | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `jacobian` at a point with the parameters of ``problem``.
 
-        ``unknowns`` (n_unknowns,), ``frequency`` in rad/s, ``slip`` (n_contacts,). Raises
+        ``unknowns`` (n_unknowns,), ``frequency`` in rad/s, ``slip`` (n_contacts,); ``friction``
+        are the events of the contacts where they are known, which no input depends on. Raises
         ValueError if these are not the equations of ``problem``.
         """
         if problem.residual is not self._balance:
@@ -117,7 +120,7 @@ class SwitchingAngles:
                 "problem: expected the one these equations were built from, or a copy of it by "
                 "with_parameters"
             )
-        named = problem.arguments(self.split(unknowns)[0], frequency)
+        named = problem.arguments(self.split(unknowns)[0], frequency, friction=friction)
         named |= {"unknowns": unknowns, "slip": np.asarray(slip, dtype=float)}
         return {name: named[name] for name in self._names}
 
