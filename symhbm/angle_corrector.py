@@ -104,10 +104,14 @@ class AngleCorrector(Corrector):
         """Solution at a value without a known neighbour: the force grows from a linear response.
 
         From an amplitude at which no contact slips, or falls from one at which friction does
-        little.
+        little. Where located friction tells that the form does not apply, nothing is tried.
         """
         before = self.solves
         problem, frequency = self.curve.at(value)
+        if self.applies(value) is False:
+            nothing = np.full(problem.n_unknowns, np.nan)
+            evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
+            return NewtonResult(nothing, evaluation, 1, Status.NO_CONVERGENCE)
         amplitude = float(problem.parameters["force_amplitude"])
         stuck = linear_response(problem, frequency)
         if stuck is None:

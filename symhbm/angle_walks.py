@@ -14,9 +14,10 @@ from symhbm.newton import NewtonResult
 from symhbm.status import Status
 from symhbm.walk import Walk
 
-_FIRST, _FARTHER = 1e-3, 1.5
-"""Distance beyond the end of a part, relative, at which the next is looked for, and how that grows."""
-_MOST = 50
+_FIRST, _FARTHER, _IN_VAIN = 1e-3, 1.5, 4
+"""Distance beyond the end of a part, relative, at which the next is looked for, and how that grows
+where the form does not apply and, beside, where nothing is found though it does."""
+_MOST = 12
 """Parts of a band."""
 _BEYOND = 1e-5
 """Distance beyond the end of a path, relative, at which it is asked why it ended."""
@@ -75,13 +76,13 @@ def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleW
     while value != end:
         value = begin + heading * min(distance, abs(end - begin))
         distance *= _FARTHER
-        # Where located friction tells that there is nothing, nothing is tried.
         if corrector.applies(value) is False:
             continue
         found = corrector.free(walk.points[-1].unknowns, value) if walk.points else None
         if found is None or not found.converged:
             found = corrector.anew(value)
         if not found.converged:
+            distance *= _IN_VAIN
             continue
         back = AngleWalk(curve, (value, begin), max_points, walk.each, found.unknowns)
         corrector.solves += back.corrector.solves
