@@ -30,9 +30,9 @@ HARMONICS = ((1,), (1, 3, 5))
 LOADS = tuple(fig03.NORMAL_LOADS)
 ENGINE_ORDERS = tuple(fig08.ENGINE_ORDERS)
 PARTLY = (10.0,)
-"""Normal loads [N] of the ring under engine order 1 at which a contact reverses while it slips in a part of the band."""
+"""Normal loads [N] of the ring under engine order 1 at which contacts reverse while they slip."""
 PART_OF_BAND = (40, 100)  # Hz
-N_FREQUENCIES = 201
+N_FREQUENCIES = 101
 AGREEMENT = 1e-9
 """Relative difference of laws that are exact; all are solved to about 1e-12."""
 
@@ -182,7 +182,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             ax.set_xlabel("excitation frequency [Hz]")
             ax.set_title(title)
         axes[0].set_ylabel("amplitude [m]")
-        axes[0].legend()
+        axes[1].legend(loc="lower center")
         whole = dataset.sel(case=[name for name in names if name.startswith("Fig.")])
         ratio = whole.seconds / whole.seconds.sel(law="located")
         for j, law in enumerate(LAWS[1:]):

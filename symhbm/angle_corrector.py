@@ -63,8 +63,8 @@ class AngleCorrector(Corrector):
             evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
         except ArithmeticError:
             return None
-        angles = self._system.angles.split((found * system.column)[:-1])[1:]
-        if not self._holds(point, *angles, slip, evaluation):
+        _, theta_0, rho = self._system.angles.split((found * system.column)[:-1])
+        if not self._holds(point, theta_0, rho, slip, evaluation):
             return None
         _, row = constraint(point, evaluation)
         return self._with_tangent(point, evaluation, scale, row, guess, slip)

@@ -187,7 +187,9 @@ def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
     return result
 
 
-def two_angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
+def two_angles(
+    angles: SwitchingAngles, unknowns: FloatArray, slip
+) -> tuple[FloatArray, FloatArray]:
     """``theta_0`` and ``theta_star`` [rad], NaN where a contact does not slip."""
     _, theta_0, rho = angles.split(unknowns)
     stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))

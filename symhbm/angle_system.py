@@ -157,7 +157,9 @@ class AngleSystem:
         high = -low
         n, count = self.angles.n_coefficients, self.angles.n_contacts
         angles, rho = slice(n, n + count), slice(n + count, n + 2 * count)
-        low[angles], high[angles] = (system.start[angles] + turn for turn in (-np.pi / 2, np.pi / 2))
+        low[angles], high[angles] = (
+            system.start[angles] + turn for turn in (-np.pi / 2, np.pi / 2)
+        )
         low[rho] = 0.0
         return {"lbx": low, "ubx": high}
 
@@ -165,25 +167,24 @@ class AngleSystem:
         """Newton's method on all unknowns at once."""
         n, count = self.angles.n_coefficients, self.angles.n_contacts
         rho = slice(n + count, n + 2 * count)
-        point, last = system.start, np.inf
-        for iteration in range(MAX_CORRECTIONS + 1):
+        point, last, solves = system.start, np.inf, 0
+        while True:
             residual, jacobian = self.evaluate(point, system.values)
             on_curve = np.abs(residual).max() <= TOLERANCE
             if on_curve and last <= precision:
-                return point, iteration
+                return point, solves
             step = Factorisation(jacobian).solve(-residual)
-            if step is None or iteration == MAX_CORRECTIONS:
+            if step is None or solves == MAX_CORRECTIONS:
                 break
+            solves += 1
             previous, last = last, float(np.linalg.norm(step))
-            if iteration > 2 and last > previous and on_curve:
-                return point, iteration + 1
+            if solves > 3 and last > previous and on_curve:
+                return point, solves
             falls = step[rho] < 0
             room = -point[rho][falls] / step[rho][falls]
             point = point + min(1.0, _MOST_OF_THE_WAY * room.min(initial=np.inf)) * step
         # What round-off leaves may be above the tolerance.
-        if last <= STAGNATION:
-            return point, iteration
-        return np.full(len(point), np.nan), iteration + 1
+        return (point if last <= STAGNATION else np.full(len(point), np.nan)), solves
 
 
 _SYSTEMS: WeakKeyDictionary[Equations, dict[str, AngleSystem]] = WeakKeyDictionary()

@@ -1,4 +1,4 @@
-"""A band with the switching angles as unknowns: walked in parts where the form does not apply all over.
+"""A band with the switching angles as unknowns, walked in the parts where the form applies.
 
 Where a path ends because a contact begins to reverse while it slips, the form may apply again
 beyond. Each part is entered by a solution of its own, walked back to where it begins, and from
@@ -41,7 +41,8 @@ class AngleWalk(Walk):
         beyond = start
         if self.points:
             last = self.points[-1].state
-            beyond = last[-1] + self._heading * min(_BEYOND * self.curve.scale(last)[-1], abs(end - last[-1]))
+            distance = min(_BEYOND * self.curve.scale(last)[-1], abs(end - last[-1]))
+            beyond = last[-1] + self._heading * distance
         applies = self.corrector.applies(float(beyond))
         if applies is not None:
             self.status = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY

@@ -24,7 +24,7 @@ class Curve(ABC):
 
     ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
     solution at each value, so that a path that turns back is a failure and not a fold; lengths
-    along the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names
+    along the parameter are relative to its value, but to no less than ``smallest``. ``angles`` is
     the solver where the switching angles are unknowns too, None where they are located.
     """
 

@@ -142,7 +142,9 @@ class SwitchingAngles:
         """
         stiffness, limit = problem.contact_stiffness, problem.slip_limit
         located = problem.locate(unknowns)
-        slip = (located.slip if slip is None else slip) & (limit > 0) & (stiffness > 0)
+        asked = located.slip if slip is None else slip
+        slip = asked & (limit > 0) & (stiffness > 0)
+        assert slip is not None
         theta_0, rho = (np.full(len(slip), value) for value in DUMMY)
         if slip.any():
             travel = 2 * limit[slip] / stiffness[slip]
