@@ -17,6 +17,7 @@ from studies.landmark import unmet
 from studies.run import RESULTS, run
 
 STUDIES = {
+    "fig01_fig05_models": 2,
     "fig03_single_blade": 4,
     "fig04_hysteresis_loop": 1,
     "fig06_point_force": 8,
@@ -34,6 +35,7 @@ STUDIES = {
     "optimal_normal_load_single_blade": 15,
     "optimal_normal_load_engine_orders": 240,
     "optimal_normal_load_robust": 200,
+    "damping_and_localisation": 55,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
@@ -45,8 +47,13 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
     try:
         module = import_module(f"studies.{name}")
         document = module.__doc__ or ""
-        archive, picture = run(
-            name, lambda: module.compute(progress=False), module.draw, results, say
+        archive, *pictures = run(
+            name,
+            lambda: module.compute(progress=False),
+            module.draw,
+            getattr(module, "draw_on_source_axes", None),
+            results=results,
+            say=say,
         )
         # What the page says comes from the file that it points to.
         dataset = sh.load(archive)
@@ -54,7 +61,7 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
             name=name,
             document=document,
             parameters=index.parameters(dataset),
-            picture=picture.read_bytes(),
+            pictures=[picture.read_bytes() for picture in pictures],
             archive=archive.name,
             landmarks=module.landmarks(dataset),
             claims=statements(module, "claims", dataset),

@@ -10,6 +10,7 @@ from importlib import import_module
 import symhbm as sh
 from studies.__main__ import STUDIES, statements
 from studies.claim import Claim, Finding
+from studies.readings import READINGS
 from studies.run import RESULTS
 
 PAGE = RESULTS.parent.parent / "docs" / "claims.md"
@@ -23,6 +24,14 @@ known here, not the lines.
 
 `python -m studies` computes all studies, `python -m studies.NAME` one of them, and
 `python -m studies.claims_table` makes this page from their archives.
+"""
+READ = """
+## How the source is read
+
+Where the source leaves something open, the studies take it as follows.
+
+| where | reading |
+|---|---|
 """
 FINDINGS = """
 ## What the source is silent about
@@ -39,6 +48,7 @@ def page(claims: Mapping[str, Sequence[Claim]], findings: Mapping[str, Sequence[
             _row(f"{one.words}.", one.where, f"{one.computed}.", one.verdict, f"`{name}`")
             for one in stated
         ]
+    lines += [READ + "\n".join(_row(where, f"{words}.") for where, words in READINGS)]
     lines += [FINDINGS, "| finding | numbers | study |", "|---" * 3 + "|"]
     for name, stated in findings.items():
         lines += [_row(f"{one.words}.", f"{one.computed}.", f"`{name}`") for one in stated]

@@ -88,15 +88,20 @@ def full_stick_load(peaks: xr.Dataset) -> xr.DataArray:
     return (peaks.contact_stiffness * stretch / peaks.friction_coefficient).max("contact")
 
 
-def closed_form_peaks(dataset: xr.Dataset, dim: str, resonances: bool = True) -> list[Landmark]:
-    """Amplitude and frequency of the largest peak over ``dim``, beside their closed forms."""
+def closed_form_peaks(
+    dataset: xr.Dataset, dim: str, resonances: bool = True, also: str = ""
+) -> list[Landmark]:
+    """Amplitude and frequency of the largest peak over ``dim``, beside their closed forms.
+
+    ``also`` says in words what else tells these peaks from others.
+    """
     top = largest_peak(dataset)
     rows = []
     for value in dataset[dim].values:
         one = top.sel({dim: value})
         amplitude, frequency = one_blade(one).peak()
         found = float(one.peak_amplitude), float(one.peak_frequency)
-        label = labelled(dim, value)
+        label = ", ".join(filter(None, (labelled(dim, value), also)))
         source = Source.CLOSED_FORM
         rows.append(Landmark(f"peak, {label}", found[0], amplitude, "m", source, EXACT_DIGITS))
         if resonances:
@@ -117,11 +122,18 @@ def full_stick(dataset: xr.Dataset, dim: str | None = None) -> list[Landmark]:
     return rows
 
 
-def one_harmonic(dataset: xr.Dataset, dim: str, fails: tuple = ()) -> list[Finding]:
-    """Whether one harmonic suffices for the peak over ``dim``, and does not where it ``fails``."""
+def one_harmonic(dataset: xr.Dataset, dim: str, fails: tuple = (), also: str = "") -> list[Finding]:
+    """Whether one harmonic suffices for the peak over ``dim``, and does not where it ``fails``.
+
+    ``also`` says in words what else tells these peaks from others.
+    """
     ratio = one_harmonic_ratio(dataset)
     return [
-        of_one_harmonic(float(ratio.sel({dim: value})), labelled(dim, value), value in fails)
+        of_one_harmonic(
+            float(ratio.sel({dim: value})),
+            ", ".join(filter(None, (labelled(dim, value), also))),
+            value in fails,
+        )
         for value in dataset[dim].values
     ]
 
@@ -143,6 +155,20 @@ def of_one_harmonic(ratio: float, where: str, fails: bool) -> Finding:
         f"One harmonic {verdict} at the peak",
         f"{where}: {round(100 * (ratio - 1), 2) + 0.0:+.2f} %",
         suffices(ratio) is not fails,
+    )
+
+
+def of_wave_amplitude(where: str, level: float, end: float) -> Finding:
+    """Which of two amplitudes of the wave keeps a line above the lower end of the source's axis.
+
+    ``level`` [dB re 1 m] is with that of ours, where nothing slips, and ``end`` that of the axis.
+    """
+    higher = level + decibels(np.sqrt(2))
+    return Finding(
+        "With waves of amplitude f0 lines leave the axes of the source at their lower end, with "
+        "the sqrt(2) f0 of Eq. (12) they would not",
+        f"{where}: {level:.1f} and {higher:.1f} dB, the axis ends at {end:g} dB",
+        level < end < higher,
     )
 
 

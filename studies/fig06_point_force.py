@@ -6,6 +6,9 @@ the heavy load everything sticks, the disk is linear, and a direct solution of i
 the same seven peaks. Blades i and 13 - i move alike, so the contact opposite to the force, between
 blades 6 and 7, never moves.
 
+The source calls its figure the linear response and states 100 N, with which the disk is not linear:
+both are drawn, all 13 blades on the axes of the source.
+
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 6.
 """
 
@@ -21,15 +24,18 @@ from studies.closed_form import EXACT_DIGITS, StuckRing
 from studies.companions import ACCURACY, full_stick_load, nodal_diameters, of_one_harmonic
 from studies.landmark import Landmark, Source, number
 from studies.run import run
+from studies.source_axes import draw_blades, set_axes
 
 NAME = "fig06_point_force"
 NORMAL_LOAD = 100  # N, as in the source
 STUCK_LOAD = 1e5  # N, where nothing slips
-BAND = (10, 350)  # Hz
-BLADES = (0, 1, 3, 6)
-"""Blades that are drawn: the one with the force, its neighbour, and the one opposite."""
+BAND = (0.5, 350)  # Hz
+TICKS = (0, 350, 50), (-200, -50, 50)
+"""Ticks of the source, in Hz and dB."""
 OPPOSITE = 6
 """Contact between the two blades opposite to the force."""
+N_VALLEY = 12
+"""Points from one end to the other of a stretch with an antiresonance."""
 ROUND_OFF = 1e-12
 
 
@@ -53,9 +59,11 @@ def ring(problem: sh.HarmonicBalance) -> StuckRing:
 
 
 def compute(progress: bool = True) -> xr.Dataset:
-    """Follow the response at both loads, with the peaks of every blade."""
+    """Follow the response at both loads, with the peaks and antiresonances of every blade."""
     over = {"normal_load": [NORMAL_LOAD, STUCK_LOAD]}
-    dataset = sh.frf(problem(), BAND, over=over, peaks="each", throw=True, progress=progress)
+    path = sh.frf(problem(), BAND, over=over, peaks="each", throw=True, progress=progress)
+    grid = through_valleys(path)
+    dataset = sh.frf(problem(), BAND, grid, over, peaks="each", throw=True, progress=False)
     enough = sh.frf(problem(), BAND, accuracy=ACCURACY, throw=True, progress=False)
     about = f"at the peaks of the largest response at {NORMAL_LOAD:g} N, error {ACCURACY:g}"
     added = {
@@ -68,6 +76,23 @@ def compute(progress: bool = True) -> xr.Dataset:
             for name, (values, units, long_name) in added.items()
         }
     )
+
+
+def through_valleys(paths: xr.Dataset) -> np.ndarray:
+    """Frequencies [Hz] of paths, and more where a blade falls and rises again between two points.
+
+    There is its antiresonance, which paths are not made dense enough for: it is too faint.
+    """
+    grid = []
+    for load in paths.normal_load.values:
+        path = paths.sel(normal_load=load).dropna("point", subset=["frequency"])
+        frequency = path.frequency.values
+        falls = path.amplitude_slope.values[:-1] < 0
+        rises = path.amplitude_slope_before.values[1:] > 0
+        grid.append(frequency)
+        for i in np.flatnonzero((falls & rises).any(axis=1)):
+            grid.append(np.linspace(frequency[i], frequency[i + 1], N_VALLEY))
+    return np.unique(np.concatenate(grid))
 
 
 def resonances(curve: xr.Dataset) -> xr.Dataset:
@@ -88,34 +113,28 @@ def resonances(curve: xr.Dataset) -> xr.Dataset:
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw some blades at the source's load over the blade with the force where nothing slips."""
-    slipping = dataset.sel(normal_load=NORMAL_LOAD)
-    stuck = dataset.sel(normal_load=STUCK_LOAD)
-    colors = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(BLADES)))
+    """Draw all blades on the axes of the source: where nothing slips, and at the stated load."""
+    n_blades = dataset.sizes["dof"]
+    away = [min(blade, n_blades - blade) for blade in range(n_blades)]
+    shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.92, n_blades // 2 + 1))
+    loads = {STUCK_LOAD: "nothing slips: linear", NORMAL_LOAD: "contacts slip"}
     with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(figsize=(9.0, 5.2), layout="constrained")
-        sh.plot.response(stuck, dof=0, peaks=False, ax=ax)
-        label = f"blade 0, $F_n$ = {number(STUCK_LOAD)} N: all stick"
-        ax.lines[-1].set(color="0.72", linewidth=1.0, label=label)
-        for place, (blade, color) in enumerate(zip(BLADES, colors, strict=True)):
-            sh.plot.response(slipping, dof=blade, peaks=False, ax=ax)
-            ax.lines[-1].set(
-                color=color,
-                linestyle=sh.plot.LINE_STYLES[place],
-                label=f"blade {blade}, $F_n$ = {NORMAL_LOAD:g} N",
-            )
-        tops = resonances(stuck)
-        for n, (at, top) in enumerate(
-            zip(tops.peak_frequency.values, tops.peak_amplitude.values, strict=True)
-        ):
-            level = 20 * np.log10(top)
-            ax.annotate(f"{n}", (at, level), (0, 3), textcoords="offset points", ha="center")
-        ax.set_xlim(0, BAND[1])
-        ax.set_ylim(bottom=-165)
-        ax.set_ylabel("response of a blade [dB re 1 m]")
-        handles, labels = ax.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3, handlelength=2.8)
-        ax.set_title("Force on blade 0 of 13: resonances by nodal diameters, one harmonic")
+        figure, axes = plt.subplots(2, 1, sharex=True, figsize=(9.0, 8.4), layout="constrained")
+        for ax, (load, words) in zip(axes, loads.items(), strict=True):
+            curve = dataset.sel(normal_load=load)
+            draw_blades(ax, curve, shades[away], linewidth=1.0)
+            tops = resonances(curve)
+            pairs = zip(tops.peak_frequency.values, tops.peak_amplitude.values, strict=True)
+            for n, (at, top) in enumerate(pairs):
+                place = at, 20 * np.log10(top)
+                ax.annotate(f"{n}", place, (0, 2), textcoords="offset points", ha="center")
+            set_axes(ax, *TICKS)
+            ax.set_title(f"$F_n$ = {number(load)} N, {words}")
+        axes[0].set_xlabel("")
+        names = [f"blades {i}, {n_blades - i}" if i else "blade 0" for i in range(len(shades))]
+        lines = axes[0].lines[: len(shades)]
+        figure.legend(lines, names, loc="outside lower center", ncols=len(shades))
+        figure.suptitle("Fig. 6: 1 N on blade 0 of 13, one harmonic; numbers: nodal diameters")
     return figure
 
 

@@ -2,7 +2,8 @@
 
 The displacements of the blades at their resonance, at the instant when blade 0 moves most: engine
 order n is a pattern of n nodal diameters. It travels around the disk; all blades reach the same
-amplitude, each n / 13 of a period after the one before.
+amplitude, each n / 13 of a period after the one before. Red lines are the nodal diameters, where
+the wave through the blades is zero.
 
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 7.
 """
@@ -27,6 +28,9 @@ ENGINE_ORDERS = [0, 1, 2, 4]
 HIGHEST_ORDERS = [6, 7]
 """The highest number of nodal diameters of 13 blades, and the order that the source ends at."""
 BAND = (10, 350)  # Hz
+REACH = 1.36
+"""Length of half a nodal diameter, where blades at rest have a radius of 1."""
+NODAL_LINE: Any = dict(color="red", linewidth=1.6, zorder=5)
 ROUND_OFF = 1e-9
 """Relative difference of blades that move alike: light damping costs digits."""
 
@@ -56,12 +60,17 @@ def compute(progress: bool = True) -> xr.Dataset:
     )
 
 
+def turning(dataset: xr.Dataset) -> xr.DataArray:
+    """Complex displacements [m] by blade at the largest peak, of which the real part moves."""
+    parts = largest_peak(dataset).peak_coefficient.sel(harmonic=1)
+    return parts.sel(component="cos") - 1j * parts.sel(component="sin")
+
+
 def snapshot(dataset: xr.Dataset) -> xr.DataArray:
     """Displacements [m] by blade at the largest peak, at the instant when blade 0 moves most."""
-    parts = largest_peak(dataset).peak_coefficient.sel(harmonic=1)
-    turning = parts.sel(component="cos") - 1j * parts.sel(component="sin")
-    first = turning.isel(dof=0)
-    return (turning * np.conj(first) / np.abs(first)).real
+    moved = turning(dataset)
+    first = moved.isel(dof=0)
+    return (moved * np.conj(first) / np.abs(first)).real
 
 
 def nodal_angles(displacement: np.ndarray) -> np.ndarray:
@@ -85,26 +94,33 @@ def counted(displacement: np.ndarray) -> int:
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw a disk per engine order."""
+    """Draw a disk per engine order, with its nodal diameters."""
     with plt.rc_context(sh.plot.STYLE):
         figure, axes = plt.subplots(2, 2, figsize=(9.6, 8.6), layout="constrained")
         for ax, order in zip(axes.flat, ENGINE_ORDERS, strict=True):
-            sh.plot.disk(dataset.sel(engine_order=order), ax=ax)
+            one = dataset.sel(engine_order=order)
+            instant = -float(np.angle(turning(one).isel(dof=0)))
+            sh.plot.disk(one, angle=instant, ax=ax)
+            for angle in nodal_angles(snapshot(one).values):
+                # The disk has its first blade on top and counts clockwise.
+                ax.plot([0, REACH * np.sin(angle)], [0, REACH * np.cos(angle)], **NODAL_LINE)
             ax.set_title(f"EO {order}: {ax.get_title()}", fontsize=9)
-        figure.suptitle("Tuned disk of 13 blades at resonance, when the leading blade moves most")
+        figure.suptitle(
+            "Fig. 7: tuned disk of 13 blades at resonance, when blade 0 moves most; red: nodal "
+            "diameters"
+        )
     return figure
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     """Nodal diameters, equal amplitudes, equal lags, and the peaks."""
     shapes = snapshot(dataset)
-    parts = largest_peak(dataset).peak_coefficient.sel(harmonic=1)
-    turning = parts.sel(component="cos") - 1j * parts.sel(component="sin")
+    waves = turning(dataset)
     n = dataset.sizes["dof"]
     rows = []
     for order in dataset.engine_order.values:
         label = labelled("engine_order", order)
-        moved = turning.sel(engine_order=order).values
+        moved = waves.sel(engine_order=order).values
         size = np.abs(moved)
         lag = np.angle(moved / np.roll(moved, -1)) % (2 * np.pi)
         found = counted(shapes.sel(engine_order=order).values)

@@ -1,18 +1,24 @@
 """Fig. 8: forced response of the tuned 13-blade disk under engine orders 1, 3 and 6.
 
-A travelling wave moves all blades alike, so one line shows them all; the full ring is solved, which
-could tell if they did not. At engine order 1 the third harmonic of the friction force excites the
-resonance with three nodal diameters, and one harmonic alone misses a tenth of the peak.
+A travelling wave moves all blades alike, so their lines lie on each other; the full ring is solved,
+which could tell if they did not. At engine order 1 the third harmonic of the friction force excites
+the resonance with three nodal diameters, and one harmonic alone misses a tenth of the peak.
 
 The travelling wave `f0 cos(omega t - 2 pi EO i / N)` is a reading: Eq. (12) as printed, `f0 cos(2
 pi EO i / N) + f0 sin(2 pi EO i / N)`, has no time, and its amplitude is `sqrt(2) f0`. With forces
-of these sizes in phase the blades differ by many dB, where the source says that they overlap.
+of these sizes in phase the blades differ by many dB, where the source says that they overlap. With
+`f0` lines leave the axes of Figs. 8c and 10 at their lower end, with `sqrt(2) f0` they would not;
+but lines leave those of Fig. 3 as well, where there is no wave.
+
+That (a) is engine order 1 is a reading, too. So say its title and the text, while the caption calls
+it `mono point`; a force on one blade would reach beyond its axes.
 
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 8.
 """
 
 import json
 
+import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -26,15 +32,25 @@ from studies.companions import (
     decibels,
     full_stick,
     largest_peak,
+    of_wave_amplitude,
     one_harmonic,
     with_companions,
 )
 from studies.landmark import Landmark, Source
 from studies.run import REFERENCE, run
+from studies.source_axes import draw_blades, set_axes
 
 NAME = "fig08_engine_orders"
 ENGINE_ORDERS = [1, 3, 6]
-BAND = (50, 350)  # Hz
+BAND = (0.5, 350)  # Hz
+NEAR = (50, 350)
+"""Band [Hz] around the peaks, where they are computed with enough harmonics."""
+TICKS = {
+    1: ((0, 350, 50), (-140, -70, 10)),
+    3: ((50, 350, 50), (-130, -70, 10)),
+    6: ((50, 350, 50), (-130, -70, 10)),
+}
+"""Ticks of the source by engine order, in Hz and dB."""
 FAILS = (1,)
 """Engine orders at which one harmonic does not suffice."""
 SAME_BLADES = 1e-9
@@ -43,7 +59,7 @@ SAME_BLADES = 1e-9
 
 def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
     """Return the paper's disk: 13 blades, contacts of 1e6 N/m, mu = 0.5, F_n = 100 N."""
-    disk = sh.bladed_disk(
+    structure = sh.bladed_disk(
         13,
         mass=1,
         stiffness=1e4,
@@ -52,7 +68,7 @@ def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
         friction_coefficient=0.5,
         normal_load=100,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(1, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(structure, sh.EngineOrder(1, amplitude=1.0), harmonics)
 
 
 def compute(progress: bool = True) -> xr.Dataset:
@@ -61,27 +77,47 @@ def compute(progress: bool = True) -> xr.Dataset:
     options = dict(throw=True, progress=progress)
     dataset = sh.frf(problem(), BAND, over=over, sector=False, **options)  # type: ignore[arg-type]
     about = {"units": "dB", "long_name": "largest difference of blades under Eq. (12) in phase"}
-    return with_companions(dataset, problem(), BAND, over).assign(
+    return with_companions(dataset, problem(), NEAR, over).assign(
         in_phase_spread=("engine_order", [in_phase_spread(n) for n in ENGINE_ORDERS], about)
     )
 
 
 def in_phase_spread(engine_order: int) -> float:
     """How far blades differ [dB] at the largest peak under Eq. (12) as printed, in phase."""
-    disk = problem().model
-    turn = 2 * np.pi * engine_order * np.arange(disk.n_dof) / disk.n_dof
+    structure = problem().model
+    turn = 2 * np.pi * engine_order * np.arange(structure.n_dof) / structure.n_dof
     force = sh.HarmonicForce(cosine={1: np.cos(turn) + np.sin(turn)})
-    in_phase = sh.HarmonicBalance(disk, force, (1,))
-    found = largest_peak(sh.frf(in_phase, BAND, throw=True, progress=False))
+    in_phase = sh.HarmonicBalance(structure, force, (1,))
+    found = largest_peak(sh.frf(in_phase, NEAR, throw=True, progress=False))
     size = np.sqrt((found.peak_coefficient**2).sum(["harmonic", "component"]))
     return decibels(float(size.max() / size.min()))
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw the three curves."""
-    figure = sh.plot.response(dataset)
-    figure.axes[0].set_title("Tuned disk of 13 blades, one harmonic, full ring")
+    """Draw all blades on the axes of the source, one picture per engine order."""
+    n_blades = dataset.sizes["dof"]
+    shades = plt.get_cmap("viridis")(np.linspace(0, 0.92, n_blades))
+    widths = np.linspace(2.4, 0.6, n_blades)
+    with plt.rc_context(sh.plot.STYLE):
+        figure, axes = plt.subplots(1, 3, figsize=(13.5, 4.6), layout="constrained")
+        for ax, letter, (order, ticks) in zip(axes, "abc", TICKS.items(), strict=True):
+            lines = draw_blades(ax, dataset.sel(engine_order=order), shades)
+            for line, width in zip(lines, widths, strict=True):
+                line.set_linewidth(width)
+            set_axes(ax, *ticks)
+            ax.set_title(f"({letter}) all {n_blades} blades, EO {order}")
+        figure.suptitle(
+            "Fig. 8: tuned disk of 13 blades, one harmonic, full ring; lines of all blades, the "
+            "first the widest, lie on each other"
+        )
     return figure
+
+
+def disk(dataset: xr.Dataset) -> StuckRing:
+    """The disk where no contact slips, with a force on one blade."""
+    names = "mass", "damping", "stiffness", "contact_stiffness"
+    values = {name: float(dataset[name].mean()) for name in names}
+    return StuckRing(n=dataset.sizes["dof"], force=1.0, **values)
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
@@ -107,12 +143,7 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
 def claims(dataset: xr.Dataset) -> list[Claim]:
     """What the source says of its Fig. 8."""
     spread = float((dataset.amplitude.max("dof") / dataset.amplitude.min("dof") - 1).max())
-    one = dataset.sel(engine_order=1)
-    disk = {
-        name: float(one[name].mean())
-        for name in ("mass", "damping", "stiffness", "contact_stiffness")
-    }
-    second = StuckRing(n=dataset.sizes["dof"], force=1.0, **disk).natural_frequencies()[1]
+    second = disk(dataset).natural_frequencies()[1]
     found = float(largest_peak(dataset).peak_frequency.sel(engine_order=1))
     return [
         Claim(
@@ -135,6 +166,10 @@ def claims(dataset: xr.Dataset) -> list[Claim]:
 def findings(dataset: xr.Dataset) -> list[Finding]:
     """How good one harmonic is, and what Eq. (12) read word by word would give."""
     spread = dataset.in_phase_spread
+    alone, end = decibels(disk(dataset).peak(0)[0]), TICKS[1][1][1]
+    wave = decibels(float(largest_peak(dataset).peak_amplitude.sel(engine_order=1)))
+    last, first = dataset.sel(engine_order=6), TICKS[6][0][0]
+    lowest = decibels(np.interp(first, last.frequency, last.amplitude.max("dof")))
     levels = ", ".join(
         f"{float(value):.0f} dB under EO {int(value.engine_order)}" for value in spread
     )
@@ -145,6 +180,13 @@ def findings(dataset: xr.Dataset) -> list[Finding]:
             f"at the largest peak by {levels}",
             bool((spread > 1).all()),
         ),
+        Finding(
+            "Fig. 8a is read as EO 1: the force on one blade that its caption names does not fit",
+            f"it would reach {alone:.1f} dB at 15.9 Hz, EO 1 reaches {wave:.1f} dB, the axes end "
+            f"at {end} dB",
+            wave < end < alone,
+        ),
+        of_wave_amplitude(f"Fig. 8c at {first} Hz", lowest, TICKS[6][1][0]),
     ]
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
+from studies.readings import READINGS
 from symhbm.names import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
@@ -44,7 +45,9 @@ a { color: inherit; }
 section { margin-top: 3rem; padding-top: 1.5rem; border-top: 1px solid var(--line); }
 ol, ul { padding-left: 1.9rem; }
 li { margin: 0.15rem 0; }
-img { display: block; width: 100%; max-width: 50rem; height: auto; margin: 1rem 0;
+figure { margin: 1rem 0; }
+figcaption { color: var(--soft); font-size: 0.92rem; }
+img { display: block; width: 100%; max-width: 50rem; height: auto; margin: 0 0 0.3rem;
   padding: 0.5rem; background: #ffffff; border: 1px solid var(--line); border-radius: 4px; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.1rem 1.2rem; margin: 0.6rem 0;
   font-size: 0.92rem; }
@@ -74,7 +77,7 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; }
   body { max-width: none; padding: 0; font-size: 10.5pt; }
   section { break-before: page; border: 0; margin: 0; }
   table { font-size: 8.5pt; } td.number { white-space: normal; }
-  img, tr, dl { break-inside: avoid; } h2, h3 { break-after: avoid; }
+  figure, tr, dl { break-inside: avoid; } h2, h3 { break-after: avoid; }
 }
 """
 
@@ -87,7 +90,8 @@ class Section:
     document: str
     error: str = ""
     parameters: Sequence[tuple[str, str]] = ()
-    picture: bytes = field(default=b"", repr=False)
+    pictures: Sequence[bytes] = field(default=(), repr=False)
+    """That on our axes, and that on the axes of the source where these are others."""
     archive: str = ""
     landmarks: Sequence[Landmark] = ()
     claims: Sequence[Claim] = ()
@@ -160,16 +164,26 @@ def page(sections: Sequence[Section]) -> str:
         f"<header><h1>{escape(TITLE)}</h1>\n<p>The figures of the source, computed anew, and what "
         "they were checked against: values published, exact, or in closed form, and what the "
         "source says in words, weighed by exact computation. Of the figures of the source only "
-        "captions, tick labels and what its text says are known here, not the lines. Every "
+        "captions, tick labels and what its text says are known here, not the lines. Decibels are "
+        "relative to 1 m, which is a reading: the source gives no reference. Every "
         'computed number is read from the archives beside this page.</p>\n<p class="small">Source: '
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
         f"<main>\n<nav><h3>Contents</h3>\n<ol>{contents}</ol>\n"
+        + _readings()
         + _claims(sections)
         + "</nav>\n"
         + "\n".join(map(_section, sections))
         + "\n</main>\n</body>\n</html>\n"
     )
+
+
+def _readings() -> str:
+    """How the source is read where it leaves something open."""
+    lines = "".join(
+        f"<li><strong>{_text(where)}</strong> {_text(words)}.</li>\n" for where, words in READINGS
+    )
+    return f"<h3>How the source is read</h3>\n<ul>\n{lines}</ul>\n"
 
 
 def _claims(sections: Sequence[Section]) -> str:
@@ -225,14 +239,26 @@ def _section(section: Section) -> str:
     named = "".join(
         f"<dt>{escape(name)}</dt><dd>{_text(value)}</dd>" for name, value in section.parameters
     )
-    picture = b64encode(section.picture).decode()
     archive = escape(section.archive)
     return (
-        f'{start}<img alt="{escape(section.title)}" src="data:image/png;base64,{picture}">\n'
+        f"{start}{_pictures(section)}"
         f"<h3>Parameters</h3>\n<dl>{named}</dl>\n"
         f"<h3>Landmarks</h3>\n{_table(section.landmarks)}\n{_weighed(section.claims)}"
         f'<p class="small">Archive: <a href="{archive}">{archive}</a></p>\n</section>'
     )
+
+
+def _pictures(section: Section) -> str:
+    """That on the axes of the source first, as a reader of it looks for that."""
+    captions = ("Beside it, on axes of our own", "On the axes of the source")
+    shown = ""
+    for caption, picture in reversed([*zip(captions, section.pictures, strict=False)]):
+        image = b64encode(picture).decode()
+        shown += f'<figure><img alt="{escape(section.title)}" src="data:image/png;base64,{image}">'
+        if len(section.pictures) > 1:
+            shown += f"<figcaption>{caption}</figcaption>"
+        shown += "</figure>\n"
+    return shown
 
 
 def _table(landmarks: Iterable[Landmark]) -> str:

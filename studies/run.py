@@ -19,18 +19,28 @@ def run(
     name: str,
     compute: Callable[[], xr.Dataset],
     draw: Callable[[xr.Dataset], Figure],
+    draw_on_source_axes: Callable[[xr.Dataset], Figure] | None = None,
+    *,
     results: Path = RESULTS,
     say: Callable[[str], object] = print,
 ) -> list[Path]:
-    """Compute a study, save its archive and its picture, and ``say`` their paths."""
+    """Compute a study, save its archive and its pictures, and ``say`` their paths.
+
+    A picture on the axes of the source has a name that ends in ``_source_axes``.
+    """
     matplotlib.use("Agg")
     results.mkdir(parents=True, exist_ok=True)
     dataset = compute()
     archive = sh.save(dataset, results / f"{name}.nc", overwrite=True)
-    figure = draw(dataset)
-    picture = results / f"{name}.png"
-    figure.savefig(picture)
-    plt.close(figure)
-    for path in (archive, picture):
+    draws = {name: draw}
+    if draw_on_source_axes is not None:
+        draws[f"{name}_source_axes"] = draw_on_source_axes
+    pictures = []
+    for stem, draw_one in draws.items():
+        figure = draw_one(dataset)
+        pictures.append(results / f"{stem}.png")
+        figure.savefig(pictures[-1])
+        plt.close(figure)
+    for path in (archive, *pictures):
         say(str(path))
-    return [archive, picture]
+    return [archive, *pictures]

@@ -22,7 +22,7 @@ from symhbm.cli.commands import main
 from symhbm.drawn import amplitude_between
 from symhbm.names import SLOPES
 from symhbm.status import Status
-from tests.paper import CLOSE, exact, farthest, long_lines, off_paper, values_of
+from tests.paper import CLOSE, N_VALUES, exact, farthest, long_lines, off_paper, values_of
 
 
 @pytest.fixture(autouse=True)
@@ -333,20 +333,36 @@ def test_the_command_line_draws_no_empty_picture(failed, tmp_path, kind):
 
 SWEPT = {
     "fig03_single_blade": ("normal_load", 0),
-    "fig08_engine_orders": ("engine_order", 0),
     "fig09_contact_stiffness": ("contact_stiffness", 0),
-    "fig10_friction_coefficient": ("friction_coefficient", 0),
     "fig11_normal_load": ("normal_load", 0),
     "optimal_normal_load_single_blade": ("normal_load", 1),
 }
 """The parameter that tells lines of a study apart, and the axes with its responses."""
 
 
-def drawn(name):
+def drawn(name, draw="draw"):
     """Module, dataset and axes of a study."""
     study = importlib.import_module(f"studies.{name}")
     dataset = study.compute(progress=False)
-    return study, dataset, study.draw(dataset).axes
+    return study, dataset, getattr(study, draw)(dataset).axes
+
+
+def check_lines(ax, dataset, dim):
+    """The lines of some axes are those of a dataset along ``dim``."""
+    lines = long_lines(ax)
+    assert len(lines) == dataset.sizes[dim]
+    for i, line in enumerate(lines):
+        assert off_paper(line, dataset.isel({dim: i})) < CLOSE, dataset[dim].values[i]
+
+
+def check_blades(ax, lines, curve):
+    """Lines are the blades of a curve."""
+    assert len(lines) == curve.sizes["dof"]
+    values = np.unique(np.concatenate([values_of(line, curve, N_VALUES) for line in lines]))
+    values = values[np.append(True, np.diff(values) > 1e-12 * values[1:])]
+    truth = level(exact(curve, values).amplitude.transpose(..., "dof").values)
+    for blade, line in enumerate(lines):
+        assert farthest(ax, (values, truth[:, blade]), line.get_data()) < CLOSE, blade
 
 
 @pytest.mark.slow
@@ -354,18 +370,35 @@ def drawn(name):
 def test_responses_of_studies_are_drawn_where_they_are(name):
     dim, place = SWEPT[name]
     _, dataset, axes = drawn(name)
-    lines = long_lines(axes[place])
-    assert len(lines) == dataset.sizes[dim]
-    for i, line in enumerate(lines):
-        assert off_paper(line, dataset.isel({dim: i})) < CLOSE, dataset[dim].values[i]
+    check_lines(axes[place], dataset, dim)
+
+
+@pytest.mark.slow
+def test_one_blade_on_the_axes_of_the_source_is_drawn_where_it_is():
+    _, dataset, (ax,) = drawn("fig03_single_blade", "draw_on_source_axes")
+    check_lines(ax, dataset, "normal_load")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("draw", ["draw", "draw_on_source_axes"])
+def test_friction_coefficients_are_drawn_where_they_are(draw):
+    study, dataset, axes = drawn("fig10_friction_coefficient", draw)
+    for ax, load in zip(axes, study.LOADS, strict=True):
+        check_lines(ax, dataset.sel(normal_load=load), "friction_coefficient")
 
 
 @pytest.mark.slow
 def test_blades_of_the_disk_with_a_point_force_are_drawn_where_they_are():
-    study, dataset, (ax, *_) = drawn("fig06_point_force")
-    curves = [(study.STUCK_LOAD, 0), *((study.NORMAL_LOAD, blade) for blade in study.BLADES)]
-    for line, (load, blade) in zip(long_lines(ax), curves, strict=True):
-        assert off_paper(line, dataset.sel(normal_load=load), dof=blade) < CLOSE, (load, blade)
+    study, dataset, axes = drawn("fig06_point_force")
+    for ax, load in zip(axes, (study.STUCK_LOAD, study.NORMAL_LOAD), strict=True):
+        check_blades(ax, long_lines(ax), dataset.sel(normal_load=load))
+
+
+@pytest.mark.slow
+def test_blades_under_engine_orders_are_drawn_where_they_are():
+    study, dataset, axes = drawn("fig08_engine_orders")
+    for ax, order in zip(axes, study.ENGINE_ORDERS, strict=True):
+        check_blades(ax, long_lines(ax), dataset.sel(engine_order=order))
 
 
 @pytest.mark.slow
@@ -376,9 +409,11 @@ def test_mistuned_disks_are_drawn_where_they_are():
         assert off_paper(line, dataset.sel(sample=sample)) < CLOSE, sample
     worst = dataset.sel(sample=study.worst_sample(dataset))
     *blades, tuned = long_lines(right)
-    for blade, line in enumerate(blades):
-        assert off_paper(line, worst, dof=blade) < CLOSE, blade
+    check_blades(right, blades, worst)
     assert off_paper(tuned, dataset.sel(sample=study.TUNED)) < CLOSE
+    left, right = study.draw_on_source_axes(dataset).axes
+    check_blades(left, long_lines(left), dataset.sel(sample=study.TUNED))
+    check_blades(right, long_lines(right), worst)
 
 
 @pytest.mark.slow

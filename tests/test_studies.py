@@ -28,6 +28,8 @@ import matplotlib.pyplot as plt
 
 import symhbm as sh
 from studies import (
+    damping_and_localisation,
+    fig01_fig05_models,
     fig06_point_force,
     fig07_nodal_diameters,
     fig09_contact_stiffness,
@@ -47,7 +49,9 @@ from studies.claim import unmet as unmet_statements
 from studies.claims_table import PAGE
 from studies.closed_form import OneBlade, StuckRing
 from studies.companions import full_stick_load, largest_peak
+from studies.damped_disks import equal_damping
 from studies.landmark import Landmark, Source, number, unmet
+from studies.readings import READINGS
 from studies.run import REFERENCE
 
 ROOT = Path(__file__).parent.parent
@@ -106,6 +110,8 @@ def outcome(tmp_path_factory):
         # As fine as the whole grid, where the largest ratios are.
         patch.setattr(fig13_amplification, "GRID", np.linspace(65, 90, 126))
         patch.setattr(laws_and_solvers, "REPEATS", 1)
+        patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
+        patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
@@ -119,6 +125,12 @@ def outcome(tmp_path_factory):
     return results, code
 
 
+def pictures_of(name):
+    """Files of the pictures of a study, that on the axes of the source first."""
+    on_source_axes = hasattr(importlib.import_module(f"studies.{name}"), "draw_on_source_axes")
+    return [f"{name}_source_axes.png"] * on_source_axes + [f"{name}.png"]
+
+
 @pytest.fixture(scope="module")
 def datasets(outcome):
     return {name: sh.load(outcome[0] / f"{name}.nc") for name in STUDIES}
@@ -128,9 +140,8 @@ def test_all_studies_succeed(outcome):
     results, code = outcome
     assert code == 0
     files = {path.name for path in results.iterdir()}
-    assert files == {f"{name}.{kind}" for name in STUDIES for kind in ("nc", "png")} | {
-        "index.html"
-    }
+    pictures = {picture for name in STUDIES for picture in pictures_of(name)}
+    assert files == pictures | {f"{name}.nc" for name in STUDIES} | {"index.html"}
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -308,7 +319,7 @@ def test_point_force_has_seven_resonances(datasets):
     np.testing.assert_allclose(tops.peak_frequency, natural, rtol=0, atol=width / 2)
     # At the source's load every contact but the opposite one slips at some resonance.
     slips = datasets["fig06_point_force"].sel(normal_load=100).contact_state == 1
-    assert slips.any("point").values.tolist() == [j != 6 for j in range(13)]
+    assert slips.any("frequency").values.tolist() == [j != 6 for j in range(13)]
 
 
 @pytest.mark.parametrize("order", range(7))
@@ -321,6 +332,96 @@ def test_nodal_diameters_of_a_wave(order, phase):
     zeros = fig07_nodal_diameters.nodal_angles(shape)
     # The trigonometric interpolation of a wave that the blades resolve is the wave.
     np.testing.assert_allclose(np.cos(order * zeros - phase), 0, atol=1e-10)
+
+
+def ticks(first, last, step):
+    return list(range(first, last + 1, step))
+
+
+AXES: dict[str, list[tuple[list[int], list[int], int]]] = {
+    "fig03_single_blade": [(ticks(10, 30, 2), ticks(-80, -20, 10), 12)],
+    "fig06_point_force": [(ticks(0, 350, 50), ticks(-200, -50, 50), 13)] * 2,
+    "fig08_engine_orders": [
+        (ticks(0, 350, 50), ticks(-140, -70, 10), 13),
+        (ticks(50, 350, 50), ticks(-130, -70, 10), 13),
+        (ticks(50, 350, 50), ticks(-130, -70, 10), 13),
+    ],
+    "fig10_friction_coefficient": [(ticks(20, 200, 20), ticks(-120, -60, 10), 4)] * 2,
+    "fig12_mistuned_disk": [(ticks(50, 350, 50), ticks(-150, -95, 5), 13)] * 2,
+}
+"""Ticks of the frequency [Hz] and of the level [dB] in the source, and how many lines we draw."""
+
+
+def on_source_axes(name, dataset):
+    """Axes of a study as in the source."""
+    study = importlib.import_module(f"studies.{name}")
+    return getattr(study, "draw_on_source_axes", study.draw)(dataset).axes
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_figures_have_the_axes_of_the_source(name, datasets):
+    axes = on_source_axes(name, datasets[name])
+    for ax, (frequency, level, count) in zip(axes, AXES[name], strict=True):
+        assert ax.get_xticks().tolist() == frequency
+        assert ax.get_yticks().tolist() == level
+        assert ax.get_xlim() == (frequency[0], frequency[-1])
+        assert ax.get_ylim() == (level[0], level[-1])
+        lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
+        assert len(lines) == count
+        for line in lines:
+            # From end to end; a blade does not stand still.
+            assert line.get_xdata()[0] <= max(frequency[0], 0.5)
+            assert line.get_xdata()[-1] == frequency[-1]
+    plt.close("all")
+
+
+def test_the_linear_lines_of_figure_6_are_the_direct_solution(datasets):
+    """Down to the bottom of each antiresonance, wherever a line has a corner."""
+    ax, _ = on_source_axes("fig06_point_force", datasets["fig06_point_force"])
+    stuck = datasets["fig06_point_force"].sel(normal_load=1e5)
+    ring = fig06_point_force.ring(sh.rebuild(stuck))
+    lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
+    places = np.unique(np.concatenate([line.get_xdata() for line in lines]))
+    direct = dict(zip(places, (20 * np.log10(np.abs([*map(ring.response, places)]))), strict=True))
+    for blade, line in enumerate(lines):
+        expected = [direct[at][blade] for at in line.get_xdata()]
+        # A line may be 0.3 mm off; the axes are 95 mm high. Found: 0.22 dB.
+        np.testing.assert_allclose(line.get_ydata(), expected, rtol=0, atol=0.3)
+    assert min(line.get_ydata().min() for line in lines) < -180
+    plt.close("all")
+
+
+def test_the_loop_has_the_axes_of_the_source(datasets):
+    left, right = on_source_axes("fig04_hysteresis_loop", datasets["fig04_hysteresis_loop"])
+    assert left.get_xlim() == (0, 2 * np.pi)
+    assert right.get_xticks().tolist() == [-1e-3, 0, 1e-3]
+    assert right.get_xlim() == (-1e-3, 1e-3)
+    assert left.get_yticks().tolist() == [-2, -1, 0, 1, 2]
+    assert right.get_yticks().tolist() == [-2, -1.5, -1, -0.5, 0, 0.5, 1, 1.5, 2]
+    assert left.get_ylim() == right.get_ylim() == (-2, 2)
+    one = datasets["fig04_hysteresis_loop"].isel(motion=0)
+    turned = left.get_xticks()[1:4] - float(one.theta_0)
+    np.testing.assert_allclose(turned, [0, float(one.theta_star - one.theta_0), np.pi], atol=1e-12)
+    plt.close("all")
+
+
+def test_nodal_diameters_are_drawn_where_the_blades_are_at_rest(datasets):
+    """Blade i moves as cos(2 pi EO i / N): its tip is outside where that is positive."""
+    figure = fig07_nodal_diameters.draw(datasets["fig07_nodal_diameters"])
+    disks = figure.axes[: len(fig07_nodal_diameters.ENGINE_ORDERS)]
+    for ax, order in zip(disks, fig07_nodal_diameters.ENGINE_ORDERS, strict=True):
+        red = [line for line in ax.lines if line.get_color() == "red"]
+        assert len(red) == 2 * order
+        for line in red:
+            x, y = (ends[1] for ends in line.get_data())
+            # Clockwise from the top.
+            assert np.cos(order * np.arctan2(x, y)) == pytest.approx(0, abs=1e-9)
+        [tips] = [line for line in ax.lines if len(line.get_xdata()) == 14]
+        moved = np.hypot(*tips.get_data())[:-1] - 1
+        expected = np.cos(2 * np.pi * order * np.arange(13) / 13)
+        np.testing.assert_allclose(moved, moved[0] * expected, atol=1e-9)
+        assert moved[0] > 0.2
+    plt.close(figure)
 
 
 @pytest.mark.parametrize("name", ["fig03_single_blade", "fig08_engine_orders", "fig11_normal_load"])
@@ -354,6 +455,65 @@ def test_engine_order_0_does_not_see_the_contacts():
         found.amplitude, np.broadcast_to(alone[:, None], found.amplitude.shape), rtol=1e-12
     )
     assert found.amplitude.shape == (2, 2, 2, 5, 13)
+
+
+def test_readings_are_on_both_pages(outcome):
+    page = " ".join(Page((outcome[0] / "index.html").read_text()).text).replace("\u2212", "-")
+    for where, words in READINGS:
+        assert f"| {where} | {words}. |" in CLAIMS
+        assert where in page
+        assert words.partition("`")[0] in page
+
+
+def test_reading_of_figure_10_has_the_peaks_of_the_closed_form():
+    """EO 3, k_d = 1e5 N/m and mu from 0.2 to 0.8, with 10 N and with 100 N."""
+    [words] = [words for where, words in READINGS if where == "Fig. 10"]
+    for load, place in ((10, 0), (100, 1)):
+        blade = OneBlade(1.0, 0.5, 1e4, 1e5, 1.0, 1.0, 2 * np.sin(3 * np.pi / 13))
+        peaks = [replace(blade, slip_limit=mu * load).peak()[0] for mu in (0.2, 0.4, 0.6, 0.8)]
+        levels = 20 * np.log10([min(peaks), max(peaks)])
+        told = words.partition(";")[2 * place]
+        assert "from {:.1f} to {:.1f} dB".format(*levels) in told
+
+
+def test_structures_that_are_drawn_are_those_that_are_computed(datasets):
+    """Figs. 1 and 5 have the parameters of the other studies."""
+    drawn = fig01_fig05_models.models(datasets["fig01_fig05_models"])
+    for model, problem in zip(drawn, fig01_fig05_models.problems(), strict=True):
+        assert model.contacts == problem.model.contacts
+        for name, values in model.parameters.items():
+            np.testing.assert_array_equal(values, problem.parameters[name])
+
+
+def damped(x, c=0.5):
+    """Frequency response of a blade of 1 kg and 1e4 N/m without friction [m/N]."""
+    omega = 2 * np.pi * x
+    return 1 / np.abs(1e4 - omega**2 + 1j * c * omega)
+
+
+@pytest.mark.parametrize("damping", [0.01, 0.5, 20.0, 100.0])
+def test_viscous_damping_of_a_peak(damping):
+    """The damping that a peak of one blade comes back from, also where it is large."""
+    blade = OneBlade(1.0, 0.25, 1e4, 0.0, 1.0, 1.0, 1.0)
+    at = np.sqrt(1e4 - damping**2 / 2) / (2 * np.pi)
+    assert damped(at, damping) > max(damped(0.99 * at, damping), damped(1.01 * at, damping))
+    found = equal_damping(blade, damped(at, damping))
+    # The difference of stiffnesses loses the digits that damping has not.
+    assert found == pytest.approx(damping, rel=1e-6)
+
+
+def test_signs_of_paired_differences():
+    """1 and -1 where the same disks differ for sure, 0 where they scatter."""
+    noise = np.random.default_rng(1).normal(0, 1, 24)
+    viscous = np.full(24, 10.0)
+    friction = np.stack([viscous + 1 + noise / 10, viscous - 1 + noise / 10, viscous + 3 * noise])
+    values = xr.DataArray(
+        np.stack([friction, np.broadcast_to(viscous, (3, 24))], axis=1),
+        {"kind": ["friction", "viscous"]},
+        ("normal_load", "kind", "sample"),
+    )
+    found = damping_and_localisation.more_than_viscous(values)
+    assert found.values.tolist() == [1, -1, 0]
 
 
 def test_landmark_in_words():
@@ -419,12 +579,13 @@ def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     page = Page(text)
     assert page.all("section", "id") == list(STUDIES)
     pictures = page.all("img", "src")
-    assert len(pictures) == len(STUDIES)
-    for source, name in zip(pictures, STUDIES, strict=True):
+    files = [file for name in STUDIES for file in pictures_of(name)]
+    assert len(files) == len(STUDIES) + 4
+    for source, file in zip(pictures, files, strict=True):
         head, _, data = source.partition(",")
         assert head == "data:image/png;base64"
         decoded = base64.b64decode(data, validate=True)
-        assert decoded == (results / f"{name}.png").read_bytes()
+        assert decoded == (results / file).read_bytes()
         assert plt.imread(io.BytesIO(decoded), format="png").ndim == 3
     # Anchors within the page, the archives beside it, and an icon of nothing.
     links = {link for link in page.all("a", "href") if not link.startswith("#")}
@@ -477,7 +638,7 @@ def test_page_in_a_browser(outcome, tmp_path):
     assert "CONSOLE" not in done.stderr
     page = Page(done.stdout.partition("<html")[1] + done.stdout.partition("<html")[2])
     assert page.all("section", "id") == list(STUDIES)
-    assert len(page.all("img", "src")) == len(STUDIES)
+    assert len(page.all("img", "src")) == sum(len(pictures_of(name)) for name in STUDIES)
 
 
 def fake(name, compute, landmarks=()):
@@ -503,7 +664,8 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     shown = capsys.readouterr()
     assert shown.out.split() == [
         *(str(tmp_path / f"missing.{kind}") for kind in ("nc", "png")),
-        *(str(tmp_path / f"fig04_hysteresis_loop.{kind}") for kind in ("nc", "png")),
+        str(tmp_path / "fig04_hysteresis_loop.nc"),
+        *(str(tmp_path / f"fig04_hysteresis_loop{end}.png") for end in ("", "_source_axes")),
         str(tmp_path / "index.html"),
     ]
     assert "failing: ArithmeticError: no <solution> at 3 N" in shown.err
@@ -530,5 +692,5 @@ def test_studies_run_from_the_command_line():
         check=True,
     )
     paths = [Path(line) for line in done.stdout.split()]
-    assert [path.suffix for path in paths] == [".nc", ".png"]
+    assert [path.suffix for path in paths] == [".nc", ".png", ".png"]
     assert all(path.exists() for path in paths)

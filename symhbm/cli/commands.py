@@ -121,6 +121,7 @@ def plot(
       blades      the response of every blade
       hysteresis  friction force over relative displacement
       stick-map   where contacts stick and where they slip
+      model       the structure and the force on it
 
     \b
     Examples:

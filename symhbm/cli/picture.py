@@ -12,7 +12,7 @@ from symhbm.cli.pieces import INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.status import Status
 
-KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map")
+KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
 
 
 def draw(
@@ -31,7 +31,26 @@ def draw(
     for name, value in options.items():
         if name not in inspect.signature(function).parameters:
             raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
+    if kind == "model":
+        return kind, _structure(part)
     return kind, function(_by_blade(part) if kind == "blades" else part, **options)
+
+
+def _structure(dataset: xr.Dataset) -> Any:
+    """Figure of the structure of one parameter set, and the force on it."""
+    several = [str(dim) for dim in set_dimensions(dataset) if dataset.sizes[dim] > 1]
+    if several:
+        raise ValueError(
+            f"--kind model: expected one structure, the archive has several over "
+            f"{', '.join(several)}; select one, for example --select {several[0]}="
+            f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
+        )
+    figure = sh.plot.model(sh.rebuild(dataset))
+    moves = json.loads(dataset.attrs.get("followed", '{"name": "frequency"}'))["name"]
+    if moves != "frequency":
+        ax = figure.axes[0]
+        ax.set_title(f"{ax.get_title()}, {moves.replace('_', ' ')} at its nominal value")
+    return figure
 
 
 def _natural_kind(dataset: xr.Dataset) -> str:

@@ -1,10 +1,11 @@
-"""Figures from datasets."""
+"""Figures from datasets, and drawings of models."""
 
 from symhbm.plot.contact import hysteresis
 from symhbm.plot.curves import response
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
+from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "disk",
     "envelope",
     "hysteresis",
+    "model",
     "response",
     "stick_map",
 ]

@@ -1,0 +1,261 @@
+"""Masses and what joins them, drawn with symbols where there are few, with dots where many."""
+
+import re
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyBboxPatch
+
+from symhbm.condensed_model import CondensedModel
+from symhbm.fourier import FloatArray
+from symhbm.model import BLADE_PARAMETERS, Model
+from symhbm.plot.drawing import OUTSIDE, SYMBOLS
+from symhbm.plot.layout import HALF, REACH, Layout
+from symhbm.plot.network import Network
+from symhbm.plot.symbols import Lines, ground, side_by_side
+
+COLORS = {
+    "spring": "black",
+    "damper": "black",
+    "friction": "#d55e00",
+    "cubic": "#0072b2",
+    "opened": "0.55",
+    "line": "0.6",
+    "force": "#00795a",
+}
+MOST_VALUES = 4
+"""Largest number of elements side by side that have their values beside them."""
+_NAMES = {
+    "spring": "$k$",
+    "damper": "$c$",
+    "friction": r"$k_d$, $\mu$, $F_n$",
+    "cubic": r"$\gamma$",
+    "opened": "open",
+}
+
+
+def draw_symbols(
+    ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
+) -> None:
+    """Masses, and symbols of what joins them; the first of each kind is named."""
+    alone = model.n_dof == 1 and parts.linear
+    between: dict[tuple[int, int], list[tuple[str, int]]] = {}
+    inner: dict[int, list[tuple[str, int]]] = {}
+    outer: dict[int, list[tuple[str, int]]] = {}
+    for kind, each in (("spring", parts.springs), ("damper", parts.dampers)):
+        for i, j in each.pairs.tolist():
+            if not each.reason:
+                between.setdefault((i, j), []).append((kind, -1))
+            elif (i, j) not in between:
+                between[i, j] = [("line", -1)]
+        for i in np.flatnonzero(each.ground).tolist():
+            inner.setdefault(i, []).append((kind, -1))
+    for number, (dofs, own) in enumerate(zip(model.contacts, kinds, strict=True)):
+        elements = [(kind, number) for kind in own]
+        if len(dofs) == 2:
+            between.setdefault((min(dofs), max(dofs)), []).extend(elements)
+        else:
+            same = np.array_equal(layout.inward[dofs[0]], layout.outward[dofs[0]])
+            (inner if same else outer).setdefault(dofs[0], []).extend(elements)
+    named: set[str] = set()
+    texts = _values_beside(model)
+    middle = layout.places.mean(axis=0)
+    for (i, j), elements in between.items():
+        start, end = layout.places[i], layout.places[j]
+        along = (end - start) / np.linalg.norm(end - start)
+        away = (start + end) / 2 - middle
+        if np.linalg.norm(away) < 1e-9 or abs(away @ along) > 0.99 * np.linalg.norm(away):
+            away = np.array([0.0, 1.0])
+        ends = start + HALF * along, end - HALF * along
+        _place(ax, elements, *ends, away, named, texts)
+    for table, ways in ((inner, layout.inward), (outer, layout.outward)):
+        for i, elements in table.items():
+            start = layout.places[i] + HALF * ways[i]
+            end = layout.places[i] + (HALF + REACH) * ways[i]
+            _place(ax, elements, start, end, _beside(layout, i), named, texts)
+            if layout.hub is None or table is outer or not parts.linear:
+                half = 0.12 * len(elements) + 0.1
+                _add(ax, ground(end, ways[i], max(half, 0.6) if alone else half), "0.25", 0.9)
+    for i, place in enumerate(layout.places):
+        massless = parts.linear and parts.mass[i] == 0
+        box = FancyBboxPatch(
+            (place[0] - HALF, place[1] - HALF),
+            2 * HALF,
+            2 * HALF,
+            boxstyle="round,pad=0,rounding_size=0.04",
+            facecolor="white" if massless else "0.9",
+            edgecolor="0.2",
+            linestyle=(0, (3, 2)) if massless else "-",
+            zorder=4,
+        )
+        ax.add_patch(box)
+        label = "$m$" if alone else str(_name(model, i))
+        ax.text(place[0], place[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
+        if not alone and texts.get(("blade", i)):
+            _write(
+                ax, place + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
+            )
+
+
+def _place(
+    ax: Axes,
+    elements: list[tuple[str, int]],
+    start: FloatArray,
+    end: FloatArray,
+    away: FloatArray,
+    named: set[str],
+    texts: dict[tuple[str, int], str],
+) -> None:
+    """Draw elements side by side, and what is to be read beside them."""
+    drawn, bars, middles = side_by_side([kind for kind, _ in elements], start, end)
+    across = np.array([start[1] - end[1], end[0] - start[0]]) / np.linalg.norm(end - start)
+    turn = 1.0 if across @ away >= 0 else -1.0
+    offsets = (middles - (start + end) / 2) @ across
+    together: list[str] = []
+    for (kind, number), own, middle, offset in zip(elements, drawn, middles, offsets, strict=True):
+        _add(ax, own, COLORS[kind], 1.1)
+        text = _NAMES.get(kind, "") if kind not in named else ""
+        named.add(kind)
+        beside = texts.get((kind, number), "") if len(elements) <= MOST_VALUES else ""
+        text = "\n".join(filter(None, (text, beside)))
+        if len(elements) > 2:
+            together += [text] if text else []
+        elif text:
+            way = across * (np.sign(offset) if abs(offset) > 0.01 else turn)
+            gap = 0.2 if kind == "friction" else 0.15
+            _write(ax, middle + gap * way, way, text, COLORS[kind])
+    if together:
+        way = across * turn
+        gap = np.abs(offsets).max() + 0.2
+        _write(ax, (start + end) / 2 + gap * way, way, "\n".join(together), "0.2")
+    _add(ax, bars, "0.2", 1.1)
+
+
+def _beside(layout: Layout, dof: int) -> FloatArray:
+    """Where names of what goes to the ground stand: below where a force is above."""
+    return np.array([0.0, -1.0]) if len(layout.places) == 1 else layout.onward[dof]
+
+
+def _write(ax: Axes, at: FloatArray, way: FloatArray, text: str, color: str) -> None:
+    """Text that begins at a place and goes on in a direction."""
+    ha = "left" if way[0] > 0.4 else "right" if way[0] < -0.4 else "center"
+    # Room for the text within the axes.
+    ax.update_datalim([at + 0.35 * way])
+    va = "bottom" if way[1] > 0.4 else "top" if way[1] < -0.4 else "center"
+    ax.text(at[0], at[1], text, ha=ha, va=va, fontsize=7.5, color=color, zorder=6, linespacing=1.15)
+
+
+def _values_beside(model: Model) -> dict[tuple[str, int], str]:
+    """What stands beside single masses and contacts: the values of parameters that differ."""
+    owners = {
+        "contact_stiffness": "friction",
+        "friction_coefficient": "friction",
+        "normal_load": "friction",
+        "cubic_stiffness": "cubic",
+    }
+    beside: dict[tuple[str, int], str] = {}
+    for name, values in model.parameters.items():
+        if len(values) < 2 or np.all(values == values[0]):
+            continue
+        symbol = SYMBOLS[name][0]
+        for i, value in enumerate(values):
+            key = ("blade", i) if name in BLADE_PARAMETERS else (owners[name], i)
+            line = f"{symbol} {number(float(value))}"
+            beside[key] = f"{beside[key]}\n{line}" if key in beside else line
+    return beside
+
+
+def draw_dots(
+    ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
+) -> None:
+    """Dots and lines; contacts in colour."""
+    places = layout.places
+    size = float(np.clip(900 / model.n_dof, 1.5, 14))
+    handles = []
+    pairs = np.unique(np.concatenate([parts.springs.pairs, parts.dampers.pairs]), axis=0)
+    if len(pairs):
+        words = "coupling" if parts.springs.reason or parts.dampers.reason else "springs or dampers"
+        lines = LineCollection(list(places[pairs]), colors="0.7", linewidths=0.7, zorder=1)
+        lines.set_rasterized(len(pairs) > 5000)
+        ax.add_collection(lines)
+        handles.append(Line2D([], [], color="0.7", label=f"{words} between pairs, {len(pairs)}"))
+    held = (parts.springs.ground > 0) | (parts.dampers.ground > 0)
+    for chosen, face, words in (
+        (~held, "0.35", "degrees of freedom"),
+        (held, "white", "held to the ground"),
+    ):
+        if chosen.any():
+            style: Any = dict(marker="o", linestyle="", color="0.35", markerfacecolor=face)
+            label = f"{words}, {int(chosen.sum())}"
+            own = Line2D(*places[chosen].T, markersize=np.sqrt(size) + 0.5, zorder=2, **style)
+            own.set_rasterized(model.n_dof > 5000)
+            ax.add_line(own)
+            handles.append(Line2D([], [], markersize=5, label=label, **style))
+    words = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
+    for kind in words:
+        numbers = [j for j, own in enumerate(kinds) if kind in own]
+        joins = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 2])
+        alone = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 1])
+        if len(joins):
+            about: Any = dict(
+                colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
+            )
+            ax.add_collection(LineCollection(list(places[joins]), **about))
+            label = f"{words[kind]} between, {len(joins)}"
+            handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
+        if len(alone):
+            mark = "v" if kind != "cubic" else "1"
+            style = dict(marker=mark, linestyle="", color=COLORS[kind], markersize=7)
+            ax.add_line(Line2D(*places[alone[:, 0]].T, zorder=4, **style))
+            label = f"{words[kind]} to the ground, {len(alone)}"
+            handles.append(Line2D([], [], label=label, **style))
+    ax.legend(handles=handles, **OUTSIDE)
+
+
+def draw_hub(ax: Axes, layout: Layout, label: str) -> None:
+    """The circle in the middle that masses stand around."""
+    assert layout.hub is not None
+    ax.add_patch(
+        Circle((0, 0), layout.hub, facecolor="0.94", edgecolor="0.25", linewidth=0.9, zorder=0)
+    )
+    ax.text(0, 0, label, ha="center", va="center", fontsize=9, color="0.25")
+
+
+def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> None:
+    """Arrows as long as the force on each degree of freedom (n_dof,) is large."""
+    top = size.max(initial=0.0) or 1.0
+    for i in np.flatnonzero(size):
+        out, on = layout.outward[i], layout.onward[i]
+        if np.array_equal(out, on):
+            out = np.array([0.0, 1.0])
+        away = HALF + 0.1 if detailed else 0.1
+        start = layout.places[i] + away * out - 0.22 * on
+        end = start + (0.45 * size[i] / top) * on
+        ax.annotate(
+            "",
+            xy=end.tolist(),
+            xytext=start.tolist(),
+            arrowprops=dict(
+                arrowstyle="-|>", color=COLORS["force"], linewidth=1.3, shrinkA=0, shrinkB=0
+            ),
+            zorder=6,
+        )
+        ax.update_datalim([start, end])
+
+
+def _name(model: Model, dof: int) -> int:
+    return int(model.dofs[dof]) if isinstance(model, CondensedModel) else dof
+
+
+def number(value: float) -> str:
+    """Short text of a number, without zeros to count in its power of ten."""
+    return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), f"{value:g}")
+
+
+def _add(ax: Axes, lines: Lines, color: str, width: float) -> None:
+    ax.add_collection(
+        LineCollection(lines, colors=color, linewidths=width, zorder=3, capstyle="round")
+    )

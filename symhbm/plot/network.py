@@ -1,0 +1,99 @@
+"""Models as masses that springs, dampers and contacts join, where they are that."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.condensed_model import CondensedModel
+from symhbm.fourier import FloatArray
+from symhbm.model import Model
+
+_ROUND_OFF = 1e-9
+"""Part of an entry that is round-off of those it is made of."""
+
+
+class Links(NamedTuple):
+    """One matrix as elements: to the ground, between pairs, or why there are none.
+
+    ``ground`` (n_dof,), ``pairs`` (n_pairs, 2), ``values`` (n_pairs,). Where the matrix is no
+    network ``reason`` tells why, ``pairs`` are those it couples, and all values are 0.
+    """
+
+    ground: FloatArray
+    pairs: NDArray[np.intp]
+    values: FloatArray
+    reason: str
+
+
+class Network(NamedTuple):
+    """What there is to draw of a model; ``linear`` is False for a condensed one."""
+
+    mass: FloatArray
+    springs: Links
+    dampers: Links
+    inertial_pairs: int
+    linear: bool
+
+
+def links(matrix: Any) -> Links:
+    """The elements that a matrix is the sum of: ``v [[1, -1], [-1, 1]]`` between two, ``v`` alone.
+
+    Only matrices that are symmetric, with no positive entry off the diagonal and no row whose sum
+    is negative, are such a sum.
+    """
+    whole: Any = sp.csc_array(matrix)
+    diagonal = whole.diagonal()
+    differs: Any = abs(whole - whole.T)
+    largest = abs(whole).max() if whole.nnz else 0.0
+    symmetric = not differs.nnz or differs.max() <= _ROUND_OFF * largest
+    lower: Any = sp.coo_array(sp.tril(whole if symmetric else abs(whole) + abs(whole.T), -1))
+    coupled = lower.data != 0
+    pairs = np.stack([lower.col[coupled], lower.row[coupled]], axis=-1).astype(np.intp)
+    values = -lower.data[coupled]
+    sums = whole.sum(axis=1)
+    ground = np.where(np.abs(sums) > _ROUND_OFF * diagonal, sums, 0.0)
+    if not symmetric:
+        reason = "is not symmetric"
+    elif np.any(values < 0):
+        reason = f"has positive entries off its diagonal ({(values < 0).sum()} of {len(values)})"
+    elif np.any(ground < 0):
+        reason = f"has rows whose sum is negative ({(ground < 0).sum()} of {len(ground)})"
+    else:
+        return Links(ground, pairs, values, "")
+    return Links(np.zeros_like(ground), pairs, np.zeros_like(values), reason)
+
+
+def network(model: Model) -> Network:
+    """Masses, springs and dampers of a model; none of those of a condensed one."""
+    none = Links(np.zeros(model.n_dof), np.empty((0, 2), np.intp), np.empty(0), "")
+    if isinstance(model, CondensedModel):
+        return Network(np.zeros(model.n_dof), none, none, 0, False)
+    mass: Any = sp.csc_array(model.mass_matrix)
+    return Network(
+        mass.diagonal(),
+        links(model.stiffness_matrix),
+        links(model.damping_matrix),
+        len(links(mass).pairs),
+        True,
+    )
+
+
+def kinds_of_contacts(model: Model) -> list[list[str]]:
+    """What each contact is: ``friction``, ``cubic``, both, or ``opened`` where it does nothing."""
+    limit = model.friction_coefficient * model.normal_load
+    rubs = (limit > 0) & (model.contact_stiffness > 0)
+    kinds = [
+        ["friction"] * bool(rub) + ["cubic"] * bool(cubic)
+        for rub, cubic in zip(rubs, model.cubic_stiffness, strict=True)
+    ]
+    return [kind or ["opened"] for kind in kinds]
+
+
+def joined(model: Model, parts: Network) -> NDArray[np.intp]:
+    """Pairs of degrees of freedom that anything joins, (n, 2), the lower one first."""
+    touched = [sorted(dofs) for dofs in model.contacts if len(dofs) == 2]
+    contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)
+    every = np.concatenate([parts.springs.pairs, parts.dampers.pairs, contacts])
+    return np.unique(np.sort(every, axis=1), axis=0)

@@ -1,0 +1,236 @@
+"""Schematic drawings of models: masses, springs, dampers, contacts and the force on them."""
+
+import textwrap
+from collections import Counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from symhbm import check
+from symhbm.condensed_model import CondensedModel
+from symhbm.excitation import EngineOrder, Excitation, HarmonicForce, PointForce
+from symhbm.fourier import FloatArray, FourierBasis, check_harmonics
+from symhbm.model import Model
+from symhbm.plot.drawing import SYMBOLS, canvas, figure_of
+from symhbm.plot.layout import layout_of
+from symhbm.plot.masses import draw_dots, draw_forces, draw_hub, draw_symbols, number
+from symhbm.plot.network import Network, joined, kinds_of_contacts, network
+
+MOST_MASSES = 16
+"""Largest number of masses that are drawn with symbols."""
+MOST_BESIDE = 4
+"""Largest number of contacts on one pair, or between one mass and the ground, with symbols."""
+_WRAP = 66
+_WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
+
+
+class _Force(NamedTuple):
+    """Size on each degree of freedom (n_dof,) [N], what it is, on how many that are not kept."""
+
+    size: FloatArray
+    text: str
+    inside: int
+
+
+def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figure:
+    """Draw a structure: its masses, what joins them and holds them to the ground, its contacts.
+
+    Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
+    plates that are pressed together a friction damper, a spring with an arrow through it a cubic
+    spring, and a broken line a contact that does nothing. Of each kind the first is named; values
+    that differ stand beside each, others below. Larger structures are dots and lines, as far from
+    each other as there are links between them.
+
+    A stiffness or damping matrix is drawn where it is a sum of springs or dampers: symmetric, with
+    no positive entry off its diagonal and no negative sum of a row. What a matrix has beyond that,
+    and coupling by inertia, is not drawn, and told below.
+
+    Parameters
+    ----------
+    structure
+        A `symhbm.Model` of any kind, or a `symhbm.HarmonicBalance`, whose force is drawn as well.
+    force
+        An excitation, or a `symhbm.HarmonicBalance` that has one, to be drawn as arrows; their
+        lengths tell how large it is on each degree of freedom.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no model and no excitation, and for a force that does not fit the model.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> sh.plot.model(disk, force=sh.EngineOrder(3)).savefig("disk.png")
+    """
+    drawn, pushes = _given(structure, force)
+    parts = network(drawn)
+    pairs = joined(drawn, parts)
+    kinds = kinds_of_contacts(drawn)
+    detailed = _is_small(drawn, len(pairs))
+    layout = layout_of(drawn, parts, pairs, detailed)
+    with canvas(ax, _size(layout.places, detailed)) as ax:
+        if not parts.linear:
+            draw_hub(ax, layout, "linear\nstructure")
+        elif layout.hub and detailed and (parts.springs.ground.any() or parts.dampers.ground.any()):
+            draw_hub(ax, layout, "disk" if drawn.lumped else "ground")
+        draw = draw_symbols if detailed else draw_dots
+        draw(ax, drawn, parts, kinds, layout)
+        if pushes is not None:
+            draw_forces(ax, layout, pushes.size, detailed)
+        lines = [*_linear_values(parts), *_contact_values(drawn, kinds)]
+        told = [f"Not drawn: {what}." for what in _not_drawn(drawn, parts, pushes)]
+        told = [*([] if pushes is None else [pushes.text]), *told]
+        lines += [textwrap.fill(line, _WRAP) for line in told]
+        ax.autoscale_view()
+        ax.set_xlabel("\n".join(lines), fontsize=8.5)
+        head = repr(drawn).partition("\n")[0].partition(": ")[2]
+        ax.set_title(head if parts.linear else f"condensed: {head}")
+        ax.set(xticks=[], yticks=[])
+        # Axes that keep their place: a layout then knows the room that all lines below need.
+        ax.set_aspect("equal", adjustable="datalim")
+        ax.grid(False)
+        ax.spines[:].set_visible(False)
+    return figure_of(ax)
+
+
+def _is_small(model: Model, n_pairs: int) -> bool:
+    """Whether symbols have the room that they need."""
+    beside = Counter(tuple(sorted(dofs)) for dofs in model.contacts)
+    allowed = MOST_BESIDE if model.n_dof > 1 else 3 * MOST_BESIDE
+    crowded = max(beside.values(), default=0) > allowed
+    return model.n_dof <= MOST_MASSES and n_pairs <= 2 * model.n_dof and not crowded
+
+
+def _given(structure: Any, force: Any) -> tuple[Model, _Force | None]:
+    """The model, and the force on it."""
+    given = structure if isinstance(structure, Model) else getattr(structure, "model", None)
+    if not isinstance(given, Model):
+        raise TypeError(
+            f"structure={check.shown(structure)}: expected a Model, or a HarmonicBalance, "
+            "which rebuild makes of a dataset"
+        )
+    name, holder = ("structure", structure) if force is None else ("force", force)
+    excitation = getattr(holder, "excitation", None if force is None else force)
+    if excitation is None:
+        return given, None
+    if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
+        raise TypeError(
+            f"{name}={check.shown(holder)}: expected an excitation or a HarmonicBalance"
+        )
+    return given, _force(given, excitation, getattr(holder, "basis", None))
+
+
+def _force(model: Model, excitation: Excitation, basis: FourierBasis | None) -> _Force:
+    if basis is None:
+        tables = (getattr(excitation, name, {}) for name in ("cosine", "sine"))
+        own = {harmonic for table in tables for harmonic in table}
+        own |= {1, getattr(excitation, "harmonic", 1)}
+        basis = FourierBasis(check_harmonics(own))
+    whole = model.structure if isinstance(model, CondensedModel) else model
+    shape = np.linalg.norm(excitation.shape(whole.n_dof, basis), axis=1)
+    size = abs(excitation.amplitude) * shape
+    text = f"force on {_counted(np.count_nonzero(size), 'degree')} of freedom"
+    amplitude = f"$f_0$ = {number(excitation.amplitude)} N"
+    if isinstance(excitation, PointForce):
+        turn = "" if excitation.harmonic == 1 else f"{excitation.harmonic} "
+        phase = f" + {number(excitation.phase)} rad" if excitation.phase else ""
+        text = rf"force $f_0$ cos({turn}$\omega t${phase}) on {excitation.dof}, {amplitude}"
+    elif isinstance(excitation, EngineOrder):
+        blades = _counted(np.count_nonzero(size), "blade")
+        text = f"force of engine order {excitation.order} on {blades}, {amplitude}"
+    elif isinstance(excitation, HarmonicForce):
+        numbers = sorted({*excitation.cosine, *excitation.sine})
+        summed = " (root of the sum of squares)" if len(numbers) > 1 else ""
+        plural = "harmonics" if len(numbers) > 1 else "harmonic"
+        text += f", {plural} {', '.join(map(str, numbers))}, up to {number(size.max())} N{summed}"
+    inside = 0
+    if isinstance(model, CondensedModel):
+        inside = int(np.count_nonzero(np.delete(size, model.dofs)))
+        size = size[model.dofs]
+    return _Force(size, text, inside)
+
+
+def _size(places: FloatArray, detailed: bool) -> tuple[float, float]:
+    """Width and height of a figure [inch]."""
+    width, height = np.ptp(places, axis=0)
+    if not detailed:
+        return 8.6, float(np.clip(2.6 + 5.0 * height / (width or 1.0), 3.6, 7.0))
+    if height == 0:
+        return max(1.3 * len(places) + 1.4, 5.6), 3.4 if len(places) == 1 else 4.1
+    return 6.6, 7.2
+
+
+def _linear_values(parts: Network) -> list[str]:
+    if not parts.linear:
+        return []
+    massless = int((parts.mass == 0).sum())
+    without = f", {_counted(massless, 'degree')} of freedom without it (dashed)"
+    lines = [f"mass $m$ = {_span(parts.mass)} kg{without if massless else ''}"]
+    for letter, unit, name, each in (
+        ("k", "N/m", "spring", parts.springs),
+        ("c", "N s/m", "damper", parts.dampers),
+    ):
+        held = each.ground[each.ground > 0]
+        values = each.ground[:0] if each.reason else each.values
+        for own, where in ((held, "to the ground"), (values, "between")):
+            if len(own):
+                plural = name + "s" * (len(own) > 1)
+                lines.append(f"{plural} {where} ${letter}$ = {_span(own)} {unit}")
+    return lines
+
+
+def _contact_values(model: Model, kinds: list[list[str]]) -> list[str]:
+    lines = []
+    for kind, names in (
+        ("friction", ("contact_stiffness", "friction_coefficient", "normal_load")),
+        ("cubic", ("cubic_stiffness",)),
+        ("opened", ()),
+    ):
+        own = [j for j, each in enumerate(kinds) if kind in each]
+        texts = [
+            f"{SYMBOLS[name][0]} = {_span(getattr(model, name)[own])} {SYMBOLS[name][1]}".strip()
+            for name in names
+            if own
+        ]
+        if own:
+            told = f": {', '.join(texts)}" if texts else ", without force"
+            lines.append(_counted(len(own), _WORDS[kind]) + told)
+    return lines
+
+
+def _not_drawn(model: Model, parts: Network, force: _Force | None) -> list[str]:
+    """What there is beside what the picture shows."""
+    told = []
+    if isinstance(model, CondensedModel):
+        told.append(f"mass, damping and stiffness of all {model.n_whole} degrees of freedom")
+    if parts.springs.reason:
+        told.append(
+            f"springs; the stiffness matrix {parts.springs.reason} and is no network of them, "
+            "grey lines are what it couples"
+        )
+    if parts.dampers.reason:
+        told.append(f"viscous dampers; the damping matrix {parts.dampers.reason}")
+    if parts.inertial_pairs:
+        told.append(f"coupling of {_counted(parts.inertial_pairs, 'pair')} by inertia")
+    if force is not None and force.inside:
+        told.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
+    return told
+
+
+def _counted(count: Any, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _span(values: FloatArray) -> str:
+    low, high = float(values.min()), float(values.max())
+    near = high - low <= 1e-9 * max(abs(low), abs(high))
+    return number(low) if near else f"{number(low)} to {number(high)}"
