@@ -31,6 +31,7 @@ STUDIES = {
     "harmonic_convergence": 34,
     "one_harmonic_validity": 18,
     "laws_and_solvers": 28,
+    "switching_angles": 60,
     "optimal_normal_load_single_blade": 15,
     "optimal_normal_load_engine_orders": 240,
     "optimal_normal_load_robust": 200,

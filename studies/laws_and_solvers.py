@@ -20,7 +20,7 @@ from studies import fig08_engine_orders as fig08
 from studies.landmark import Landmark, Source
 from studies.run import run
 from symhbm.continuation import Status, newton, solve_point
-from symhbm.response import AngleStatus, solve_angles
+from symhbm.continuation.angles import AngleStatus, solve_angles
 
 NAME = "laws_and_solvers"
 SOLVERS = ("newton", "rootfinder", "ipopt")

@@ -7,7 +7,7 @@ from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder, turning_hessian
-from symhbm.balance.switching_angles import SwitchingAngles, check_odd
+from symhbm.balance.switching_angles import SwitchingAngles, check_odd, slip_angles
 
 __all__ = [
     "CondensedForces",
@@ -22,5 +22,6 @@ __all__ = [
     "check_problem",
     "is_held",
     "locate_each",
+    "slip_angles",
     "turning_hessian",
 ]

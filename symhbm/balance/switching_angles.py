@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.numerics import FloatArray, FourierBasis, monotone_root, turning_points
+from symhbm.model.contacts import LocatedFriction
+from symhbm.numerics import FloatArray, FourierBasis, constant, monotone_root, turning_points
 
 DUMMY = (0.0, 0.5)
 """``theta_0`` [rad] and ``rho`` of a contact that does not slip: any angles without singularity."""
@@ -33,6 +34,8 @@ class SwitchingAngles:
 
     Attributes
     ----------
+    n_coefficients, n_contacts
+        Numbers of Fourier coefficients and of contacts.
     n_unknowns
         Number of coefficients [m], of ``theta_0`` [rad] and of ``rho`` [-], in this order; one of
         the latter two per contact.
@@ -54,24 +57,25 @@ class SwitchingAngles:
     """
 
     def __init__(self, problem: HarmonicBalance):
-        basis, model = problem.basis, problem.model
+        basis, n_contacts = problem.basis, problem.n_contacts
         check_odd(basis.harmonics)
         self._balance = problem.residual
-        self._ends = [problem.n_unknowns, problem.n_unknowns + model.n_contacts]
-        self.n_unknowns = problem.n_unknowns + 2 * model.n_contacts
+        self._ends = [problem.n_unknowns, problem.n_unknowns + n_contacts]
+        self.n_coefficients, self.n_contacts = problem.n_unknowns, n_contacts
+        self.n_unknowns = problem.n_unknowns + 2 * n_contacts
         self.compiled: dict[str, ca.Function] = {}
 
         symbol: dict[str, Any] = {"unknowns": ca.SX.sym("unknowns", self.n_unknowns)}
         for name in self._balance.name_in()[1:]:
             if name not in ("matrix", "vector"):
                 symbol[name] = ca.SX.sym(name, self._balance.sparsity_in(name))
-        symbol["slip"] = ca.SX.sym("slip", model.n_contacts)
+        symbol["slip"] = ca.SX.sym("slip", n_contacts)
         x, theta_0, rho = ca.vertsplit(symbol["unknowns"], [0, *self._ends, self.n_unknowns])
-        wave = ca.reshape(x, basis.n_components, model.n_dof)
-        relative = ca.mtimes(wave, _constant(model.directions.toarray().T))
+        moved = ca.mtimes(constant(problem.directions), x)
+        relative = ca.reshape(moved, basis.n_components, n_contacts)
         kernel, spring = switching_kernel(basis), ca.DM.eye(basis.n_components)
         matrices, vectors, turning, onset = [], [], [], []
-        for j in range(model.n_contacts):
+        for j in range(n_contacts):
             slip, stiffness = symbol["slip"][j], symbol["contact_stiffness"][j]
             limit = symbol["friction_coefficient"][j] * symbol["normal_load"][j]
             # The side not taken is evaluated too: at an angle where it is finite.
@@ -100,10 +104,12 @@ class SwitchingAngles:
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_],
+        friction: LocatedFriction | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `jacobian` at a point with the parameters of ``problem``.
 
-        ``unknowns`` (n_unknowns,), ``frequency`` in rad/s, ``slip`` (n_contacts,). Raises
+        ``unknowns`` (n_unknowns,), ``frequency`` in rad/s, ``slip`` (n_contacts,); ``friction``
+        are the events of the contacts where they are known, which no input depends on. Raises
         ValueError if these are not the equations of ``problem``.
         """
         if problem.residual is not self._balance:
@@ -111,7 +117,7 @@ class SwitchingAngles:
                 "problem: expected the one these equations were built from, or a copy of it by "
                 "with_parameters"
             )
-        named = problem.arguments(self.split(unknowns)[0], frequency)
+        named = problem.arguments(self.split(unknowns)[0], frequency, friction=friction)
         named |= {"unknowns": unknowns, "slip": np.asarray(slip, dtype=float)}
         return {name: named[name] for name in self._names}
 
@@ -120,20 +126,30 @@ class SwitchingAngles:
         return np.split(unknowns, self._ends)
 
     def start(
-        self, problem: HarmonicBalance, unknowns: FloatArray
+        self,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        slip: NDArray[np.bool_] | None = None,
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Unknowns (n_unknowns,) and ``slip`` (n_contacts,) of located coefficients [m].
+        """Unknowns (n_unknowns,) and ``slip`` (n_contacts,) from coefficients [m].
 
-        ``theta_star`` is the first angle with ``y = y(theta_0) - 2 g / k_d``, Eq. (11).
+        ``theta_star`` is the first angle with ``y = y(theta_0) - 2 g / k_d``, Eq. (11). By default
+        the motion tells which contacts slip. One held in ``slip`` short of its limit has the
+        ``rho`` above 1 that the equations continue to.
         """
-        stiffness, limit = _stiffness_and_limit(problem)
-        slip = problem.locate(unknowns).slip & (limit > 0) & (stiffness > 0)
+        stiffness, limit = problem.contact_stiffness, problem.slip_limit
+        located = problem.locate(unknowns)
+        asked = located.slip if slip is None else slip
+        slip = asked & (limit > 0) & (stiffness > 0)
+        assert slip is not None
         theta_0, rho = (np.full(len(slip), value) for value in DUMMY)
         if slip.any():
             travel = 2 * limit[slip] / stiffness[slip]
             first, onset = _first_slip(problem.basis, problem.relative(unknowns)[slip], travel)
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
+            short = slip & (located.excess < 0)
+            rho[short] = np.exp(-located.excess[short])
         return np.concatenate([unknowns, theta_0, rho]), slip
 
     def applies(
@@ -150,7 +166,7 @@ class SwitchingAngles:
         ``theta_0``, no reversal while it slips, no force beyond the limit while it sticks; a
         sticking one no reason to slip.
         """
-        stiffness, limit = _stiffness_and_limit(problem)
+        stiffness, limit = problem.contact_stiffness, problem.slip_limit
         result = (problem.locate(unknowns).excess <= SLACK) | (limit == 0)
         waves = problem.relative(unknowns)
         points = turning_points(problem.basis, waves)
@@ -173,6 +189,24 @@ class SwitchingAngles:
         return result
 
 
+def slip_angles(
+    problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """``theta_0`` and ``theta_star`` [rad] of a motion, Eqs. (10) and (11).
+
+    Of all contacts of the structure, NaN where they are not in ``slip`` (n_contacts,) or have
+    neither spring nor limit.
+    """
+    model, basis = problem.model, problem.basis
+    travel = 2 * model.friction_coefficient * model.normal_load
+    slip = slip & (travel > 0) & (model.contact_stiffness > 0)
+    both = np.full((2, len(slip)), np.nan)
+    if slip.any():
+        waves = (model.directions @ problem.everywhere(unknowns))[slip]
+        both[:, slip] = _first_slip(basis, waves, travel[slip] / model.contact_stiffness[slip])
+    return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
+
+
 def check_odd(harmonics: tuple[int, ...]) -> None:
     """Raise ValueError if a harmonic is not odd."""
     other = [n for n in harmonics if n % 2 == 0]
@@ -188,28 +222,32 @@ def switching_kernel(basis: FourierBasis) -> ca.Function:
     """CasADi function of one slipping contact, Eqs. (6)-(8), (10), (11), odd harmonics only.
 
     From the coefficients of ``y`` (n_components) [m], ``theta_0`` [rad] and ``rho`` [-] above 0
-    and below 1 to the matrix (n_components, n_components) and vector (n_components) of the force,
-    ``dy/dtau`` at ``theta_0`` [m], and ``y(theta_0) - y(theta_star)`` [m].
+    to the matrix (n_components, n_components) and vector (n_components) of the force,
+    ``dy/dtau`` at ``theta_0`` [m], and ``y(theta_0) - y(theta_star)`` [m]. From ``rho`` 1 on the
+    contact sticks all half period, and the last is the range of ``y`` times ``rho``: a contact held
+    in slip short of its limit, for continuation.
     """
     y = ca.SX.sym("coefficients", basis.n_components)
     theta_0, rho = ca.SX.sym("theta_0"), ca.SX.sym("rho")
+    slides = rho < 1
+    inside = ca.if_else(slides, rho, DUMMY[1])
     # Keeps the digits of a short stick, as acos(1 - 2 rho) does not.
-    width = 2 * ca.atan2(ca.sqrt(rho), ca.sqrt(1 - rho))
+    width = ca.if_else(slides, 2 * ca.atan2(ca.sqrt(inside), ca.sqrt(1 - inside)), np.pi)
     stick = _moments(basis, theta_0, width)
     slip = _moments(basis, theta_0 + width, np.pi - width)
     each = np.eye(stick.shape[0])
-    integrals = _constant(basis.integrals(each).T)
-    products = _constant(basis.products(each).transpose(2, 1, 0).reshape(-1, len(each)))
+    integrals = constant(basis.integrals(each).T)
+    products = constant(basis.products(each).transpose(2, 1, 0).reshape(-1, len(each)))
     on_stick, on_slip = ca.mtimes(integrals, stick), ca.mtimes(integrals, slip)
     values = ca.cos(ca.DM(basis.order) * theta_0 - ca.DM(basis.is_sine * np.pi / 2))
     matrix = ca.reshape(ca.mtimes(products, stick), basis.n_components, basis.n_components)
-    slope = ca.mtimes(_constant(basis.derivative_matrix), y)
+    slope = ca.mtimes(constant(basis.derivative_matrix), y)
     outputs = [
         2 * (matrix - ca.mtimes(on_stick, values.T)),
         2 * (on_stick - on_slip),
         ca.dot(slope, values),
         # The integral of the slope keeps the digits that a difference of values loses.
-        -np.pi * ca.dot(slope, on_stick),
+        -np.pi * ca.dot(slope, on_stick) * ca.fmax(rho, 1),
     ]
     return ca.Function("switching", [y, theta_0, rho], outputs)
 
@@ -221,17 +259,8 @@ def _moments(basis: FourierBasis, left: ca.SX, width: ca.SX) -> ca.SX:
     return ca.vertcat(width, factor * ca.cos(middle), 0, factor * ca.sin(middle))
 
 
-def _constant(matrix: FloatArray) -> ca.DM:
-    return ca.sparsify(ca.DM(np.ascontiguousarray(matrix)))
-
-
 def _function(name: str, inputs: dict[str, Any], output: ca.SX) -> ca.Function:
     return ca.Function(name, list(inputs.values()), [output], list(inputs), [name])
-
-
-def _stiffness_and_limit(problem: HarmonicBalance) -> tuple[FloatArray, FloatArray]:
-    model = problem.model
-    return model.contact_stiffness, model.friction_coefficient * model.normal_load
 
 
 def _first_slip(
@@ -255,4 +284,6 @@ def _first_slip(
 
     noise = np.finfo(float).eps * np.abs(waves).sum(axis=1)
     falling = np.zeros(len(waves), dtype=bool)
-    return points.angle[:, 0], monotone_root(value_and_slope, left, right, falling, guess, noise)
+    onset = monotone_root(value_and_slope, left, right, falling, guess, noise)
+    # At the limit the level is the lowest value, where no slope leads.
+    return points.angle[:, 0], np.where(level <= low + 4 * noise, right, onset)

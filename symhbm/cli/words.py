@@ -102,8 +102,13 @@ def _problem(dataset: xr.Dataset) -> Lines:
     yield "harmonics", listed
     samples = about.get("samples")
     if np.any(dataset.get("contact_stiffness", np.ones(1))):
-        sampled = f"marched over {samples} samples a period"
-        yield "friction law", sampled if samples else "located switching angles, no sampling"
+        solver = json.loads(dataset.attrs.get("followed", "{}")).get("angles")
+        law = "located switching angles, no sampling"
+        if samples:
+            law = f"marched over {samples} samples a period"
+        elif solver:
+            law = f"switching angles as unknowns, Eqs. (4)-(11), solved by {solver}"
+        yield "friction law", law
 
 
 def _drawn(variable: xr.DataArray) -> str:

@@ -9,7 +9,7 @@ from symhbm.balance import Evaluation
 from symhbm.continuation.between import Peak, locate_peaks, overlooked, unbounded_peak
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.deflation import other_solution
-from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import Curve
@@ -43,7 +43,7 @@ class Walk:
     ):
         self.curve = curve
         self.each = each
-        self.corrector = Corrector(curve)
+        self.corrector = self._corrector_of(curve)
         self.points: list[PathPoint] = []
         self.peaks: list[Peak] = []
         self.rejected = 0
@@ -53,7 +53,7 @@ class Walk:
 
     def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
         lost, room = 0, max_points
-        found = self._solve_anew(start) if guess is None else self._newton(guess, start)
+        found = self._solve_anew(start) if guess is None else self.corrector.free(guess, start)
         if guess is not None and not found.converged:
             found = self._solve_anew(start)
         if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
@@ -86,7 +86,7 @@ class Walk:
             self.peaks.append(peak)
             for distance in np.array(_RESTARTS) * (peak.value - last.value):
                 start = peak.value + distance
-                found = self._newton(-last.unknowns, start)
+                found = self.corrector.free(-last.unknowns, start)
                 if not found.converged:
                     found = self._solve_anew(start)
                 if found.converged:
@@ -98,6 +98,9 @@ class Walk:
             self.status = Status.OTHER_SOLUTIONS
         if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
             self.status = Status.BRANCH_POINTS
+
+    def _corrector_of(self, curve: Curve) -> Corrector:
+        return Corrector(curve)
 
     def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
         """A path with the events that its steps passed over."""
@@ -177,7 +180,7 @@ class Walk:
             station = self._between(here, there, value)
             if station is not None and self._norm(station.state[:-1], value) > ACCEPTED:
                 # A contact changes its state for a moment between two points of the path.
-                station = self._station(self._newton(station.state[:-1], value), value)
+                station = self._station(self.corrector.free(station.state[:-1], value), value)
             if station is None and self.curve.single_valued:
                 station = self._station(self._solve_anew(value), value)
             found.append((station, self.corrector.solves - before))
@@ -256,11 +259,6 @@ class Walk:
 
     def _solve_anew(self, value: float) -> NewtonResult:
         found = solve_point(*self.curve.at(value))
-        self.corrector.solves += found.iterations
-        return found
-
-    def _newton(self, unknowns: FloatArray, value: float) -> NewtonResult:
-        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
         self.corrector.solves += found.iterations
         return found
 

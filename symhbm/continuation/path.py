@@ -102,7 +102,8 @@ class Path:
                 self.rejected += 1
                 step /= 4
                 stuck = step < max(SHRUNK * usual, SMALLEST_STEP)
-                if stuck and self._curve.single_valued:
+                hops = self._curve.single_valued and self._curve.angles is None
+                if stuck and hops:
                     # Steps that shrank from corner to corner tell nothing of what lies beyond.
                     attempt, step = self._hop(point, max(usual, SMALLEST_HOP))
             if attempt is None:

@@ -20,12 +20,14 @@ class Curve(ABC):
 
     ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
     solution at each value, so that a path that turns back is a failure and not a fold; lengths
-    along the parameter are relative to its value, but to no less than ``smallest``.
+    along the parameter are relative to its value, but to no less than ``smallest``. ``angles`` is
+    the solver where the switching angles are unknowns too, None where they are located.
     """
 
     problem: HarmonicBalance
     single_valued: bool
     smallest: float = 0.0
+    angles: str | None = None
 
     @abstractmethod
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
@@ -137,6 +139,10 @@ class ParameterCurve(Curve):
             # An iteration that leaves the allowed values is one that fails.
             raise ArithmeticError(str(error)) from error
 
+    def chosen(self, problem: HarmonicBalance) -> FloatArray:
+        """1 for each blade or contact balanced in a problem whose parameter moves, 0 for others."""
+        return problem.own(self.name, self._chosen)
+
     def evaluate(
         self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
     ) -> Evaluation:
@@ -145,7 +151,7 @@ class ParameterCurve(Curve):
         evaluation = problem.evaluate(unknowns, frequency, slip)
         inputs = problem.arguments(unknowns, frequency, slip)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
-        chosen = problem.own(self.name, self._chosen)
+        chosen = self.chosen(problem)
         excess_by_parameter: FloatArray | float = 0.0
         exponent = PARAMETERS[self.name].in_slip
         if exponent and value != 0:

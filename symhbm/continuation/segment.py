@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
-from symhbm.continuation.newton import newton
 from symhbm.numerics import FloatArray, cubic, cubic_slope
 
 _ACROSS = 0.5
@@ -173,8 +172,7 @@ class Between:
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         if not low < guess[-1] < high:
             guess[-1] = (low + high) / 2
-        result = newton(lambda unknowns: self.curve.evaluate(unknowns, guess[-1]), guess[:-1])
-        self.corrector.solves += result.iterations
+        result = self.corrector.free(guess[:-1], float(guess[-1]))
         if not result.converged:
             return None
         state = np.append(result.unknowns, guess[-1])

@@ -48,6 +48,16 @@ class Status(StrEnum):
         "not every response is as accurate as asked for, with the most harmonics that are tried; "
         "truncation_error tells what each is; try an accuracy that asks for less"
     )
+    ANGLES_DO_NOT_APPLY = (
+        "the form with the switching angles as unknowns does not apply over all of the band: a "
+        "contact reverses while it slips; the points are valid; use located angles, the default of "
+        "angles, for the rest"
+    )
+    ANGLES_NOT_CONVERGED = (
+        "the solver of the form with the switching angles as unknowns did not converge over all of "
+        "the band; the points are valid; try another solver in angles, or located angles, its "
+        "default"
+    )
     UNBOUNDED = (
         "the response grows without bound: no damping limits this resonance; "
         "add damping or friction, or end the band before it"

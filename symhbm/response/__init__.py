@@ -1,6 +1,5 @@
 """The verbs on one problem or many: respond, solve, move in time, verify."""
 
-from symhbm.response.angle_solvers import AngleStatus, solve_angles
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
 from symhbm.response.periodic import transient
@@ -11,13 +10,11 @@ from symhbm.response.verify import summary, verify
 
 __all__ = [
     "FIGURES",
-    "AngleStatus",
     "follow",
     "frf",
     "recover",
     "resume",
     "solve",
-    "solve_angles",
     "summary",
     "transient",
     "verify",

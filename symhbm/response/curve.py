@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import HarmonicBalance, slip_angles
 from symhbm.continuation import Curve, Event, FrequencyCurve, ParameterCurve, Status
+from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
@@ -34,10 +35,13 @@ def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
 def curve_of(task: Task, problem: HarmonicBalance) -> Curve:
     """The equations to follow."""
     if task.frequency is None:
-        return FrequencyCurve(problem)
-    smallest = SMALLEST * max(abs(value) for value in task.band)
-    omega = RADIANS * task.frequency
-    return ParameterCurve(problem, task.name, omega, task.index, smallest)
+        curve = FrequencyCurve(problem)
+    else:
+        smallest = SMALLEST * max(abs(value) for value in task.band)
+        omega = RADIANS * task.frequency
+        curve = ParameterCurve(problem, task.name, omega, task.index, smallest)
+    curve.angles = task.angles
+    return curve
 
 
 def symmetry_of(task: Task, problem: HarmonicBalance) -> Symmetry | None:
@@ -88,7 +92,7 @@ class _Computation:
             for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
         peaks = self._peaks(found)
-        counts = dict(
+        counts: dict[str, float] = dict(
             n_points=len(along),
             n_peaks=len(peaks["peak_value"]),
             n_events=len(events),
@@ -96,6 +100,12 @@ class _Computation:
             linear_solves=self._refinement.solves,
             n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
         )
+        status = str(self._status)
+        if task.angles is not None:
+            share = covered([part.walk for part in self._stretches], task.unit, task.band)
+            counts["angles_share"] = share
+            if self._status in ANGLES_ENDED:
+                status += f" (it was followed over {share:.1%} of the band)"
         return Branch(
             points=points,
             peaks=peaks,
@@ -104,7 +114,7 @@ class _Computation:
                 event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
                 event_contact=np.array([event.contact for _, event in events], dtype=int),
             ),
-            status=str(self._status),
+            status=status,
             harmonics=self._problem(self._largest).harmonics,
             counts=counts,
         )
@@ -172,6 +182,13 @@ class _Computation:
         unknowns = np.array([response.unknowns for response in responses])
         frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
         table = describe_each(problems, unknowns, frequencies, solves, self._task.stability)
+        if self._task.angles is not None:
+            for i, pair in enumerate(zip(problems, unknowns, strict=True)):
+                both = slip_angles(*pair, table["contact_state"][i] == 1)
+                for name, angles in zip(("theta_0", "theta_star"), both, strict=True):
+                    # Located angles know no motion that reverses while it sticks.
+                    unknown = np.isnan(table[name][i])
+                    table[name][i] = np.where(unknown, angles, table[name][i])
         errors = [response.error for response in responses]
         tangents = np.array([response.tangents for response in responses])
         slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._task.unit

@@ -39,6 +39,9 @@ FIGURES = {
     "amplitude_mismatch": Figure(
         1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
     ),
+    "angles_difference": Figure(
+        1e-9, "response solved again with the switching angles as unknowns, relative difference"
+    ),
     "exact_difference": Figure(
         None, "amplitude against the exact periodic motion, relative", ("amplitude",)
     ),

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.continuation.angles import check_angles, check_path_angles
 from symhbm.model import PARAMETERS, warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check
@@ -18,6 +19,7 @@ from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import curve_of
 from symhbm.response.run import run, told
 from symhbm.results import (
+    Angles,
     Peaks,
     Task,
     check_band,
@@ -39,6 +41,7 @@ def frf(
     *,
     accuracy: float | None = None,
     stability: bool = False,
+    angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
@@ -78,6 +81,14 @@ def frf(
         Add ``growth_rate`` and ``stability`` of every response, which those of cubic springs have
         anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
         period.
+    angles
+        Solve Eqs. (4)-(11) with the switching angles as unknowns beside the Fourier coefficients:
+        every point of the path by ``"newton"`` (this package's), CasADi's ``"rootfinder"`` or
+        ``"ipopt"``, from a start of its own. The form holds while no contact reverses while it
+        slips; a band in which one does is followed in the parts where it holds, and
+        ``angles_share`` and ``status`` tell how much that is. Each point is also held against
+        located friction. With odd harmonics alone, not with ``accuracy``, cubic springs, friction
+        over samples or a condensed structure. By default the angles are located.
     peaks
         Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
         rises by 1 % of the largest response over the valleys beside it is found, and most of those
@@ -148,6 +159,7 @@ def frf(
     problem.check_frequencies("frequency", band)
     task = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
@@ -164,6 +176,7 @@ def follow(
     dof: int | None = None,
     accuracy: float | None = None,
     stability: bool = False,
+    angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
     keep: Iterable[str] | None = None,
@@ -193,7 +206,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    accuracy, stability, peaks, sector, keep, verifiable
+    accuracy, stability, angles, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
     archive, executor, throw, progress, max_points
         As in `frf`.
@@ -243,6 +256,7 @@ def follow(
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, task, options, over, archive, executor, throw, progress)
 
@@ -273,6 +287,10 @@ def _run(
         warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
+    angles = options["angles"]
+    if angles is not None:
+        check_angles(problem, angles)
+        check_path_angles(angles, may_fold, accuracy)
     task = Task(
         **described,
         each=peaks == "each",
@@ -282,6 +300,7 @@ def _run(
         accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
         keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
+        angles=angles,
     )
     curve_of(task, problem)
     return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)

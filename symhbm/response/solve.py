@@ -8,11 +8,11 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import FrequencyCurve, NewtonResult, SolveError, Status, solve_point
+from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, check
 from symhbm.response.accuracy import Refinement, Response, check_accuracy
-from symhbm.response.angle_solvers import check_angles, solve_angles
 from symhbm.response.describe import describe, nothing
 from symhbm.results import schema
 from symhbm.time_domain import check_stability

@@ -6,7 +6,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import RADIANS, FloatArray, check, larger_set, unknowns_of
+from symhbm.continuation import FrequencyCurve
+from symhbm.continuation.angles import AngleCorrector
+from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
 from symhbm.results.archive import ArchiveError, rebuild
@@ -111,7 +113,12 @@ class StoredPoints:
     @property
     def known(self) -> list[str]:
         """The figures that can be computed."""
-        return [name for name, about in FIGURES.items() if {*about.needs} <= self.stored.keys()]
+        return [
+            name
+            for name, about in FIGURES.items()
+            if {*about.needs} <= self.stored.keys()
+            and (name != "angles_difference" or self.followed.get("angles"))
+        ]
 
     @property
     def amplitude(self) -> FloatArray:
@@ -149,9 +156,23 @@ class StoredPoints:
                     self._with(problem, each) for each in (harmonics, larger_set(harmonics))
                 )
                 figures |= point_figures(stored, same, larger, omega)
+                if "angles_difference" in figures:
+                    figures["angles_difference"] = self._angles_difference(stored, same, omega)
         except (ValueError, ArithmeticError, IndexError):
             pass
         return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
+
+    def _angles_difference(
+        self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
+    ) -> float:
+        """Difference from what the same solver finds with the switching angles as unknowns."""
+        # Compiled once for all parameter sets.
+        problem = self._sets[problem.harmonics].with_parameters(**problem.parameters)
+        basis = problem.basis
+        unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
+        corrector = AngleCorrector(FrequencyCurve(problem), self.followed["angles"])
+        found = corrector.free(unknowns, omega)
+        return relative_difference(unknowns, found.unknowns) if found.converged else np.inf
 
     def _harmonics(self, index: tuple[int, ...]) -> tuple[int, ...]:
         """The harmonics of one point: it may have fewer than the dataset."""

@@ -5,6 +5,7 @@ from symhbm.results.description import Description
 from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
     OF_PEAKS,
+    Angles,
     Branch,
     Peaks,
     Task,
@@ -27,6 +28,7 @@ __all__ = [
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",
     "VARIABLES",
+    "Angles",
     "Branch",
     "Description",
     "Encoded",

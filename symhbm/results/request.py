@@ -12,6 +12,7 @@ from symhbm.model import PARAMETERS, dims_of
 from symhbm.numerics import RADIANS, FloatArray, Table, check
 
 Peaks = Literal["largest", "each"]
+Angles = Literal["newton", "rootfinder", "ipopt"]
 _ROUND_OFF = 1e-9
 """Distance of a value from an end of the band, relative to the band, that is none."""
 OF_PEAKS = ("coefficient", "amplitude", "dof")
@@ -28,7 +29,8 @@ class Task:
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
     of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
     make, relatively. ``sector``: solve one sector where there are several that move alike.
-    ``keep``: names of the dataset to keep, None for all.
+    ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
+    angles are unknowns too.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Task:
     accuracy: float | None = None
     sector: bool = True
     keep: tuple[str, ...] | None = None
+    angles: str | None = None
 
     @property
     def unit(self) -> float:
@@ -70,7 +73,7 @@ class Branch:
     events: Table
     status: str
     harmonics: tuple[int, ...]
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: dict[str, float] = field(default_factory=dict)
 
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:

@@ -116,6 +116,9 @@ VARIABLES = {
     "n_sectors": Variable(
         (), "1", "sectors that move alike, of which one was solved; 1: the whole structure"
     ),
+    "angles_share": Variable(
+        (), "1", "share of the band followed with the switching angles as unknowns"
+    ),
     "status": Variable((), "1", "why the computation ended"),
     "angle": Variable((), "rad", "angle of the period, omega t"),
     "displacement": Variable(("dof",), "m", "displacement"),

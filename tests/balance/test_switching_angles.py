@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 import symhbm as sh
 from studies import fig03_single_blade, fig08_engine_orders
 from symhbm.balance.switching_angles import SwitchingAngles
+from symhbm.continuation.angles.solvers import AngleStatus, solve_angles
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.start import solve_point
-from symhbm.response.angle_solvers import AngleStatus, solve_angles
 
 SOLVERS = ("newton", "rootfinder", "ipopt")
 HARMONICS = [(1,), (1, 3), (1, 3, 5)]

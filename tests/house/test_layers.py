@@ -28,7 +28,7 @@ ROOMS = [
 ]
 """From the ground to the roof: a room imports from those before it."""
 ONLY_IN = {
-    "casadi": "numerics model.contacts balance continuation.correctors response design",
+    "casadi": "numerics model.contacts balance continuation.correctors continuation.angles design",
     "xarray": "results peaks response design ensembles plot cli",
     "matplotlib": "plot",
     "tqdm": "workers",

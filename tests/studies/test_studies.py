@@ -41,6 +41,7 @@ from studies import (
     optimal_normal_load_engine_orders,
     optimal_normal_load_robust,
     optimal_normal_load_single_blade,
+    switching_angles,
 )
 from studies.__main__ import STUDIES, main, statements
 from studies.claim import Claim, Finding
@@ -114,6 +115,10 @@ def outcome(tmp_path_factory):
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
+        for name, value in dict(
+            LOADS=(3,), ENGINE_ORDERS=(1,), PARTLY=(), N_FREQUENCIES=21
+        ).items():
+            patch.setattr(switching_angles, name, value)
         for study, arguments in SMALL.items():
             patch.setattr(study, "compute", partial(study.compute, **arguments))
         code = main(STUDIES, results)
@@ -207,6 +212,14 @@ def test_laws_and_solvers(datasets):
     table = laws_and_solvers.table(dataset)
     assert table.count("does not apply") == 3
     assert table.count("\n") == 6
+
+
+def test_switching_angles(datasets):
+    """Every curve is followed by every solver, and the table tells each."""
+    dataset = datasets["switching_angles"]
+    assert np.all(dataset.status == "the end of the band was reached")
+    assert np.all(dataset.linear_solves > 0)
+    assert switching_angles.table(dataset).count("| 100.0 % |") == dataset.sizes["case"] == 4
 
 
 def test_closed_form_peaks_are_those_of_the_reference():

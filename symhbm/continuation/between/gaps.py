@@ -13,7 +13,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
-from symhbm.continuation.newton import ACCEPTED, newton, slope_of
+from symhbm.continuation.newton import ACCEPTED, slope_of
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
 from symhbm.continuation.segment import Between, Station, measure
 from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
@@ -176,8 +176,7 @@ def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) 
     if found is not None and not found.crosses:
         return Station(found.point, found.direction * scale)
     value = float(guess[-1])
-    anew = newton(lambda unknowns: curve.evaluate(unknowns, value), guess[:-1])
-    corrector.solves += anew.iterations
+    anew = corrector.free(guess[:-1], value)
     if not anew.converged:
         return None
     direction = np.sign(width) * np.append(slope_of(anew.evaluation), 1.0)

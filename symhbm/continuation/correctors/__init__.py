@@ -4,17 +4,22 @@ from symhbm.continuation.correctors.constraints import (
     BEYOND,
     ON_LIMIT,
     AtLimit,
+    Constraint,
     Corrected,
     Hyperplane,
     crossed,
     unit_parameter,
 )
+from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.correctors.stepwise import Corrector
 
 __all__ = [
     "BEYOND",
+    "MAX_CORRECTIONS",
     "ON_LIMIT",
+    "STAGNATION",
     "AtLimit",
+    "Constraint",
     "Corrected",
     "Corrector",
     "Hyperplane",

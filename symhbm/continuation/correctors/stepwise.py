@@ -13,7 +13,7 @@ from symhbm.continuation.correctors.constraints import (
     unit_parameter,
 )
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
-from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.newton import TOLERANCE, NewtonResult, newton
 from symhbm.continuation.problem import Curve
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import Factorisation, FloatArray, bordered
@@ -93,6 +93,12 @@ class Corrector:
                 direction = solution[:, 1] / np.linalg.norm(solution[:, 1])
                 return self._corrected(point, evaluation, scale, direction, sign, point, slip)
         return None
+
+    def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        """Solution at a ``value`` from ``unknowns`` (n_unknowns,), contacts free."""
+        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
+        self.solves += found.iterations
+        return found
 
     def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
         return Corrected(

@@ -12,9 +12,8 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import ON_LIMIT, Corrected, Corrector, unit_parameter
-from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
-from symhbm.numerics import FloatArray
 
 SMALLEST_STEP = 1e-9
 LARGEST_PREDICTION_ERROR = 0.3
@@ -50,7 +49,7 @@ def _at_distance(
 ) -> Hop | None:
     heading = np.sign(end - base.value)
     value = base.value + heading * min(length * abs(base.after[-1]), abs(end - base.value))
-    result = _solve(corrector, base, value)
+    result = corrector.free(base.unknowns, value)
     scale = corrector.curve.scale(base.state)
     error = corrector.curve.distance(np.append(result.unknowns, value), base.state, scale)
     if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
@@ -82,7 +81,7 @@ def _first_change(
     def excess(share: float, contact: int) -> float:
         if share == 0.0:
             return float(base.excess[contact])
-        result = _solve(corrector, base, base.value + share * (value - base.value))
+        result = corrector.free(base.unknowns, base.value + share * (value - base.value))
         if not result.converged:
             raise ArithmeticError("no solution before a change of contact states")
         return float(result.evaluation.friction.excess[contact])
@@ -91,13 +90,4 @@ def _first_change(
     for contact in contacts:
         shares.append(scipy.optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
     at = base.value + min(shares) * (value - base.value)
-    return at, _solve(corrector, base, at)
-
-
-def _solve(corrector: Corrector, base: PathPoint, value: float) -> NewtonResult:
-    def balance(unknowns: FloatArray):
-        return corrector.curve.evaluate(unknowns, value)
-
-    result = newton(balance, base.unknowns)
-    corrector.solves += result.iterations
-    return result
+    return at, corrector.free(base.unknowns, at)

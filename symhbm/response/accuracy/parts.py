@@ -93,7 +93,7 @@ def joined(stretches: list[Stretch]) -> list[Response]:
     """The responses of all stretches, each value once: where two meet, with more harmonics."""
     found = [stretch.own() for stretch in stretches]
     for (left, right), (one, other) in zip(pairwise(found), pairwise(stretches), strict=True):
-        if left and right:
+        if left and right and left[-1].value == right[0].value:
             (left.pop() if other.rung > one.rung else right.pop(0))
     return [response for part in found for response in part]
 

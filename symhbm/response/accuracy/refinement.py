@@ -13,6 +13,7 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import LARGEST_SIZE, Curve, PathPoint, Status, Walk, newton, slope_of
+from symhbm.continuation.angles import angle_walks
 from symhbm.continuation.between import Peak, solved_between
 from symhbm.continuation.events import reduced
 from symhbm.numerics import FloatArray, largest_displacement
@@ -112,14 +113,14 @@ class Refinement:
         ``max_points`` and ``each`` as of `Walk`; ``guess`` may be a response at the first value.
         """
         curve = self.curve(rung)
+        if curve.angles is not None:
+            return [self._whole(rung, walk) for walk in angle_walks(curve, band, max_points, each)]
         walk = Walk(curve, band, max_points, each, guess)
+        if not np.isfinite(self._accuracy) or not walk.points:
+            return [self._whole(rung, walk)]
         self.solves += walk.corrector.solves
         self.rejected += walk.rejected
         points, last = walk.points, len(walk.points) - 1
-        if not np.isfinite(self._accuracy) or not points:
-            responses = [Response.of(point, rung, np.nan) for point in points]
-            unknown = [np.nan] * len(walk.peaks)
-            return [Stretch(walk, rung, 0, last, responses, walk.peaks, unknown)]
         found, of_peaks = self._along(rung, points), self._along(rung, walk.peaks)
         pairs = zip(points, found, strict=True)
         responses = [Response.of(point, rung, here.error) for point, here in pairs]
@@ -146,6 +147,14 @@ class Refinement:
             return parts if complete else None
 
         return self._replaced(whole, needed > rung, refined)
+
+    def _whole(self, rung: int, walk: Walk) -> Stretch:
+        """All of a walk, without errors by truncation."""
+        self.solves += walk.corrector.solves
+        self.rejected += walk.rejected
+        responses = [Response.of(point, rung, np.nan) for point in walk.points]
+        unknown = [np.nan] * len(walk.peaks)
+        return Stretch(walk, rung, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
 
     def _settle_few(self, whole: Stretch, needed: np.ndarray, between: np.ndarray) -> None:
         """Settle points one by one where few in a row ask for more harmonics.

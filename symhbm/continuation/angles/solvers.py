@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd
-from symhbm.continuation import ACCEPTED, newton, solve_point
+from symhbm.continuation.newton import ACCEPTED, newton
+from symhbm.continuation.start import solve_point
+from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import DENSE_LIMIT, FloatArray, check
 
 AGREEMENT = 1e-9
@@ -71,13 +73,32 @@ class AngleResult:
 
 def check_angles(problem: HarmonicBalance, solver: str) -> None:
     """Raise ValueError unless there is such a solver and the form can be written for a problem."""
-    if solver not in _SOLVERS:
+    if not isinstance(solver, str) or solver not in _SOLVERS:
         raise ValueError(f"angles={check.shown(solver)}: expected one of {', '.join(_SOLVERS)}")
+    if isinstance(problem.model, CondensedModel):
+        raise ValueError(
+            f"angles={solver!r}: expected None for a condensed structure, whose linear part is no "
+            "CasADi function; use the attribute structure of its model"
+        )
     if problem.samples is not None:
         raise ValueError(
             f"problem: samples={problem.samples}, expected None: a sampled law has no angles"
         )
     check_odd(problem.basis.harmonics)
+
+
+def check_path_angles(solver: str, may_fold: bool, accuracy: float | None) -> None:
+    """Raise ValueError for what a path with angles as unknowns cannot have beside it."""
+    if accuracy is not None:
+        raise ValueError(
+            f"angles={solver!r}: expected None with accuracy={accuracy:g}, which adds harmonics "
+            "from located friction; leave accuracy out, or use located angles"
+        )
+    if may_fold:
+        raise ValueError(
+            f"angles={solver!r}: expected None with cubic springs, which may make several "
+            "responses; use located angles"
+        )
 
 
 def solve_angles(
@@ -123,7 +144,7 @@ def solve_angles(
     evaluation = problem.evaluate(located, frequency)
     if evaluation.norm > ACCEPTED:
         return _result(problem, AngleStatus.NOT_LOCATED, np.zeros(len(slip), bool))
-    applies = angles.applies(problem, located, *_angles(angles, own, slip))
+    applies = angles.applies(problem, located, *two_angles(angles, own, slip))
     if not applies.all():
         return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
 
@@ -136,7 +157,7 @@ def solve_angles(
     if not np.abs(residual).max() <= ACCEPTED:
         return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
 
-    found = (angles.split(point * column)[0], *_angles(angles, point * column, slip))
+    found = (angles.split(point * column)[0], *two_angles(angles, point * column, slip))
     applies = angles.applies(problem, *found)
     difference = float(np.linalg.norm(found[0] - located) / (np.linalg.norm(located) or 1.0))
     if not applies.all():
@@ -162,10 +183,12 @@ def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
     return result
 
 
-def _angles(angles: SwitchingAngles, unknowns: FloatArray, slip) -> tuple[FloatArray, FloatArray]:
+def two_angles(
+    angles: SwitchingAngles, unknowns: FloatArray, slip
+) -> tuple[FloatArray, FloatArray]:
     """``theta_0`` and ``theta_star`` [rad], NaN where a contact does not slip."""
     _, theta_0, rho = angles.split(unknowns)
-    stick = 2 * np.arctan2(np.sqrt(rho), np.sqrt(1 - rho))
+    stick = 2 * np.arcsin(np.sqrt(np.clip(rho, 0.0, 1.0)))
     return np.where(slip, theta_0, np.nan), np.where(slip, theta_0 + stick, np.nan)
 
 
@@ -174,7 +197,7 @@ def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, Flo
     coefficients, _, rho = angles.split(unknowns)
     response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
     balance = np.full(len(coefficients), magnitude or 1.0)
-    spring = problem.model.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
+    spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
     turning = np.where(slip, spring, 1.0)
     # Eq. (11) loses digits in gross slip as its forces shrink, theta_star as they are scaled by
     # the spring force: the mean of both sizes serves both.
@@ -215,8 +238,8 @@ def _newton(angles, first, values, column, located: Evaluation) -> tuple[FloatAr
 
 
 # A residual below round-off, so that the length of the last step decides.
-_ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
-_IPOPT: dict[str, Any] = {
+ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
+IPOPT: dict[str, Any] = {
     "print_time": False,
     "calc_lam_p": False,
     "ipopt.print_level": 0,
@@ -231,12 +254,12 @@ _IPOPT: dict[str, Any] = {
     "ipopt.bound_frac": 1e-9,
     "ipopt.bound_relax_factor": 0.0,
 }
-_QUIET = {"show_eval_warnings": False}
+QUIET = {"show_eval_warnings": False}
 
 
 def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "rootfinder" not in angles.compiled:
-        solver = ca.rootfinder("angles", "newton", _problem(angles), _ROOTFINDER | _QUIET)
+        solver = ca.rootfinder("angles", "newton", _problem(angles), ROOTFINDER | QUIET)
         angles.compiled["rootfinder"] = solver
     return _call(angles.compiled["rootfinder"], x0=first / column, p=values)
 
@@ -244,7 +267,7 @@ def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int
 def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "ipopt" not in angles.compiled:
         program = _problem(angles) | {"f": ca.SX(0)}
-        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, _IPOPT | _QUIET)
+        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, IPOPT | QUIET)
     coefficients, theta_0, rho = angles.split(first)
     free = np.full(len(coefficients), np.inf)
     low = np.concatenate([-free, theta_0 - np.pi / 2, np.zeros(len(rho))]) / column

@@ -1,0 +1,21 @@
+"""Paths on the unknowns of the paper: Fourier coefficients and switching angles, Eqs. (9)-(11)."""
+
+from symhbm.continuation.angles.branches import ANGLES_ENDED, angle_walks, covered
+from symhbm.continuation.angles.corrector import AngleCorrector
+from symhbm.continuation.angles.solvers import (
+    AngleStatus,
+    check_angles,
+    check_path_angles,
+    solve_angles,
+)
+
+__all__ = [
+    "ANGLES_ENDED",
+    "AngleCorrector",
+    "AngleStatus",
+    "angle_walks",
+    "check_angles",
+    "check_path_angles",
+    "covered",
+    "solve_angles",
+]

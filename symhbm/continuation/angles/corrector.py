@@ -1,0 +1,201 @@
+"""Points of a curve with the switching angles as unknowns, by a solver chosen by name.
+
+What a solver finds is a point only if each contact moves as Eqs. (4)-(11) suppose and if friction
+marched along the motion leaves no residual: the equations have false solutions. States of contacts
+are held over a step, as everywhere on a path; what begins or ends slip is ``rho = 1``.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation
+from symhbm.continuation.angles.solvers import two_angles
+from symhbm.continuation.angles.system import AngleSystem, angle_system
+from symhbm.continuation.correctors import (
+    Constraint,
+    Corrected,
+    Corrector,
+    Hyperplane,
+    crossed,
+    unit_parameter,
+)
+from symhbm.continuation.newton import ACCEPTED, TOLERANCE, NewtonResult
+from symhbm.continuation.path import Path
+from symhbm.continuation.problem import Curve, ParameterCurve
+from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.status import Status
+from symhbm.numerics import Factorisation, FloatArray
+
+_WEAK, _STRONG = 0.5, 1e3
+"""Force over that at which slip begins, and that at which friction does little, to start from."""
+_ANYWHERE = 10.0
+"""Distance from a guess of another place, relative to the response, within which to look."""
+
+
+class AngleCorrector(Corrector):
+    """Corrects guesses onto a curve by one of the solvers."""
+
+    def __init__(self, curve: Curve, solver: str):
+        super().__init__(curve)
+        moving = curve.name if isinstance(curve, ParameterCurve) else "frequency"
+        self.solver = solver
+        self._system: AngleSystem = angle_system(curve.problem, moving)
+
+    def correct(
+        self,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        slip: NDArray[np.bool_],
+        precision: float = 1e-6,
+        radius: float = 0.5,
+    ) -> Corrected | None:
+        """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
+        try:
+            with np.errstate(all="ignore"):
+                system = self._system.bordered(self.curve, guess, scale, constraint, slip)
+                found, solves = self._system.solve(self.solver, system, precision)
+        except ArithmeticError:
+            return None
+        self.solves += solves
+        scaled = np.append(found[: len(guess) - 1], found[-1])
+        if not np.linalg.norm(scaled - guess / scale) <= radius:
+            return None
+        point = scaled * scale
+        try:
+            evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        except ArithmeticError:
+            return None
+        _, theta_0, rho = self._system.angles.split((found * system.column)[:-1])
+        if not self._holds(point, theta_0, rho, slip, evaluation):
+            return None
+        _, row = constraint(point, evaluation)
+        return self._with_tangent(point, evaluation, scale, row, guess, slip)
+
+    def tangent(
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """Tangent at a solution with the contact states ``slip``, along ``row`` where it can be."""
+        evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        borders = row, unit_parameter(len(row))
+        found = (
+            self._with_tangent(point, evaluation, scale, border, point, slip) for border in borders
+        )
+        return next((tangent for tangent in found if tangent is not None), None)
+
+    def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
+        """Solution at a value near ``unknowns``, in the contact states that its motion asks for."""
+        before = self.solves
+        point = np.append(unknowns, value)
+        slip = self.curve.at(value)[0].locate(unknowns).slip
+        status = Status.NO_CONVERGENCE
+        for _ in range(2 + len(slip)):
+            scale = self.curve.scale(point)
+            plane = Hyperplane(point, scale, unit_parameter(len(point)))
+            found = self.correct(point, scale, plane, slip, radius=_ANYWHERE)
+            if found is None:
+                break
+            point = np.append(found.point[:-1], value)
+            slip = slip ^ crossed(found.excess, slip)
+            if not found.crosses and found.residual_norm <= TOLERANCE:
+                status = Status.SUCCESS
+                break
+        evaluation = self.curve.evaluate(point[:-1], value)
+        return NewtonResult(point[:-1], evaluation, self.solves - before, status)
+
+    def anew(self, value: float) -> NewtonResult:
+        """Solution at a value without a known neighbour: the force grows from a linear response.
+
+        From an amplitude at which no contact slips, or falls from one at which friction does
+        little. Where located friction tells that the form does not apply, nothing is tried.
+        """
+        before = self.solves
+        problem, frequency = self.curve.at(value)
+        if self.applies(value) is False:
+            nothing = np.full(problem.n_unknowns, np.nan)
+            evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
+            return NewtonResult(nothing, evaluation, 1, Status.NO_CONVERGENCE)
+        amplitude = float(problem.parameters["force_amplitude"])
+        stuck = linear_response(problem, frequency)
+        if stuck is None:
+            nothing = np.zeros(problem.n_unknowns)
+            evaluation = problem.evaluate(nothing, frequency)
+            return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
+        excess = problem.locate(stuck).excess
+        excess = excess[np.isfinite(excess)]
+        result = self.free(stuck, value)
+        if result.converged or not excess.size or excess.max() <= 0:
+            return result
+        curve = ParameterCurve(problem, "force_amplitude", frequency)
+        without = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+        starts = [(stuck, _WEAK * np.exp(-excess.max()))]
+        if without is not None:
+            starts.append((without, _STRONG * np.exp(-excess.min())))
+        for linear, share in starts:
+            walker = AngleCorrector(curve, self.solver)
+            first = walker.free(share * linear, share * amplitude)
+            if first.converged:
+                path = Path(curve, first.unknowns, share * amplitude, amplitude, walker)
+                points = list(path)
+                if path.status == Status.REACHED_END:
+                    result = self.free(points[-1].unknowns, value)
+            self.solves += walker.solves
+            if result.converged:
+                break
+        return replace(result, iterations=self.solves - before)
+
+    def applies(self, value: float) -> bool | None:
+        """Whether the form applies to the response with located angles, None without one."""
+        problem, frequency = self.curve.at(value)
+        located = solve_point(problem, frequency)
+        if not located.converged:
+            return None
+        angles = self._system.angles
+        unknowns, slip = angles.start(problem, located.unknowns)
+        both = two_angles(angles, unknowns, slip)
+        return bool(angles.applies(problem, located.unknowns, *both).all())
+
+    def _holds(
+        self,
+        point: FloatArray,
+        theta_0: FloatArray,
+        rho: FloatArray,
+        slip: NDArray[np.bool_],
+        evaluation: Evaluation,
+    ) -> bool:
+        """Whether what a solver found is a motion of Eqs. (4)-(11), no false solution."""
+        if not evaluation.norm <= ACCEPTED:
+            return False
+        problem, _ = self.curve.at(float(point[-1]))
+        beyond = crossed(evaluation.friction.excess, slip)
+        slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
+        at_limit = slides & (rho >= 1 - ACCEPTED)
+        angles = self._system.angles
+        both = two_angles(angles, np.concatenate([point[:-1], theta_0, rho]), slides & ~at_limit)
+        applies = angles.applies(problem, point[:-1], *both)
+        return bool(np.all(applies | beyond | at_limit | ~slides))
+
+    def _with_tangent(
+        self,
+        point: FloatArray,
+        evaluation: Evaluation,
+        scale: FloatArray,
+        row: FloatArray,
+        guess: FloatArray,
+        slip: NDArray[np.bool_],
+    ) -> Corrected | None:
+        """A point with the tangent of the equations with all their unknowns there."""
+        plane = Hyperplane(point, scale, row)
+        with np.errstate(all="ignore"):
+            system = self._system.bordered(self.curve, point, scale, plane, slip)
+            _, jacobian = self._system.evaluate(system.start, system.values)
+        self.solves += 1
+        direction = Factorisation(jacobian).solve(unit_parameter(len(system.start)))
+        if direction is None:
+            return None
+        direction = np.append(direction[: len(point) - 1], direction[-1])
+        direction /= np.linalg.norm(direction)
+        sign = 1 if direction[-1] >= 0 else -1
+        return self._corrected(point, evaluation, scale, direction, sign, guess, slip)

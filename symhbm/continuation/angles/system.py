@@ -1,0 +1,199 @@
+"""Eqs. (4)-(11) with one parameter free and one constraint: what a path is corrected by.
+
+The unknowns are the coefficients, both angles of every contact and the parameter that moves. The
+constraint is a plane, or ``rho = 1`` of one contact: there slip begins and ends, as the spring
+force just reaches the limit.
+"""
+
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import casadi as ca
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.balance import Equations, HarmonicBalance, SwitchingAngles
+from symhbm.continuation.angles.solvers import IPOPT, QUIET, ROOTFINDER
+from symhbm.continuation.correctors import (
+    MAX_CORRECTIONS,
+    STAGNATION,
+    AtLimit,
+    Constraint,
+    Hyperplane,
+)
+from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.problem import Curve, ParameterCurve
+from symhbm.numerics import DENSE_LIMIT, Compiled, Factorisation, FloatArray
+
+_MOST_OF_THE_WAY = 0.9
+"""Share of the way to 0 that one step may take ``rho``, which is positive."""
+
+
+class Bordered(NamedTuple):
+    """The scaled system of one correction.
+
+    ``start`` (n + 2 n_contacts + 1,), the scaled unknowns to start from; ``values``, all inputs
+    beside them; ``column`` (of the same size), the scales of the unknowns.
+    """
+
+    start: FloatArray
+    values: FloatArray
+    column: FloatArray
+
+
+class AngleSystem:
+    """The bordered equations along one parameter, compiled once for all parameter sets.
+
+    ``moving`` is the name of the parameter, or ``"frequency"``. ``solve`` and ``jacobian`` take
+    what ``bordered`` gives.
+    """
+
+    def __init__(self, angles: SwitchingAngles, moving: str):
+        self.angles = angles
+        self._moving = moving
+        self._solvers: dict[str, ca.Function] = {}
+        function = angles.residual
+        n, n_contacts = angles.n_coefficients, angles.n_contacts
+        size = angles.n_unknowns + 1
+        point = ca.SX.sym("x", size)
+        data = {
+            name: ca.SX.sym(name, function.sparsity_in(name)) for name in function.name_in()[1:]
+        }
+        chosen = ca.SX.sym("chosen", data[moving].shape[0])
+        column, row = ca.SX.sym("column", size), ca.SX.sym("row", size - 1)
+        normal, anchor = ca.SX.sym("normal", n + 1), ca.SX.sym("anchor", n + 1)
+        limit = ca.SX.sym("limit", n_contacts)
+        state = point * column
+        moved = data | {moving: chosen * state[-1] + (1 - chosen) * data[moving]}
+        residual = function.call([state[:-1], *moved.values()])[0] / row
+        path = ca.vertcat(point[:n], point[-1])
+        plane = ca.dot(normal, path - anchor)
+        rho = state[n + n_contacts : -1]
+        constraint = plane + ca.dot(limit, rho - 1)
+        inputs = ca.veccat(*data.values(), chosen, column, row, normal, anchor, limit)
+        self._program = {"x": point, "p": inputs, "g": ca.vertcat(residual, constraint)}
+        jacobian = ca.jacobian(self._program["g"], point)
+        dense = size <= DENSE_LIMIT
+        outputs = [self._program["g"], ca.densify(jacobian) if dense else jacobian]
+        scaled = ca.Function("bordered", [point, inputs], [ca.densify(outputs[0]), outputs[1]])
+        self._sparsity = scaled.sparsity_out(1)
+        self._dense = dense
+        self._scaled = Compiled(scaled)
+
+    def bordered(
+        self,
+        curve: Curve,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        slip: NDArray[np.bool_],
+    ) -> Bordered:
+        """The system of a correction: its start has the angles of the motion that is guessed."""
+        problem, frequency = curve.at(float(guess[-1]))
+        limit = np.zeros(len(slip))
+        if isinstance(constraint, Hyperplane):
+            normal, anchor = constraint.normal, constraint.anchor / scale
+        else:
+            assert isinstance(constraint, AtLimit)
+            normal, anchor = np.zeros(len(guess)), np.zeros(len(guess))
+            limit[constraint.contact] = 1.0
+        first, held = self.angles.start(problem, guess[:-1], slip | (limit > 0))
+        coefficients, theta_0, rho = self.angles.split(first)
+        rho = np.where(limit > 0, 1.0, rho)
+        evaluation = curve.evaluate(guess[:-1], float(guess[-1]), slip)
+        magnitude = evaluation.magnitude or 1.0
+        spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
+        column = np.concatenate([scale[:-1], np.ones(len(rho)), rho, scale[-1:]])
+        row = np.concatenate(
+            [
+                np.full(len(coefficients), magnitude),
+                np.where(held, spring, 1.0),
+                np.where(held, spring * np.sqrt(rho), 1.0),
+            ]
+        )
+        named = self.angles.arguments(problem, first, frequency, held, evaluation.friction)
+        data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
+        chosen = np.ones(1)
+        if isinstance(curve, ParameterCurve):
+            chosen = np.atleast_1d(curve.chosen(problem))
+        values = np.concatenate([*data, chosen, column, row, normal, anchor, limit])
+        start = np.concatenate([coefficients, theta_0, rho, guess[-1:]])
+        return Bordered(start / column, values, column)
+
+    def evaluate(self, point: FloatArray, values: FloatArray) -> tuple[FloatArray, Any]:
+        """Scaled equations with the constraint last, and their Jacobian."""
+        residual, entries = self._scaled(point, values)
+        if self._dense:
+            return residual, entries.reshape(self._sparsity.shape, order="F")
+        return residual, self._assembled(entries)
+
+    def _assembled(self, entries: FloatArray) -> Any:
+        starts, rows = self._sparsity.get_ccs()
+        return sp.csc_array((entries, rows, starts), shape=self._sparsity.shape)
+
+    def solve(self, solver: str, system: Bordered, precision: float) -> tuple[FloatArray, int]:
+        """Where a solver ends, scaled, and the linear systems it solved; NaN where it fails."""
+        if solver == "newton":
+            return self._newton(system, precision)
+        if solver not in self._solvers:
+            self._solvers[solver] = self._made(solver)
+        bounds = {}
+        if solver == "ipopt":
+            bounds = dict(lbg=0.0, ubg=0.0) | self._bounds(system)
+        function = self._solvers[solver]
+        try:
+            found = np.asarray(function(x0=system.start, p=system.values, **bounds)["x"].full())
+        except RuntimeError:
+            return np.full(len(system.start), np.nan), 1
+        return found[:, 0], max(int(function.stats()["iter_count"]), 1)
+
+    def _made(self, solver: str) -> ca.Function:
+        if solver == "rootfinder":
+            return ca.rootfinder("bordered", "newton", self._program, ROOTFINDER | QUIET)
+        return ca.nlpsol("bordered", "ipopt", self._program | {"f": ca.SX(0)}, IPOPT | QUIET)
+
+    def _bounds(self, system: Bordered) -> dict[str, FloatArray]:
+        low = np.full(len(system.start), -np.inf)
+        high = -low
+        n, count = self.angles.n_coefficients, self.angles.n_contacts
+        angles, rho = slice(n, n + count), slice(n + count, n + 2 * count)
+        low[angles], high[angles] = (
+            system.start[angles] + turn for turn in (-np.pi / 2, np.pi / 2)
+        )
+        low[rho] = 0.0
+        return {"lbx": low, "ubx": high}
+
+    def _newton(self, system: Bordered, precision: float) -> tuple[FloatArray, int]:
+        """Newton's method on all unknowns at once."""
+        n, count = self.angles.n_coefficients, self.angles.n_contacts
+        rho = slice(n + count, n + 2 * count)
+        point, last, solves = system.start, np.inf, 0
+        while True:
+            residual, jacobian = self.evaluate(point, system.values)
+            on_curve = np.abs(residual).max() <= TOLERANCE
+            if on_curve and last <= precision:
+                return point, solves
+            step = Factorisation(jacobian).solve(-residual)
+            if step is None or solves == MAX_CORRECTIONS:
+                break
+            solves += 1
+            previous, last = last, float(np.linalg.norm(step))
+            if solves > 3 and last > previous and on_curve:
+                return point, solves
+            falls = step[rho] < 0
+            room = -point[rho][falls] / step[rho][falls]
+            point = point + min(1.0, _MOST_OF_THE_WAY * room.min(initial=np.inf)) * step
+        # What round-off leaves may be above the tolerance.
+        return (point if last <= STAGNATION else np.full(len(point), np.nan)), solves
+
+
+_SYSTEMS: WeakKeyDictionary[Equations, dict[str, AngleSystem]] = WeakKeyDictionary()
+
+
+def angle_system(problem: HarmonicBalance, moving: str) -> AngleSystem:
+    """The system of a problem along a parameter, the same for all its copies by with_parameters."""
+    systems = _SYSTEMS.setdefault(problem.compiled[0], {})
+    if moving not in systems:
+        systems[moving] = AngleSystem(SwitchingAngles(problem), moving)
+    return systems[moving]

@@ -1,0 +1,291 @@
+"""Curves with the switching angles as unknowns: the located ones, from their own starts."""
+
+import json
+import warnings
+from functools import cache
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from studies import fig03_single_blade, fig08_engine_orders
+from symhbm.continuation.angles.corrector import AngleCorrector
+from symhbm.continuation.angles.system import angle_system
+from symhbm.continuation.correctors.constraints import Hyperplane, unit_parameter
+from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.newton import ACCEPTED
+from symhbm.continuation.problem import FrequencyCurve, ParameterCurve
+from symhbm.continuation.start import solve_point
+from symhbm.continuation.status import Status
+
+SOLVERS = ("newton", "rootfinder", "ipopt")
+TURN = 2 * np.pi
+INNER = ["dof", "harmonic", "component"]
+AGREEMENT = 1e-9
+"""Largest difference from located friction, relative to the response."""
+
+
+@cache
+def blade(harmonics):
+    return fig03_single_blade.problem(harmonics)
+
+
+@cache
+def ring(harmonics):
+    return fig08_engine_orders.problem(harmonics)
+
+
+def compared(problem, band, solver, over=None, n=41, **options):
+    """Both curves and the largest difference wherever the angles are solved for."""
+    grid = np.linspace(*sorted(band), n)
+
+    def of(**more):
+        if options:
+            return sh.follow(problem, band=band, over=over, progress=False, **options, **more)
+        return sh.frf(problem, band, over=over, progress=False, **more)
+
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+        path, reference = of(angles=solver), of()
+        one, other = of(angles=solver, at=grid), of(at=grid)
+    distance = np.sqrt(((one.coefficient - other.coefficient) ** 2).sum(INNER, skipna=False))
+    return path, reference, one, distance / np.sqrt((other.coefficient**2).sum(INNER))
+
+
+def assert_same(path, reference, moving="frequency"):
+    """The same peaks and events, the whole band."""
+    assert set(path.status.values.ravel()) == {str(Status.REACHED_END)}
+    assert np.all(path.angles_share == 1)
+    for name in (f"peak_{moving}", "peak_amplitude", f"event_{moving}"):
+        assert path[name].shape == reference[name].shape
+        np.testing.assert_allclose(path[name], reference[name], rtol=AGREEMENT)
+    for name in ("peak_kind", "event_kind", "event_contact"):
+        np.testing.assert_array_equal(path[name], reference[name])
+
+
+def false_start(problem):
+    """Near a solution of Eqs. (4)-(11) whose theta_0 is on a smaller maximum of ``y``."""
+    first, third, theta_0 = 1.67e-5 * np.exp(-0.727j), 2.74e-4 * np.exp(-4.27j), 0.096
+    blades = np.arange(13) * TURN / 13
+    first, third = first * np.exp(-1j * blades), third * np.exp(-3j * blades)
+    wave = np.column_stack([first.real, -first.imag, third.real, -third.imag])
+    return np.concatenate([wave.ravel(), theta_0 + blades, np.full(13, 0.73)])
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "solver"), [((1,), "newton"), *(((1, 3, 5), solver) for solver in SOLVERS)]
+)
+def test_blade_of_figure_3(harmonics, solver):
+    """Gross slip at the start of the band, onset and end of slip inside it, a stuck contact."""
+    over = {"normal_load": [0.5, 18, 500]}
+    path, reference, grid, distance = compared(blade(harmonics), (10, 30), solver, over)
+    assert_same(path, reference)
+    assert grid.converged.all()
+    assert float(distance.max()) <= AGREEMENT
+    assert path.residual_norm.max() <= ACCEPTED
+    slips = path.contact_state == 1
+    assert int(slips.sum()) > 20
+    assert not np.isnan(path.theta_0.where(slips, 0)).any()
+    assert not np.isnan(path.theta_star.where(slips, 0)).any()
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_ring_where_every_false_point_converges(solver):
+    path, reference, grid, distance = compared(ring((1, 3)), (60, 90), solver)
+    assert_same(path, reference)
+    assert int(path.n_sectors) == 13
+    assert grid.converged.all()
+    assert float(distance.max()) <= AGREEMENT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
+def test_all_of_figures_3_and_8(harmonics, solver):
+    for problem, band, over in (
+        (blade(harmonics), (10, 30), {"normal_load": fig03_single_blade.NORMAL_LOADS}),
+        (ring(harmonics), (50, 350), {"engine_order": [1, 3, 6]}),
+    ):
+        path, reference, grid, distance = compared(problem, band, solver, over, n=201)
+        assert_same(path, reference)
+        assert grid.converged.all()
+        assert float(distance.max()) <= AGREEMENT
+
+
+@pytest.mark.parametrize(
+    ("name", "band", "solver"),
+    [
+        ("normal_load", (0.1, 100), "newton"),
+        ("normal_load", (100, 0.1), "ipopt"),
+        ("contact_stiffness", (1e5, 1e3), "rootfinder"),
+    ],
+)
+def test_a_parameter_is_followed(name, band, solver):
+    problem = blade((1, 3)).with_parameters(normal_load=3)
+    options = dict(parameter=name, frequency=19.5)
+    path, reference, grid, distance = compared(problem, band, solver, **options)
+    assert_same(path, reference, name)
+    assert path.sizes["event"] > 0
+    assert grid.converged.all()
+    assert float(distance.max()) <= AGREEMENT
+
+
+def test_no_path_begins_with_located_friction(monkeypatch):
+    """Neither a start nor a point comes from the solver of located friction."""
+
+    def forbidden(*_):
+        raise AssertionError("a located solution")
+
+    # What tells where the form applies is no start of anything.
+    monkeypatch.setattr(AngleCorrector, "applies", lambda *_: None)
+    for place in (
+        "symhbm.continuation.branch.solve_point",
+        "symhbm.continuation.start.solve_point",
+    ):
+        monkeypatch.setattr(place, forbidden)
+    for name in ("free", "correct", "tangent"):
+        monkeypatch.setattr(Corrector, name, forbidden)
+    response = sh.frf(
+        blade((1, 3)), (10, 30), over={"normal_load": [0.01, 3]}, angles="newton", progress=False
+    )
+    assert np.all(response.status == str(Status.REACHED_END))
+
+
+@pytest.mark.parametrize(
+    ("band", "n"),
+    [((65, 67), 9), pytest.param((60, 80), 121, marks=pytest.mark.slow)],
+)
+def test_a_band_in_which_a_contact_reverses_while_it_slips(band, n):
+    problem = ring((1, 3)).with_parameters(normal_load=10)
+    with pytest.warns(RuntimeWarning, match="reverses while it slips.*followed over"):
+        path = sh.frf(problem, band, angles="newton", progress=False)
+    assert str(path.status.values).startswith(str(Status.ANGLES_DO_NOT_APPLY))
+    _, _, grid, distance = compared(problem, band, "newton", n=n)
+    corrector = AngleCorrector(FrequencyCurve(problem), "newton")
+    applies = [corrector.applies(TURN * float(f)) for f in grid.frequency]
+    np.testing.assert_array_equal(grid.converged, applies)
+    assert float(path.angles_share) == pytest.approx(np.mean(applies), abs=2 / (n - 1))
+    assert 0 < float(path.angles_share) < 1
+    assert float(distance.where(grid.converged).max()) <= AGREEMENT
+    assert np.isnan(grid.amplitude.where(~grid.converged, drop=True)).all()
+    # Nothing is told of the gap; beyond it the path goes on to its end.
+    gap = grid.frequency.values[~grid.converged.values]
+    assert not np.any((path.frequency >= gap[0]) & (path.frequency <= gap[-1]))
+    assert path.frequency[0] == band[0]
+    assert path.frequency[-1] == band[1]
+    whole = sh.frf(problem, band, progress=False)
+    np.testing.assert_allclose(path.peak_amplitude, whole.peak_amplitude, rtol=AGREEMENT)
+
+
+def test_false_solutions_are_no_points():
+    """Solved as far as the equations tell, and refused by how the contact moves."""
+    problem, omega = ring((1, 3)).with_parameters(normal_load=10), TURN * 69
+    curve = FrequencyCurve(problem)
+    corrector, system = AngleCorrector(curve, "newton"), angle_system(problem, "frequency")
+    start = false_start(problem)
+    x, theta_0, rho = system.angles.split(start)
+    slip = np.ones(problem.n_contacts, dtype=bool)
+    guess = np.append(x, omega)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, unit_parameter(len(guess)))
+    given = system.bordered(curve, guess, scale, plane, slip)
+    first = np.concatenate([x, theta_0, rho, [omega]]) / given.column
+    found, _ = system.solve("newton", given._replace(start=first), 1e-6)
+    assert np.abs(system.evaluate(found, given.values)[0]).max() <= 1e-9
+    state = found * given.column
+    located = solve_point(problem, omega).unknowns
+    assert np.linalg.norm(state[: len(x)] - located) > 0.1 * np.linalg.norm(located)
+    point = np.append(state[: len(x)], state[-1])
+    evaluation = curve.evaluate(point[:-1], point[-1], slip)
+    angles = system.angles.split(state[:-1])[1:]
+    assert not corrector._holds(point, *angles, slip, evaluation)
+
+
+@pytest.mark.parametrize("moving", ["frequency", "normal_load", "contact_stiffness", "mass"])
+def test_jacobian_is_exact(moving):
+    problem = ring((1, 3)).with_parameters(normal_load=10)
+    omega = TURN * 75
+    curve = FrequencyCurve(problem)
+    value = omega
+    if moving != "frequency":
+        curve = ParameterCurve(problem, moving, omega)
+        value = float(np.ravel(problem.parameters[moving])[0])
+    unknowns = solve_point(problem, omega).unknowns
+    guess = np.append(1.01 * unknowns, value)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, np.linspace(-1, 1, len(guess)))
+    system = angle_system(problem, moving)
+    given = system.bordered(curve, guess, scale, plane, np.ones(problem.n_contacts, dtype=bool))
+    _, jacobian = system.evaluate(given.start, given.values)
+    for k, unit in enumerate(np.eye(len(given.start))):
+        ahead, back = (
+            system.evaluate(given.start + h * unit, given.values)[0] for h in (1e-6, -1e-6)
+        )
+        difference = (ahead - back) / 2e-6
+        # Central differences: 1e-16 over 2e-6 of what each row is scaled by.
+        np.testing.assert_allclose(jacobian[:, k], difference, rtol=1e-6, atol=1e-7)
+
+
+def test_what_is_stored_tells_the_solver(tmp_path):
+    problem = blade((1, 3))
+    over = {"normal_load": [1, 10]}
+    response = sh.frf(
+        problem, (10, 30), over=over, angles="newton", archive=tmp_path / "a.nc", progress=False
+    )
+    assert json.loads(response.attrs["followed"])["angles"] == "newton"
+    assert response.angles_share.attrs["units"] == "1"
+    verified = sh.verify(response, exact="none", progress=False)
+    report = json.loads(verified.attrs["verification"])
+    assert report["passed"]
+    assert 0 <= float(verified.angles_difference.max()) <= AGREEMENT
+    # One coefficient that is off by 1e-6 is told.
+    wrong = response.load().copy(deep=True)
+    wrong.coefficient[0, 5, 0, 0, 0] *= 1 + 1e-6
+    figures = json.loads(sh.verify(wrong, exact="none", progress=False).attrs["verification"])
+    assert figures["figures"]["angles_difference"]["broken"]
+    located = sh.frf(problem, (10, 30), over=over, progress=False)
+    assert "angles_share" not in located
+    assert "angles_difference" not in sh.verify(located, exact="none", progress=False)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (dict(angles="broyden"), "angles='broyden': expected one of newton, rootfinder, ipopt"),
+        (dict(angles=3), "angles=3: expected one of newton, rootfinder, ipopt"),
+        (dict(angles="newton", accuracy=1e-3), "angles='newton': expected None with accuracy"),
+    ],
+)
+def test_bad_arguments(options, words):
+    with pytest.raises(ValueError, match=words):
+        sh.frf(blade((1, 3)), (10, 30), **options)
+    with pytest.raises(ValueError, match=words):
+        sh.follow(blade((1, 3)), "normal_load", (1, 3), frequency=19.5, **options)
+
+
+def test_problems_that_the_form_cannot_be_written_for():
+    even = fig03_single_blade.problem((1, 2, 3))
+    with pytest.raises(ValueError, match="odd harmonics only"):
+        sh.frf(even, (10, 30), angles="newton")
+    one = blade((1, 3))
+    sampled = sh.HarmonicBalance(one.model, one.excitation, (1, 3), 64)
+    with pytest.raises(ValueError, match="a sampled law has no angles"):
+        sh.frf(sampled, (10, 30), angles="newton")
+    springs = one.with_parameters(cubic_stiffness=1e6)
+    with pytest.raises(ValueError, match="expected None with cubic springs"):
+        sh.frf(springs, (10, 30), angles="newton")
+    with pytest.raises(ValueError, match="expected None with cubic springs"):
+        sh.frf(one, (10, 30), over={"cubic_stiffness": [0, 1e6]}, angles="newton")
+    chain = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    model = sh.Model(
+        np.eye(3),
+        1e-4 * chain,
+        chain,
+        contacts=[(0,)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1,
+    )
+    force = sh.PointForce(dof=0)
+    small = sh.HarmonicBalance(sh.condense(model, force, (5, 20)), force)
+    with pytest.raises(ValueError, match="expected None for a condensed structure"):
+        sh.frf(small, (6, 10), angles="newton")
