@@ -14,7 +14,7 @@ import numpy as np
 import symhbm as sh
 from symhbm.time_domain import (
     PERIODIC_TOLERANCE,
-    LinearPieces,
+    LinearMotion,
     March,
     energy_scale,
     extremes,
@@ -41,7 +41,7 @@ def travelling_wave(problem: sh.HarmonicBalance, frequency: float, *starts: np.n
     friction forces [N] at ``tau = 0``; the one nearest to a wave is taken. Raises ArithmeticError
     where nothing periodic is found.
     """
-    pieces = LinearPieces(problem, 2 * np.pi * frequency)
+    pieces = LinearMotion(problem, 2 * np.pi * frequency)
     n = pieces.n_dof
     order = int(problem.parameters["engine_order"])
     # A turn over n moves the wave by as many blades as solve EO * shift = 1 modulo n; half of that

@@ -5,20 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import LocatedFriction
+from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray
 
 
 def locate_each(
     problems: Sequence[HarmonicBalance], unknowns: Sequence[FloatArray]
-) -> list[LocatedFriction]:
+) -> list[ContactState]:
     """Events of all contacts at the unknowns of several problems of one structure, at once."""
     return _locate_all(problems, np.array(unknowns)).split(len(problems))
 
 
 def check_each(
     problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
-) -> tuple[FloatArray, LocatedFriction]:
+) -> tuple[FloatArray, ContactState]:
     """Norms (n_points,) of the equations, and the events of all contacts point by point.
 
     ``unknowns`` (n_points, n_unknowns) of problems of one structure; ``frequencies``
@@ -32,14 +32,14 @@ def check_each(
         residual, magnitude, _, _, events = zip(*found, strict=True)
         largest, force = np.abs(residual).max(axis=1), np.concatenate(magnitude)
         norm = largest / np.where(force > 0, force, 1.0)
-        return norm, compiled.unpacked(np.concatenate(events))
+        return norm, compiled.unpack(np.concatenate(events))
     located = _locate_all(problems, unknowns)
     found = zip(each, located.split(len(problems)), strict=True)
     norm = [problem.evaluate(x, at, friction=own).norm for (problem, x, at), own in found]
     return np.array(norm), located
 
 
-def _locate_all(problems: Sequence[HarmonicBalance], unknowns: FloatArray) -> LocatedFriction:
+def _locate_all(problems: Sequence[HarmonicBalance], unknowns: FloatArray) -> ContactState:
     """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
     first = problems[0]
     relative = first.relative(unknowns).reshape(-1, first.basis.n_components)

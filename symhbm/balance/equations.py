@@ -11,13 +11,13 @@ from symhbm.model import FRICTION_PARAMETERS, Model, Symmetry
 from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import (
     FREE,
-    LocatedFriction,
+    ContactState,
     cubic_kernel,
     friction_kernel,
+    layout,
     one_harmonic_kernel,
     packed_size,
-    places,
-    unpacked,
+    unpack,
 )
 from symhbm.numerics import (
     Assembly,
@@ -188,9 +188,9 @@ class Equations:
     def _spread_out(self, model: Model, name: str, factor: FloatArray) -> Any:
         """A matrix of the structure that acts on components as ``factor`` does, by the unknowns."""
         rows = self.rows(model, name)
-        places = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)
+        layout = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)
         one, other = sp.coo_array(factor), sp.coo_array(factor != 0)
-        place = sp.csc_array(sp.kron(places, other))
+        place = sp.csc_array(sp.kron(layout, other))
         stored = sp.csc_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
         values = sp.csc_array(sp.kron(stored, one)).data
         entries = ca.vec(self._symbol[name][(place.data - 1).astype(int).tolist()])
@@ -220,7 +220,7 @@ class Equations:
 
         Their difference is the force: where a contact slips far, two large terms.
         """
-        state, stick = (events[places(size)[name], :] for name in ("slip", "stick_fraction"))
+        state, stick = (events[layout(size)[name], :] for name in ("slip", "stick_fraction"))
         farthest = [ca.mmax(part) for part in ca.vertsplit(travel, size)]
         spring = self._symbol["contact_stiffness"].T
         largest = 2 * spring * ca.horzcat(*farthest) * state * stick
@@ -258,7 +258,7 @@ class Equations:
         unknowns: FloatArray,
         frequency: float,
         arguments: list[FloatArray],
-        friction: LocatedFriction,
+        friction: ContactState,
     ) -> list[FloatArray]:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
         # CasADi stores columns one after the other.
@@ -271,27 +271,27 @@ class Equations:
         frequency: float,
         arguments: list[FloatArray],
         slip: NDArray[np.bool_] | None,
-    ) -> tuple[list[FloatArray], LocatedFriction]:
+    ) -> tuple[list[FloatArray], ContactState]:
         """The same under one harmonic, and the events; ``slip`` imposes states."""
         imposed = FREE if slip is None else slip
         *found, events = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
-        return found, self.unpacked(events)
+        return found, self.unpack(events)
 
     def packed(
         self, unknowns: FloatArray, frequency: float, arguments: list[FloatArray]
     ) -> list[FloatArray]:
-        """The same in states that the motion asks for, with the events as `unpacked` takes them."""
+        """The same in states that the motion asks for, with the events as `unpack` takes them."""
         return self._evaluate_closed(unknowns, frequency, *arguments, FREE)
 
-    def unpacked(self, events: FloatArray) -> LocatedFriction:
+    def unpack(self, events: FloatArray) -> ContactState:
         """Events of all contacts, under one harmonic, of one point or of several."""
         size = self._symbol["vector"].shape[0]
-        return unpacked(events.reshape(-1, packed_size(size)), size)
+        return unpack(events.reshape(-1, packed_size(size)), size)
 
 
 def _split(events: Any, size: int) -> list[Any]:
     """Matrices side by side and vectors of packed events."""
-    place = places(size)
+    place = layout(size)
     columns = ca.horzsplit(events[place["matrix"], :])
     matrices = [ca.reshape(column, size, size) for column in columns]
     return [ca.horzcat(*matrices), events[place["vector"], :]]

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts import LocatedFriction
+from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray
 
 
@@ -25,7 +25,7 @@ class Evaluation:
     magnitude: float
     jacobian: Any
     by_parameter: FloatArray
-    friction: LocatedFriction
+    friction: ContactState
     excess_by_parameter: FloatArray | float = 0.0
 
     @property

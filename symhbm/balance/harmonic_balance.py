@@ -14,7 +14,7 @@ from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.unknowns import Unknowns
 from symhbm.model import CONTACT_PARAMETERS, Excitation, Model, Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
-from symhbm.model.contacts import LocatedFriction, locate, locate_sampled
+from symhbm.model.contacts import ContactState, locate, locate_sampled
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
@@ -196,7 +196,7 @@ class HarmonicBalance(Unknowns):
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_] | None = None,
-        friction: LocatedFriction | None = None,
+        friction: ContactState | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `derivative` at a point, its contact events located.
 
@@ -247,7 +247,7 @@ class HarmonicBalance(Unknowns):
         motion = self.relative(unknowns), self.contact_stiffness, self.slip_limit
         return self.locate_motions(*motion, slip)
 
-    def locate_motions(self, *motion: Any) -> LocatedFriction:
+    def locate_motions(self, *motion: Any) -> ContactState:
         """The same of any contacts: their motions, stiffness, limits of slip, imposed states."""
         if self.samples is None:
             return locate(self.basis, *motion)
@@ -264,7 +264,7 @@ class HarmonicBalance(Unknowns):
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_] | None = None,
-        friction: LocatedFriction | None = None,
+        friction: ContactState | None = None,
     ) -> Evaluation:
         """Residual and derivatives at ``unknowns`` [m] and angular ``frequency`` [rad/s].
 
@@ -297,7 +297,7 @@ class HarmonicBalance(Unknowns):
         shape = self._arguments[-1] if self._structure is None else self._structure.shape(frequency)
         return self.coefficients(self.excitation.amplitude * shape)
 
-    def _stretches(self, unknowns: FloatArray, friction: LocatedFriction) -> float:
+    def _stretches(self, unknowns: FloatArray, friction: ContactState) -> float:
         """Largest of the two terms of stretches of stick, see `Equations`."""
         spread = self._equations.directions_absolute @ np.abs(unknowns)
         spread = spread.reshape(self.n_contacts, self.basis.n_components).max(axis=1, initial=0.0)

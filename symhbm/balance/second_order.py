@@ -16,7 +16,7 @@ import numpy as np
 
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import LocatedFriction, locate
+from symhbm.model.contacts import ContactState, locate
 from symhbm.numerics import Assembly, Compiled, FloatArray, FourierBasis, constant, turning_points
 
 _GRAZING = 1e-9
@@ -144,7 +144,7 @@ def moving_angles(
     slip_limit: FloatArray,
     weights: FloatArray,
     slip: Any,
-    friction: LocatedFriction | None = None,
+    friction: ContactState | None = None,
 ) -> FloatArray:
     """Second derivatives of weighted friction forces by the motion of their angles alone.
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import LocatedFriction
+from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray, FourierBasis, constant, monotone_root, turning_points
 
 DUMMY = (0.0, 0.5)
@@ -104,7 +104,7 @@ class SwitchingAngles:
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_],
-        friction: LocatedFriction | None = None,
+        friction: ContactState | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `jacobian` at a point with the parameters of ``problem``.
 

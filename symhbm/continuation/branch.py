@@ -12,8 +12,8 @@ from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import EventKind, PathPoint
-from symhbm.continuation.problem import Curve
-from symhbm.continuation.segment import Between, Station
+from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, cubic
@@ -25,7 +25,7 @@ _MAX_DEPTH = 4
 """How often a stretch is walked anew for events that were passed over."""
 
 
-class Walk:
+class Branch:
     """Points, peaks and status of a curve from the first to the last value of a ``band``.
 
     A resonance that nothing bounds ends a path; it is taken up again beyond. ``each`` asks for the
@@ -35,7 +35,7 @@ class Walk:
 
     def __init__(
         self,
-        curve: Curve,
+        curve: ContinuationProblem,
         band: tuple[float, float],
         max_points: int,
         each: bool,
@@ -99,7 +99,7 @@ class Walk:
         if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
             self.status = Status.BRANCH_POINTS
 
-    def _corrector_of(self, curve: Curve) -> Corrector:
+    def _corrector_of(self, curve: ContinuationProblem) -> Corrector:
         return Corrector(curve)
 
     def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
@@ -169,7 +169,7 @@ class Walk:
 
         return other_solution(balance, point.unknowns, starts) is not None
 
-    def at(self, value: float) -> list[tuple[Station | None, int]]:
+    def at(self, value: float) -> list[tuple[PathState | None, int]]:
         """Solutions at a value of the band, in the order of the path.
 
         Each comes with the linear solves it took; None stands for one that was not found.
@@ -189,12 +189,12 @@ class Walk:
             found = [(self._station(anew, value), anew.iterations)]
         return found or [(None, 0)]
 
-    def _station(self, found: NewtonResult, value: float) -> Station | None:
+    def _station(self, found: NewtonResult, value: float) -> PathState | None:
         """What an iteration at a value ended at, None if that is no solution."""
         if not found.converged:
             return None
         direction = np.append(slope_of(found.evaluation), 1.0)
-        return Station(np.append(found.unknowns, value), direction)
+        return PathState(np.append(found.unknowns, value), direction)
 
     @cached_property
     def _values(self) -> FloatArray:
@@ -209,17 +209,17 @@ class Walk:
         found = [(self.points[i], self.points[j]) for i, j in pairs]
         return found[:1] if self.curve.single_valued else found
 
-    def _between(self, here: PathPoint, there: PathPoint, value: float) -> Station | None:
+    def _between(self, here: PathPoint, there: PathPoint, value: float) -> PathState | None:
         if here is there:
-            return Station(here.state, here.after)
+            return PathState(here.state, here.after)
         if self.curve.single_valued:
             share = (value - here.value) / (there.value - here.value)
             guess = np.append(_between(here, there, share), value)
             return self._correct(guess, here)
-        path = Between(
+        path = Segment(
             self.corrector,
-            Station(here.state, here.after),
-            Station(there.state, there.before),
+            PathState(here.state, here.after),
+            PathState(there.state, there.before),
             here.slip,
         )
 
@@ -232,13 +232,13 @@ class Walk:
         near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
         return self._along(path, value) if near_fold else self._correct(guess, here)
 
-    def _correct(self, guess: FloatArray, here: PathPoint) -> Station | None:
+    def _correct(self, guess: FloatArray, here: PathPoint) -> PathState | None:
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         found = self.corrector.correct(guess, scale, plane, here.slip)
-        return None if found is None else Station(found.point, found.direction * scale)
+        return None if found is None else PathState(found.point, found.direction * scale)
 
-    def _along(self, path: Between, value: float) -> Station | None:
+    def _along(self, path: Segment, value: float) -> PathState | None:
         """Solve along the path: next to a fold two solutions at one value are too close."""
 
         def distance(share: float) -> float:

@@ -18,12 +18,12 @@ from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, uni
 from symhbm.continuation.events import (
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
-    Lookout,
+    ResonanceFinder,
     brief_crossing,
     find_branch_point,
     find_folds,
     first_limit,
-    hop,
+    step_over_corner,
 )
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import (
@@ -34,7 +34,7 @@ from symhbm.continuation.point import (
     state_changes,
 )
 from symhbm.continuation.predictor import Predictor
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 
@@ -64,7 +64,7 @@ class Path:
 
     def __init__(
         self,
-        curve: Curve,
+        curve: ContinuationProblem,
         unknowns: FloatArray,
         start: float,
         end: float,
@@ -83,7 +83,7 @@ class Path:
         self._max_points = max_points
         self._orientation = 0
         self._predictor = Predictor.straight(len(self._begin))
-        self._lookout = Lookout(curve)
+        self._lookout = ResonanceFinder(curve)
         self._counted = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
@@ -243,13 +243,13 @@ class Path:
 
     def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
         """Next point beyond a corner nobody located, and the length of that step."""
-        found = hop(self.corrector, base, self._end, step / 4)
+        found = step_over_corner(self.corrector, base, self._end, step / 4)
         for _ in range(MAX_LOOKS):
             share = None if found is None else self._lookout.first_passed(base, found.found)
             if found is None or share is None:
                 break
             # What looks like a corner may be the flank of a narrow resonance.
-            nearer = hop(self.corrector, base, self._end, share * found.length)
+            nearer = step_over_corner(self.corrector, base, self._end, share * found.length)
             if nearer is None:
                 break  # a look that fails is no reason to end where the path goes on
             found = nearer

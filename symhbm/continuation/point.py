@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray, length_of
 
 UNBOUNDED_AMPLIFICATION = 1e9
@@ -67,7 +67,7 @@ class PathPoint(NamedTuple):
     @classmethod
     def of(
         cls,
-        curve: Curve,
+        curve: ContinuationProblem,
         found: Corrected,
         scale: FloatArray,
         slip: NDArray[np.bool_],

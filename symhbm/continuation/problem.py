@@ -15,7 +15,7 @@ WEAKEST = 0.1
 """Share of the response below which a harmonic is no longer watched by itself."""
 
 
-class Curve(ABC):
+class ContinuationProblem(ABC):
     """Solutions of the balance over one parameter.
 
     ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
@@ -71,7 +71,7 @@ class Curve(ABC):
         return float(np.hypot(np.linalg.norm(moved), (point - other)[-1] / scale[-1]))
 
 
-class FrequencyCurve(Curve):
+class FrequencyProblem(ContinuationProblem):
     """The response over the angular frequency [rad/s]."""
 
     def __init__(self, problem: HarmonicBalance):
@@ -89,7 +89,7 @@ class FrequencyCurve(Curve):
         return self.problem.evaluate(unknowns, value, slip)
 
 
-class ParameterCurve(Curve):
+class ParameterProblem(ContinuationProblem):
     """The response over one named parameter at a constant angular ``frequency`` [rad/s].
 
     The parameter is set for all blades or contacts at once, or for that at ``index`` alone.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.condensed_modes import modes_below
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.model.condensation import CondensedModel
-from symhbm.model.contacts import ContactSprings, LocatedFriction, contact_springs
+from symhbm.model.contacts import ContactSprings, ContactState, contact_springs
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
 LARGEST_SIZE = 300
@@ -23,13 +23,13 @@ LARGEST_SIZE = 300
 class ResonanceCount:
     """Counts the resonances below each harmonic above 0 at points of a curve."""
 
-    def __init__(self, curve: Curve):
+    def __init__(self, curve: ContinuationProblem):
         self._curve = curve
         self._of: tuple[Any, Any] = None, None
         self._known: list[NDArray] = []
 
     def below(
-        self, unknowns: FloatArray, value: float, friction: LocatedFriction
+        self, unknowns: FloatArray, value: float, friction: ContactState
     ) -> tuple[int, ...] | None:
         """By harmonic, with its springs in place of the contacts; None for a large structure."""
         if self._curve.problem.n_dof > LARGEST_SIZE:
@@ -65,7 +65,7 @@ class ResonanceCount:
 
 
 def springs_of(
-    problem: HarmonicBalance, unknowns: FloatArray, friction: LocatedFriction
+    problem: HarmonicBalance, unknowns: FloatArray, friction: ContactState
 ) -> ContactSprings:
     """The contacts of a problem as springs, see `contact_springs`."""
     parameters = problem.contact_stiffness, problem.slip_limit, problem.cubic_stiffness

@@ -23,7 +23,7 @@ _NEAR = 0.01
 
 
 @dataclass(frozen=True)
-class Station:
+class PathState:
     """A solution, or several, and its tangent along the path, both (..., n_unknowns + 1)."""
 
     state: FloatArray
@@ -32,9 +32,9 @@ class Station:
     def __getitem__(self, index: Any) -> Self:
         return type(self)(*(getattr(self, field.name)[index] for field in fields(self)))
 
-    def bare(self) -> "Station":
+    def bare(self) -> "PathState":
         """Solution and tangent alone."""
-        return Station(self.state, self.direction)
+        return PathState(self.state, self.direction)
 
     @classmethod
     def stacked(cls, several: Sequence[Self]) -> Self:
@@ -66,7 +66,7 @@ class Measure(NamedTuple):
         return type(self)(*(values[index] for values in self))
 
 
-def measure(single_valued: bool, left: Station, right: Station, scale: FloatArray) -> Measure:
+def measure(single_valued: bool, left: PathState, right: PathState, scale: FloatArray) -> Measure:
     """The measure of one or several stretches, ``scale`` that of their left ends."""
     units = [_unit(station.direction / scale) for station in (left, right)]
     both = units[0] + units[1]
@@ -85,12 +85,12 @@ def measure(single_valued: bool, left: Station, right: Station, scale: FloatArra
     return Measure(normal, length, *slopes)
 
 
-def along(station: Station, normal: FloatArray, scale: FloatArray) -> FloatArray:
+def along(station: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
     """Derivatives of the state by the distance along a ``normal``, (..., n_unknowns + 1)."""
     return station.direction / ahead(station, normal, scale)
 
 
-def ahead(station: Station, normal: FloatArray, scale: FloatArray) -> FloatArray:
+def ahead(station: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
     """Advance along a ``normal`` by the tangent of a station, (..., 1), no less than a little."""
     return np.maximum(np.sum(normal * station.direction / scale, axis=-1, keepdims=True), 1e-3)
 
@@ -99,7 +99,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-class Between:
+class Segment:
     """The path between two of its solutions, no event in between, contact states ``slip`` held.
 
     ``other_states`` tells that a contact was found in another state there, for a moment.
@@ -108,8 +108,8 @@ class Between:
     def __init__(
         self,
         corrector: Corrector,
-        left: Station,
-        right: Station,
+        left: PathState,
+        right: PathState,
         slip: NDArray[np.bool_],
         scale: FloatArray | None = None,
         measured: Measure | None = None,
@@ -135,9 +135,9 @@ class Between:
     def solve(
         self,
         share: float,
-        near: tuple[float, Station] | None = None,
+        near: tuple[float, PathState] | None = None,
         precision: float = 1e-10,
-    ) -> Station | None:
+    ) -> PathState | None:
         """The solution at a share of the way, None where there is none to be found.
 
         ``near`` may be another share and the solution there. At an end it is the end itself, with
@@ -158,9 +158,9 @@ class Between:
         found = self.corrector.correct(guess, self.scale, plane, self.slip, precision)
         if found is None or not self._holds(found):
             return None
-        return Station(found.point, found.direction * self.scale)
+        return PathState(found.point, found.direction * self.scale)
 
-    def solve_between(self, share: float) -> Station | None:
+    def solve_between(self, share: float) -> PathState | None:
         """A solution strictly between both ends, at or near a share of the way.
 
         Where planes across the path do not tell, at a value of the parameter, contacts free.
@@ -183,9 +183,9 @@ class Between:
 
     def _with_tangent(
         self, state: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
-    ) -> Station | None:
+    ) -> PathState | None:
         found = self.corrector.tangent(state, self.scale, row, slip)
-        return None if found is None else Station(state, found.direction * self.scale)
+        return None if found is None else PathState(state, found.direction * self.scale)
 
     def _holds(self, found: Corrected) -> bool:
         """Whether a solution lies between the two others, no contact beyond its limit."""

@@ -8,7 +8,7 @@ import numpy as np
 from symhbm.balance import Evaluation, HarmonicBalance, is_held
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import ParameterCurve
+from symhbm.continuation.problem import ParameterProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
 
@@ -84,7 +84,7 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     excess = excess[np.isfinite(excess)]
     share = 0.5 * np.exp(-max(excess.max(initial=0.0), 0.0))
     amplitude = float(problem.parameters["force_amplitude"])
-    curve = ParameterCurve(problem, "force_amplitude", frequency)
+    curve = ParameterProblem(problem, "force_amplitude", frequency)
     for start in share * _REDUCTIONS:
         weak = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
         if weak.converged:

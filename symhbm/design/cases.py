@@ -7,14 +7,14 @@ from concurrent.futures import Executor
 from functools import lru_cache, partial
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.design.pieces import Pieces, Response
+from symhbm.design.pieces import Maxima, Response
 from symhbm.design.space import Space
 from symhbm.numerics import FloatArray
 from symhbm.results import Sweep
 from symhbm.workers import Workers, progress_bar
 
 Bands = tuple[tuple[float, float], ...]
-Known = tuple[FloatArray, Pieces]
+Known = tuple[FloatArray, Maxima]
 """A design and the maxima there."""
 
 
@@ -62,8 +62,8 @@ class Cases:
         return self._work.response(number)
 
     def __call__(
-        self, x: FloatArray, known: tuple[FloatArray, list[Pieces]] | None = None
-    ) -> list[Pieces]:
+        self, x: FloatArray, known: tuple[FloatArray, list[Maxima]] | None = None
+    ) -> list[Maxima]:
         """Maxima of all cases at a design: surveyed, or followed from what is ``known``."""
         before: list[Known | None] = [None] * self.size
         if known is not None:
@@ -99,13 +99,13 @@ class _Work:
             self._responses[number] = Response(case, own, bands[number], self._compiled)
         return self._responses[number]
 
-    def __call__(self, number: int, x: FloatArray, known: Known | None) -> Pieces:
+    def __call__(self, number: int, x: FloatArray, known: Known | None) -> Maxima:
         response = self.response(number)
         followed = None if known is None else response.follow(x, *known)
         return response.survey(x) if followed is None else followed
 
 
-def _remote(payload: bytes, number: int, x: FloatArray, known: Known | None) -> Pieces:
+def _remote(payload: bytes, number: int, x: FloatArray, known: Known | None) -> Maxima:
     return _unpacked(payload, threading.get_ident())(number, x, known)
 
 

@@ -10,7 +10,7 @@ from symhbm.design.optimum import LEVEL
 from symhbm.design.program import AT_BOUND, Program, Statistic
 from symhbm.design.search import Found
 from symhbm.numerics import RADIANS
-from symhbm.peaks import SummitKind
+from symhbm.peaks import MaximumKind
 
 STATIONARY = 1e-8
 """Slope of the statistic's logarithm over those of the variables below which it is none."""
@@ -31,7 +31,7 @@ def status_of(program: Program, found: Found) -> Status:
         return Status.DESIGN_WITHOUT_EFFECT if flat else Status.DESIGN_ON_PLATEAU
     if held.stationarity > STATIONARY or held.curvature < -LEVEL:
         return Status.DESIGN_STALLED
-    if any(piece.summit.kind == SummitKind.EDGE for piece in held.pieces):
+    if any(piece.summit.kind == MaximumKind.EDGE for piece in held.pieces):
         return Status.DESIGN_AT_EDGE
     if not held.free.all():
         return Status.DESIGN_AT_BOUND
@@ -131,9 +131,9 @@ def _held_by(found: Found, n_cases: int) -> list[str]:
     for case, piece in zip(held.cases, held.pieces, strict=True):
         summit = piece.summit
         kind = {
-            SummitKind.SMOOTH: "a smooth peak",
-            SummitKind.CORNER: "a corner",
-            SummitKind.EDGE: "the end of the band",
+            MaximumKind.SMOOTH: "a smooth peak",
+            MaximumKind.CORNER: "a corner",
+            MaximumKind.EDGE: "the end of the band",
         }[summit.kind]
         of_case = f" of case {case}" if n_cases > 1 else ""
         names.append(f"{kind}{of_case} at {summit.frequency / RADIANS:.8g} Hz")
@@ -157,7 +157,7 @@ def _held_by(found: Found, n_cases: int) -> list[str]:
         said.append(
             f"The smallest curvature there is {curvature:.4g}: a lower response may lie close by."
         )
-    if any(piece.summit.kind == SummitKind.EDGE for piece in held.pieces):
+    if any(piece.summit.kind == MaximumKind.EDGE for piece in held.pieces):
         said.append(
             "The largest response lies at an end of the band, not at a peak: a resonance may have "
             "left the band and be higher outside."

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symhbm.design.optimum import Held
-from symhbm.design.pieces import Piece, Pieces
+from symhbm.design.optimum import ActiveSet
+from symhbm.design.pieces import FollowedMaximum, Maxima
 from symhbm.design.program import Program
 from symhbm.numerics import FloatArray
 
@@ -37,7 +37,7 @@ _MAX_POLISHES = 6
 _MAX_STEPS = 100
 _MAX_SURVEYS = 30
 
-Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Pieces]] | None], list[Pieces]]
+Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
 """All cases at a design: surveyed, or followed from those at another."""
 
 
@@ -46,7 +46,7 @@ class Design:
     """A design ``x`` (n_variables,), its cases, and the logarithm of the statistic."""
 
     x: FloatArray
-    states: list[Pieces]
+    states: list[Maxima]
     value: float
 
 
@@ -60,7 +60,7 @@ class Descent:
 
     design: Design
     converged: bool
-    held: Held | None = None
+    held: ActiveSet | None = None
 
 
 def is_flat(design: Design) -> bool:
@@ -69,7 +69,7 @@ def is_flat(design: Design) -> bool:
     return bool(pieces) and are_flat(pieces)
 
 
-def are_flat(pieces: list[Piece]) -> bool:
+def are_flat(pieces: list[FollowedMaximum]) -> bool:
     """Whether none of some maxima changes with the design, to first and second order."""
     return all(
         np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
@@ -129,7 +129,9 @@ def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, flo
     return here, radius, False
 
 
-def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Design, Held | None]:
+def _polished(
+    program: Program, evaluate: Evaluate, here: Design
+) -> tuple[Design, ActiveSet | None]:
     """Newton's method on the conditions that hold at a minimum, as long as they get better."""
     held = _held(program, here)
     for _ in range(_MAX_POLISHES if held else 0):
@@ -152,15 +154,15 @@ def _polished(program: Program, evaluate: Evaluate, here: Design) -> tuple[Desig
     return here, held
 
 
-def _held(program: Program, design: Design) -> Held | None:
+def _held(program: Program, design: Design) -> ActiveSet | None:
     """What holds a design, None where IPOPT does not tell."""
     step = program.step(design.states, design.x, _SMALL)
     if not step.solved:
         return None
-    held = Held.of(program, design.x, design.states, step)
+    held = ActiveSet.of(program, design.x, design.states, step)
     _, weights, pulls = held.step()
     return replace(held, weights=weights, pulls=pulls) if np.all(weights > 0) else held
 
 
-def _value(program: Program, states: list[Pieces]) -> float:
+def _value(program: Program, states: list[Maxima]) -> float:
     return program.value(np.array([state.height for state in states]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from symhbm.balance import SecondOrder
 from symhbm.design.cases import Cases
-from symhbm.design.optimum import LEVEL, Held
+from symhbm.design.optimum import LEVEL, ActiveSet
 from symhbm.numerics import FloatArray
 from symhbm.peaks import Conditions
 
@@ -22,7 +22,7 @@ def parameters_of(problem) -> list[str]:
     ]
 
 
-def influence(cases: Cases, held: Held) -> dict[str, tuple[float, FloatArray]]:
+def influence(cases: Cases, held: ActiveSet) -> dict[str, tuple[float, FloatArray]]:
     """Derivatives of the statistic [m] and of the variables by each parameter, all values alike.
 
     Those of the variables (n_variables,) are in units of the variable over that of the parameter;

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
-from symhbm.design.pieces import Piece, Pieces
+from symhbm.design.pieces import FollowedMaximum, Maxima
 from symhbm.design.program import AT_BOUND, Program, Step
 from symhbm.numerics import FloatArray
 
@@ -21,7 +21,7 @@ LEVEL = 1e-9
 
 
 @dataclass(frozen=True)
-class Held:
+class ActiveSet:
     """What holds a design ``x`` (n_variables,).
 
     ``cases`` and ``pieces`` are the maxima that matter, in the order of cases and frequencies, with
@@ -34,7 +34,7 @@ class Held:
     program: Program
     x: FloatArray
     cases: list[int]
-    pieces: list[Piece]
+    pieces: list[FollowedMaximum]
     weights: FloatArray
     free: np.ndarray
     rows: FloatArray
@@ -43,7 +43,7 @@ class Held:
     heights: FloatArray
 
     @classmethod
-    def of(cls, program: Program, x: FloatArray, states: list[Pieces], step: Step) -> "Held":
+    def of(cls, program: Program, x: FloatArray, states: list[Maxima], step: Step) -> "ActiveSet":
         """What holds a design from which a ``step`` of the models leads nowhere."""
         chosen = [
             (case, piece, weight)

@@ -12,7 +12,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.space import Space
 from symhbm.numerics import FloatArray
-from symhbm.peaks import Conditions, Landscape, Summit, SummitKind, sector_of, survey
+from symhbm.peaks import Conditions, Maximum, MaximumKind, Survey, sector_of, survey
 from symhbm.peaks.tracking import advanced, retrack
 
 CONTENDER = 0.7
@@ -24,7 +24,7 @@ _MOST = 60
 
 
 @dataclass(frozen=True)
-class Piece:
+class FollowedMaximum:
     """One maximum of a response: ``value``, the logarithm of its amplitude, and derivatives.
 
     ``gradient`` (n_variables,), ``hessian`` (n_variables, n_variables), by the variables of a
@@ -34,7 +34,7 @@ class Piece:
     value: float
     gradient: FloatArray
     hessian: FloatArray
-    summit: Summit
+    summit: Maximum
     multipliers: FloatArray
 
     @property
@@ -44,7 +44,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class Maxima:
     """The largest maxima of one response at one design, the highest first.
 
     ``height`` is the logarithm of the largest response, infinite where it is unbounded or unknown;
@@ -52,7 +52,7 @@ class Pieces:
     holds; ``reason``, why the height is infinite.
     """
 
-    pieces: list[Piece]
+    pieces: list[FollowedMaximum]
     height: float
     surveyed: bool
     n_peaks: int = 0
@@ -94,19 +94,19 @@ class Response:
         """The problem that is solved at a design (n_variables,)."""
         return self.space.problem(self._problem, x)
 
-    def survey(self, x: FloatArray) -> Pieces:
+    def survey(self, x: FloatArray) -> Maxima:
         """All large maxima over the whole of the bands."""
         found = survey(self.at(x), self.bands)
         # What a band that was not followed to its end hides may be higher.
         top = found.height if found.complete else np.inf
-        n_peaks = sum(summit.kind != SummitKind.EDGE for summit in found.summits)
+        n_peaks = sum(summit.kind != MaximumKind.EDGE for summit in found.summits)
         if not np.isfinite(top):
-            return Pieces([], np.inf, True, n_peaks, _why(found))
+            return Maxima([], np.inf, True, n_peaks, _why(found))
         summits = [s for s in found.summits if s.amplitude >= CONTENDER * top][:_MOST]
         pieces = [self._piece(Conditions(self._second_order, s)) for s in summits]
-        return Pieces(pieces, float(np.log(top)), True, n_peaks)
+        return Maxima(pieces, float(np.log(top)), True, n_peaks)
 
-    def follow(self, x: FloatArray, before: FloatArray, pieces: Pieces) -> Pieces | None:
+    def follow(self, x: FloatArray, before: FloatArray, pieces: Maxima) -> Maxima | None:
         """The same maxima at another design, from ``before``; None where a survey tells sooner.
 
         Of a few, those that end on the way are left out: the survey at the end of a descent tells
@@ -125,9 +125,9 @@ class Response:
             if there is not None:
                 found.append(self._piece(there))
         found.sort(key=lambda piece: -piece.value)
-        return Pieces(found, found[0].value, False) if found else None
+        return Maxima(found, found[0].value, False) if found else None
 
-    def _piece(self, conditions: Conditions) -> Piece:
+    def _piece(self, conditions: Conditions) -> FollowedMaximum:
         summit = conditions.summit
         entries = self.space.derivative(summit.problem, self._second_order.places)
         slope = entries.T @ conditions.gradient
@@ -138,10 +138,10 @@ class Response:
         # Pieces travel between processes, without the problem.
         place = replace(summit, problem=None)
         value = float(np.log(amplitude))
-        return Piece(value, gradient, hessian, place, conditions.multipliers)
+        return FollowedMaximum(value, gradient, hessian, place, conditions.multipliers)
 
 
-def _why(found: Landscape) -> str:
+def _why(found: Survey) -> str:
     if found.unbounded:
         peak = found.unbounded[0]
         return f"unbounded at {peak.value / (2 * np.pi):.6g} Hz"

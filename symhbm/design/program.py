@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from symhbm.design.pieces import Pieces
+from symhbm.design.pieces import Maxima
 from symhbm.design.space import Space
 from symhbm.numerics import FloatArray
 
@@ -124,7 +124,7 @@ class Program:
         found = self._solve(d, ca.sumsqr(d), [], [], np.zeros(len(x)), x, np.inf)
         return np.clip(x + found["x"].full().ravel(), self.space.lower, self.space.upper)
 
-    def step(self, states: list[Pieces], x: FloatArray, radius: float) -> Step:
+    def step(self, states: list[Maxima], x: FloatArray, radius: float) -> Step:
         """Minimise the models at ``x`` within ``radius``, a factor's logarithm."""
         n = len(x)
         heights = np.array([state.height for state in states])

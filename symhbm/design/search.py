@@ -6,7 +6,7 @@ import numpy as np
 
 from symhbm.design.cases import Cases
 from symhbm.design.descent import AGREE, Descent, Design, descend, is_flat
-from symhbm.design.optimum import Held
+from symhbm.design.optimum import ActiveSet
 from symhbm.design.program import Program
 from symhbm.design.space import Group, Space
 from symhbm.numerics import FloatArray
@@ -26,7 +26,7 @@ class Found:
     """
 
     design: Design
-    held: Held | None
+    held: ActiveSet | None
     starts: list[Design]
     descents: list[Descent]
 

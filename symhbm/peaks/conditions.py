@@ -18,7 +18,7 @@ from symhbm.balance import Evaluation, SecondOrder
 from symhbm.continuation import ACCEPTED
 from symhbm.continuation.correctors import crossed
 from symhbm.numerics import Factorisation, FloatArray, bordered, by_size, full, saddle
-from symhbm.peaks.maximum import Summit, SummitKind
+from symhbm.peaks.maximum import Maximum, MaximumKind
 
 _PRECISION = 1e-9
 """Last scaled step of a solution: convergence is quadratic."""
@@ -43,7 +43,7 @@ class Conditions:
     """
 
     def __init__(
-        self, second_order: SecondOrder, summit: Summit, multipliers: FloatArray | None = None
+        self, second_order: SecondOrder, summit: Maximum, multipliers: FloatArray | None = None
     ):
         problem = summit.problem
         self.summit, self.second_order = summit, second_order
@@ -55,14 +55,14 @@ class Conditions:
         self.multipliers = multipliers = self._fitting() if multipliers is None else multipliers
         found = second_order(problem, *at, multipliers[: self._n], summit.slip, evaluation)
         self._constraints: Any = found.jacobian
-        if summit.kind != SummitKind.SMOOTH:
+        if summit.kind != MaximumKind.SMOOTH:
             stack = sp.vstack if sp.issparse(found.jacobian) else np.vstack
             self._constraints = stack([found.jacobian, self._limit_row[None]])
         slope = -self._constraints.T @ multipliers
         slope[self._place] += summit.amplitude_slope
         self._slope = slope
         hessian = summit.amplitude_curvature(second_order.n_variables) - found.hessian
-        if summit.kind == SummitKind.CORNER:
+        if summit.kind == MaximumKind.CORNER:
             hessian = hessian - multipliers[-1] * summit.limit_curvature(second_order)
         self._hessian = hessian
 
@@ -107,8 +107,8 @@ class Conditions:
     def step(self) -> FloatArray | None:
         """Newton step of unknowns, frequency and multipliers, None without a finite one."""
         residual = [self._slope[: self._n + 1], -self.evaluation.residual]
-        if self.summit.kind != SummitKind.SMOOTH:
-            excess = self.summit.excess if self.summit.kind == SummitKind.CORNER else 0.0
+        if self.summit.kind != MaximumKind.SMOOTH:
+            excess = self.summit.excess if self.summit.kind == MaximumKind.CORNER else 0.0
             residual.append(-np.array([excess]))
         try:
             return -self._solve(np.concatenate(residual))
@@ -130,15 +130,15 @@ class Conditions:
         """Whether the response falls on both sides, every contact in the state held for it."""
         summit, excess = self.summit, self.evaluation.friction.excess
         free = self.evaluation
-        if summit.kind == SummitKind.CORNER or not np.array_equal(excess > 0, summit.slip):
+        if summit.kind == MaximumKind.CORNER or not np.array_equal(excess > 0, summit.slip):
             free = summit.problem.evaluate(summit.unknowns, summit.frequency)
         beyond = crossed(excess, summit.slip)
         beyond[summit.held] = False
         if free.norm > ACCEPTED or beyond.any():
             return False
-        if summit.kind == SummitKind.EDGE:
+        if summit.kind == MaximumKind.EDGE:
             return True
-        if summit.kind == SummitKind.CORNER:
+        if summit.kind == MaximumKind.CORNER:
             return bool(max(self.flanks) < 0)
         along = self._tangent(self.evaluation)
         if along is None:
@@ -176,7 +176,7 @@ class Conditions:
         right = np.zeros(self._n)
         right[self._place] = self.summit.amplitude_slope
         matrix = self.evaluation.jacobian.T
-        if self.summit.kind != SummitKind.SMOOTH:
+        if self.summit.kind != MaximumKind.SMOOTH:
             limit = self._limit_row
             force = np.append(self.evaluation.by_parameter, limit[self._n])
             matrix = bordered(matrix, limit[: self._n], force)

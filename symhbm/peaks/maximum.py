@@ -24,7 +24,7 @@ from symhbm.model.contacts import Loop, loops_near_limit, on_loop
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
 
 
-class SummitKind(StrEnum):
+class MaximumKind(StrEnum):
     """What holds a maximum where it is."""
 
     SMOOTH = "smooth"
@@ -33,7 +33,7 @@ class SummitKind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Summit:
+class Maximum:
     """A maximum of the response of ``dof`` over the frequency, at ``unknowns`` (n_unknowns,) [m].
 
     ``frequency`` is in rad/s. ``contact`` is the one on its limit at a corner, -1 at others;
@@ -43,7 +43,7 @@ class Summit:
     """
 
     problem: HarmonicBalance
-    kind: SummitKind
+    kind: MaximumKind
     dof: int
     unknowns: FloatArray
     frequency: float
@@ -53,7 +53,7 @@ class Summit:
     loop: Loop | None = None
 
     @classmethod
-    def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Summit":
+    def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Maximum":
         """The summit at a located peak that is not unbounded."""
         friction = problem.locate(peak.unknowns)
         slip, contact, together, loop = friction.slip.copy(), -1, (), None
@@ -70,16 +70,16 @@ class Summit:
                 slip[on_limit] = False
             contact, *others = on_limit
             together = tuple(others)
-        kind, at = SummitKind(str(peak.kind)), (peak.unknowns, peak.value)
+        kind, at = MaximumKind(str(peak.kind)), (peak.unknowns, peak.value)
         return cls(problem, kind, peak.dof, *at, slip, contact, together, loop)
 
     @classmethod
     def at_edge(
         cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float, dof: int
-    ) -> "Summit":
+    ) -> "Maximum":
         """The response of one degree of freedom at an end of the band, ``frequency`` in rad/s."""
         slip = problem.locate(unknowns).slip
-        return cls(problem, SummitKind.EDGE, dof, unknowns, frequency, slip)
+        return cls(problem, MaximumKind.EDGE, dof, unknowns, frequency, slip)
 
     @property
     def held(self) -> list[int]:
@@ -109,7 +109,7 @@ class Summit:
         )
         return problem.evaluate(*at, self.slip, friction)
 
-    def moved(self, unknowns: FloatArray, frequency: float) -> "Summit":
+    def moved(self, unknowns: FloatArray, frequency: float) -> "Maximum":
         """The same summit elsewhere."""
         loop = self.loop
         if loop is not None:
@@ -163,9 +163,9 @@ class Summit:
     def limit(self, second_order: SecondOrder) -> FloatArray:
         """Derivative by all variables of the limit of a corner, or of an edge; else zero."""
         row = np.zeros(second_order.n_variables)
-        if self.kind == SummitKind.EDGE:
+        if self.kind == MaximumKind.EDGE:
             row[self.problem.n_unknowns] = 1 / self.frequency
-        elif self.kind == SummitKind.CORNER:
+        elif self.kind == MaximumKind.CORNER:
             row[: self.problem.n_unknowns] = self.problem.expand(self.contact, self._limit[1])
             for place, sign, value in self._limit_parameters(second_order):
                 row[place] = sign / value

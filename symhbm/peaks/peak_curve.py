@@ -17,10 +17,18 @@ from symhbm.continuation.between import PeakKind
 from symhbm.model import PARAMETERS, natural_band, warn_of_doubts
 from symhbm.numerics import RADIANS, Table, by_harmonic, check
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.maximum import Summit, SummitKind
+from symhbm.peaks.maximum import Maximum, MaximumKind
 from symhbm.peaks.survey import sector_of
-from symhbm.peaks.tracking import Crest, Parameter, Place, Ridge, Scene, Surveyor, polished
-from symhbm.results import Task, check_band, check_grid, check_parameter, check_place, schema
+from symhbm.peaks.tracking import (
+    LeadingBranches,
+    Parameter,
+    Place,
+    SurveyedValue,
+    Surveyor,
+    UpperEnvelope,
+    polished,
+)
+from symhbm.results import Request, check_band, check_grid, check_parameter, check_place, schema
 from symhbm.workers import check_executor
 
 
@@ -126,10 +134,10 @@ def peak_curve(
     warn_of_doubts(problem.model, hull, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:
-        ridge = Ridge(Parameter(start, parameter, index, (low, high)), surveyor, grid)
+        ridge = LeadingBranches(Parameter(start, parameter, index, (low, high)), surveyor, grid)
         curve = _Curve(ridge)
         rows = curve.rows(grid)
-    task = Task(name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index)
+    task = Request(name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index)
     result = schema.label_peak_curve(problem, task, bands, curve.results(rows), curve.status(rows))
     if throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
@@ -143,7 +151,9 @@ _ROUNDS = 6
 class _Row:
     """One point of the curve: a maximum with derivatives, without, or one that is unbounded."""
 
-    def __init__(self, value: float, summit: Summit | None, slope: float, scene: Scene | None):
+    def __init__(
+        self, value: float, summit: Maximum | None, slope: float, scene: SurveyedValue | None
+    ):
         self.value, self.summit, self.slope = value, summit, slope
         self.pole = None if summit or scene is None else scene.landscape.unbounded[0]
 
@@ -174,13 +184,13 @@ class _Row:
 
 
 class _Curve:
-    def __init__(self, ridge: Ridge):
+    def __init__(self, ridge: LeadingBranches):
         self.ridge, self.parameter = ridge, ridge.parameter
-        self.crest = Crest(ridge.pool, ridge.unbounded)
+        self.crest = UpperEnvelope(ridge.pool, ridge.unbounded)
         for _ in range(_ROUNDS):
             if ridge.check(self.crest.doubtful):
                 break
-            self.crest = Crest(ridge.pool, ridge.unbounded)
+            self.crest = UpperEnvelope(ridge.pool, ridge.unbounded)
 
     def rows(self, grid: Any) -> list[_Row]:
         """The points at the values asked for, or all."""
@@ -209,7 +219,7 @@ class _Curve:
             return self._surveyed(scene)
         return self._row(value, found[1])
 
-    def _surveyed(self, scene: Scene) -> _Row:
+    def _surveyed(self, scene: SurveyedValue) -> _Row:
         """What a survey found, which need not have derivatives."""
         landscape = scene.landscape
         if landscape.unbounded or not landscape.summits:
@@ -252,7 +262,7 @@ class _Curve:
             found.append(Status.PEAK_NOT_FOLLOWED)
         if None in kinds or self.ridge.unbounded:
             found.append(Status.PEAK_UNBOUNDED)
-        if SummitKind.EDGE in kinds:
+        if MaximumKind.EDGE in kinds:
             found.append(Status.PEAK_AT_EDGE)
         return "; moreover, ".join(map(str, found)) or str(Status.REACHED_END)
 

@@ -15,7 +15,7 @@ from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model import dims_of
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
-from symhbm.peaks.maximum import Summit
+from symhbm.peaks.maximum import Maximum
 from symhbm.results import OWN_DIMENSIONS, VARIABLES, recall, variables, without
 from symhbm.results.archive import ArchiveError, rebuild
 
@@ -217,7 +217,7 @@ def _derivatives(
     tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
-    summit = Summit.at_peak(problem, peak)
+    summit = Maximum.at_peak(problem, peak)
     together = {summit.contact, *summit.together} if summit.together else set()
     for text, contacts in ((TOGETHER, together), (STILL, _still(summit))):
         if contacts:
@@ -237,7 +237,7 @@ def _derivatives(
     return EXACT, found
 
 
-def _still(summit: Summit) -> list[int]:
+def _still(summit: Maximum) -> list[int]:
     """Contacts at rest whose force has a kink there: centred between extremes, or without limit."""
     problem = summit.problem
     moving = problem.relative(summit.unknowns)[:, problem.basis.order > 0]
@@ -246,6 +246,6 @@ def _still(summit: Summit) -> list[int]:
     return np.flatnonzero(still & kink & (problem.contact_stiffness > 0)).tolist()
 
 
-def _is_same(summit: Summit, peak: Peak) -> bool:
+def _is_same(summit: Maximum, peak: Peak) -> bool:
     pairs = (summit.amplitude, peak.amplitude), (summit.frequency, peak.value)
     return all(abs(one - other) <= _SAME * other for one, other in pairs)

@@ -6,24 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import FrequencyCurve, Status, Walk
+from symhbm.continuation import Branch, FrequencyProblem, Status
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.model import find_symmetry
 from symhbm.numerics import RADIANS, largest_displacement
-from symhbm.peaks.maximum import Summit
+from symhbm.peaks.maximum import Maximum
 
 COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
 """Ends of complete curves."""
 
 
 @dataclass(frozen=True)
-class Landscape:
+class Survey:
     """Maxima of each degree of freedom over a frequency response, the highest first.
 
     ``unbounded`` are peaks that nothing limits; ``status`` tells how the curve ended.
     """
 
-    summits: list[Summit]
+    summits: list[Maximum]
     unbounded: list[Peak]
     status: Status
 
@@ -52,29 +52,29 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
 
 def survey(
     problem: HarmonicBalance, bands: Sequence[tuple[float, float]], max_points: int = 5000
-) -> Landscape:
+) -> Survey:
     """All maxima in ``bands`` [Hz], by frequency responses over each of them."""
-    summits: list[Summit] = []
+    summits: list[Maximum] = []
     unbounded: list[Peak] = []
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        walk = Walk(FrequencyCurve(problem), ends, max_points, each=True)
+        walk = Branch(FrequencyProblem(problem), ends, max_points, each=True)
         if walk.status not in COMPLETE:
             status = walk.status
         unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]
         bounded = [peak for peak in walk.peaks if peak.kind != PeakKind.UNBOUNDED]
-        summits += [Summit.at_peak(problem, peak) for peak in bounded]
+        summits += [Maximum.at_peak(problem, peak) for peak in bounded]
         for point in {id(p): p for p in (walk.points[:1] + walk.points[-1:])}.values():
             if point.value in ends:
                 summits += _edges(problem, point.unknowns, point.value)
     summits.sort(key=lambda summit: -summit.amplitude)
-    return Landscape(summits, unbounded, status)
+    return Survey(summits, unbounded, status)
 
 
-def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Summit]:
+def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Maximum]:
     """The responses of all degrees of freedom at an end of the band."""
     amplitude, _ = largest_displacement(problem.basis, problem.coefficients(unknowns))
     top = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * top) if top > 0 else []
-    return [Summit.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]
+    return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]

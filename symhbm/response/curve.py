@@ -8,43 +8,49 @@ from typing import Any
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, slip_angles
-from symhbm.continuation import Curve, Event, FrequencyCurve, ParameterCurve, Status
+from symhbm.continuation import (
+    ContinuationProblem,
+    Event,
+    FrequencyProblem,
+    ParameterProblem,
+    Status,
+)
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
-from symhbm.response.accuracy import Refinement, Response, joined, status_of
+from symhbm.response.accuracy import Refinement, Solution, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, nothing
-from symhbm.results import Branch, Task
+from symhbm.results import CurveTable, Request
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which lengths along it are no longer relative."""
 
 
-def compute_branch(problem: HarmonicBalance, task: Task) -> Branch:
+def compute_curve(problem: HarmonicBalance, task: Request) -> CurveTable:
     """Follow the response of one problem."""
     return _Computation(problem, task).branch()
 
 
-def blank_branch(problem: HarmonicBalance, task: Task) -> Branch:
+def blank_curve(problem: HarmonicBalance, task: Request) -> CurveTable:
     """A branch with every name and shape of those of a task, before anything is computed."""
     return _Computation(problem, task, blank=True).branch()
 
 
-def curve_of(task: Task, problem: HarmonicBalance) -> Curve:
+def curve_of(task: Request, problem: HarmonicBalance) -> ContinuationProblem:
     """The equations to follow."""
     if task.frequency is None:
-        curve = FrequencyCurve(problem)
+        curve = FrequencyProblem(problem)
     else:
         smallest = SMALLEST * max(abs(value) for value in task.band)
         omega = RADIANS * task.frequency
-        curve = ParameterCurve(problem, task.name, omega, task.index, smallest)
+        curve = ParameterProblem(problem, task.name, omega, task.index, smallest)
     curve.angles = task.angles
     return curve
 
 
-def symmetry_of(task: Task, problem: HarmonicBalance) -> Symmetry | None:
+def symmetry_of(task: Request, problem: HarmonicBalance) -> Symmetry | None:
     """Sectors of a problem that stay alike, and of which one tells all, None for none.
 
     Only responses that are unique are as symmetric as the problem; small motions beside them,
@@ -59,7 +65,7 @@ def symmetry_of(task: Task, problem: HarmonicBalance) -> Symmetry | None:
 
 
 class _Computation:
-    def __init__(self, problem: HarmonicBalance, task: Task, blank: bool = False):
+    def __init__(self, problem: HarmonicBalance, task: Request, blank: bool = False):
         self._task = task
         self._symmetry = None if blank else symmetry_of(task, problem)
         if self._symmetry is not None:
@@ -81,7 +87,7 @@ class _Computation:
         rungs += [response.rung for part in self._stretches for response in part.own()]
         self._largest = max(rungs)
 
-    def branch(self) -> Branch:
+    def branch(self) -> CurveTable:
         """All results as arrays."""
         task, along = self._task, joined(self._stretches)
         points = self._path(along) if task.at is None else self._grid(task.at)
@@ -106,7 +112,7 @@ class _Computation:
             counts["angles_share"] = share
             if self._status in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
-        return Branch(
+        return CurveTable(
             points=points,
             peaks=peaks,
             events=dict(
@@ -122,7 +128,7 @@ class _Computation:
     def _problem(self, rung: int) -> HarmonicBalance:
         return self._refinement.curve(rung).problem
 
-    def _path(self, along: list[Response]) -> Table:
+    def _path(self, along: list[Solution]) -> Table:
         table = self._described(along)
         values = np.array([self._task.shown(response.value) for response in along], dtype=float)
         return {"value": values} | table
@@ -138,13 +144,13 @@ class _Computation:
         n_solutions = np.array([len(several) for several in found], dtype=np.int32)
         return {"value": at, "n_solutions": n_solutions} | table
 
-    def _at(self, value: float) -> list[Response]:
+    def _at(self, value: float) -> list[Solution]:
         holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
         if not holding:
-            return [Response(value, self._largest, None, np.nan, 0)]
+            return [Solution(value, self._largest, None, np.nan, 0)]
         stretch = max(holding, key=lambda part: part.rung)
         found = [
-            self._refinement.settle(Response.at(value, stretch.rung, station, solves))
+            self._refinement.settle(Solution.at(value, stretch.rung, station, solves))
             for station, solves in stretch.walk.at(value)
         ]
         self._largest = max(self._largest, *(response.rung for response in found))
@@ -155,7 +161,7 @@ class _Computation:
 
     def _described(
         self,
-        responses: list[Response],
+        responses: list[Solution],
         shape: tuple[int, ...] | None = None,
         place: list[int] | None = None,
     ) -> Table:
@@ -175,7 +181,7 @@ class _Computation:
             self._status = Status.POINTS_MISSING
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
-    def _rows(self, rung: int, responses: list[Response]) -> Table:
+    def _rows(self, rung: int, responses: list[Solution]) -> Table:
         """Rows of responses that are known, with one set of harmonics."""
         curve = self._refinement.curve(rung)
         problems, omegas = zip(*(curve.at(response.value) for response in responses), strict=True)
@@ -208,7 +214,7 @@ class _Computation:
         highest = np.full(count, max(self._problem(rung).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
-    def _events(self, response: Response) -> list[Event]:
+    def _events(self, response: Solution) -> list[Event]:
         """The events of one point, of all contacts that do alike."""
         symmetry = self._symmetry
         if symmetry is None:

@@ -15,8 +15,8 @@ from typing import Any
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.response.curve import compute_branch, curve_of
-from symhbm.results import Branch, Encoded, Sweep, Task, encode, flat, reduced
+from symhbm.response.curve import compute_curve, curve_of
+from symhbm.results import CurveTable, Encoded, Request, Sweep, encode, flat, reduced
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
@@ -41,8 +41,8 @@ Outcome = Encoded | str
 def compute(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Task,
-    blank: Branch,
+    task: Request,
+    blank: CurveTable,
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
@@ -60,7 +60,7 @@ def compute(
             yield [(number, _table(blank, outcome)) for number, outcome in found]
 
 
-def _table(blank: Branch, outcome: Outcome) -> Encoded:
+def _table(blank: CurveTable, outcome: Outcome) -> Encoded:
     failed = isinstance(outcome, str)
     return encode(flat(replace(blank, status=outcome))) if failed else outcome
 
@@ -68,7 +68,7 @@ def _table(blank: Branch, outcome: Outcome) -> Encoded:
 def _outcomes(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Task,
+    task: Request,
     numbers: list[int],
     executor: Executor | None,
 ) -> Iterator[Sequence[tuple[int, Outcome]]]:
@@ -91,7 +91,7 @@ def _outcomes(
 class _Shared:
     """What an executor computes, in pieces of several parameter sets."""
 
-    def __init__(self, problem: HarmonicBalance, sweep: Sweep, task: Task, executor: Executor):
+    def __init__(self, problem: HarmonicBalance, sweep: Sweep, task: Request, executor: Executor):
         self._sweep, self._executor = sweep, executor
         self._payload = pickle.dumps((problem, task))
         self._key = hashlib.blake2b(self._payload).hexdigest()
@@ -223,9 +223,9 @@ def _worked(
     return seconds / len(outcomes), outcomes
 
 
-def _outcome(problem: HarmonicBalance, task: Task, chosen: dict[str, Any]) -> Outcome:
+def _outcome(problem: HarmonicBalance, task: Request, chosen: dict[str, Any]) -> Outcome:
     try:
-        branch = compute_branch(problem.with_parameters(**chosen), task)
+        branch = compute_curve(problem.with_parameters(**chosen), task)
         return encode(flat(reduced(branch, task)))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())

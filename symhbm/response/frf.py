@@ -21,7 +21,7 @@ from symhbm.response.run import run, told
 from symhbm.results import (
     Angles,
     Peaks,
-    Task,
+    Request,
     check_band,
     check_grid,
     check_keep,
@@ -291,7 +291,7 @@ def _run(
     if angles is not None:
         check_angles(problem, angles)
         check_path_angles(angles, may_fold, accuracy)
-    task = Task(
+    task = Request(
         **described,
         each=peaks == "each",
         may_fold=may_fold,

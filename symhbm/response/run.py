@@ -15,9 +15,9 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.numerics import check
-from symhbm.response.curve import blank_branch
+from symhbm.response.curve import blank_curve
 from symhbm.response.ensemble import compute
-from symhbm.results import Branch, Sweep, Task, schema, tables
+from symhbm.results import CurveTable, Request, Sweep, schema, tables
 from symhbm.results.archive import (
     SUFFIX,
     ArchiveError,
@@ -38,7 +38,7 @@ from symhbm.workers import check_executor
 def run(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Task,
+    task: Request,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     progress: bool = True,
@@ -50,7 +50,7 @@ def run(
     Raises KeyError for names to keep that the result does not have, and ArchiveError if there is an
     archive of another computation, if it is in use, or cannot be written.
     """
-    call, whole = schema.describe(problem, sweep, task), blank_branch(problem, task)
+    call, whole = schema.describe(problem, sweep, task), blank_curve(problem, task)
     blank = tables.reduced(whole, task)
     names = [tables.name_of(key, task) for key in tables.flat(whole) if key != "harmonics"]
     for name in task.keep or ():
@@ -149,7 +149,7 @@ def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: 
     with Store(file) as store:
         call = call_of(store)
         problem, task = rebuild(call), schema.recall(call)[1]
-        blank = tables.reduced(blank_branch(problem, task), task)
+        blank = tables.reduced(blank_curve(problem, task), task)
         return _finished(store, target, call, problem, blank, executor, progress)
 
 
@@ -158,7 +158,7 @@ def _finished(
     target: Path,
     call: xr.Dataset,
     problem: HarmonicBalance,
-    blank: Branch,
+    blank: CurveTable,
     executor: Executor | None,
     progress: bool,
 ) -> xr.Dataset:
@@ -215,7 +215,7 @@ def _say_complete(target: Path, progress: bool) -> None:
         print(f"symhbm: {str(target)!r} is complete, nothing was computed", file=sys.stderr)
 
 
-def _check_names(store: Store, blank: Branch) -> None:
+def _check_names(store: Store, blank: CurveTable) -> None:
     """Raise ArchiveError for a working file whose sets hold other names than those of today."""
     [(_, (layout, _))] = store.read(-1, -1)
     found = {*tables.stored_layout(layout)} ^ {*tables.flat(blank)}

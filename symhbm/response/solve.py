@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
-from symhbm.continuation import FrequencyCurve, NewtonResult, SolveError, Status, solve_point
+from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Status, solve_point
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, check
-from symhbm.response.accuracy import Refinement, Response, check_accuracy
+from symhbm.response.accuracy import Refinement, Solution, check_accuracy
 from symhbm.response.describe import describe, nothing
 from symhbm.results import schema
 from symhbm.time_domain import check_stability
@@ -115,12 +115,12 @@ def _solved(
     """The problem with the harmonics it takes, its solution and the error of that."""
     if accuracy is None:
         return problem, solve_point(problem, frequency), np.nan
-    refinement = Refinement(problem, FrequencyCurve, accuracy)
+    refinement = Refinement(problem, FrequencyProblem, accuracy)
     problem = refinement.curve(0).problem
     found = solve_point(problem, frequency)
     if not found.converged:
         return problem, found, np.nan
-    response = Response(frequency, 0, found.unknowns, np.nan, found.iterations)
+    response = Solution(frequency, 0, found.unknowns, np.nan, found.iterations)
     response = refinement.settle(response)
     problem = refinement.curve(response.rung).problem
     assert response.unknowns is not None

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import FrequencyCurve
+from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
@@ -170,7 +170,7 @@ class StoredPoints:
         problem = self._sets[problem.harmonics].with_parameters(**problem.parameters)
         basis = problem.basis
         unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
-        corrector = AngleCorrector(FrequencyCurve(problem), self.followed["angles"])
+        corrector = AngleCorrector(FrequencyProblem(problem), self.followed["angles"])
         found = corrector.free(unknowns, omega)
         return relative_difference(unknowns, found.unknowns) if found.converged else np.inf
 

@@ -24,7 +24,7 @@ from symhbm.model import (
 )
 from symhbm.model.condensation import CondensedModel
 from symhbm.results.description import Description
-from symhbm.results.request import Task
+from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
 
 SCHEMA_VERSION = 2
@@ -118,7 +118,7 @@ def with_provenance(
     coordinates: dict[str, Any],
     problem: HarmonicBalance,
     sweep: Sweep,
-    followed: Task | None = None,
+    followed: Request | None = None,
     harmonics: tuple[int, ...] | None = None,
 ) -> Parts:
     """Variables and coordinates, the parameters, the problem and where the numbers come from.

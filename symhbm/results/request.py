@@ -20,7 +20,7 @@ OF_PEAKS = ("coefficient", "amplitude", "dof")
 
 
 @dataclass(frozen=True)
-class Task:
+class Request:
     """What to follow: the parameter ``name`` over a ``band``, from its first to its last value.
 
     ``name`` is ``"frequency"`` (in Hz) or a parameter, set for all blades or contacts or for that
@@ -59,7 +59,7 @@ class Task:
 
 
 @dataclass
-class Branch:
+class CurveTable:
     """A response curve.
 
     ``points``, ``peaks`` and ``events`` hold arrays by the names of the dataset, ``value`` for that

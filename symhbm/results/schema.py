@@ -14,13 +14,13 @@ from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.description import Description
 from symhbm.results.provenance import Parts, with_provenance
-from symhbm.results.request import Task
+from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import name_of
 from symhbm.results.variables import SLOPES, VARIABLES, derivative, meaning
 
 
-def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> Parts:
+def describe(problem: HarmonicBalance, sweep: Sweep, task: Request) -> Parts:
     """Everything but results: what is computed, of what."""
     coordinates: dict[str, tuple] = {}
     if task.at is not None:
@@ -30,11 +30,11 @@ def describe(problem: HarmonicBalance, sweep: Sweep, task: Task) -> Parts:
     return with_provenance({}, coordinates, problem, sweep, task)
 
 
-def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
+def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
     """What a dataset says is computed."""
     followed = Description(dataset).request
     task: dict[str, Any] = {
-        field.name: followed[field.name] for field in fields(Task) if field.name in followed
+        field.name: followed[field.name] for field in fields(Request) if field.name in followed
     }
     for name in ("band", "keep"):
         task[name] = None if task[name] is None else tuple(task[name])
@@ -44,7 +44,7 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Task]:
         value = dataset[name]
         of_result = [label for label in value.coords if label in RESERVED - {*value.dims}]
         values[name] = value.drop_vars(of_result)
-    return Sweep.of(values), Task(**task)
+    return Sweep.of(values), Request(**task)
 
 
 def left_out(dataset: xr.Dataset) -> list[str]:
@@ -102,7 +102,7 @@ def _results(dataset: xr.Dataset) -> list[str]:
     return [*found, f"event_{moving}", f"peak_{moving}", *([] if followed["grid"] else [moving])]
 
 
-def label(call: Parts, sweep: Sweep, task: Task, results: Table) -> xr.Dataset:
+def label(call: Parts, sweep: Sweep, task: Request, results: Table) -> xr.Dataset:
     """Dataset of response curves, stacked one per parameter set, of what `describe` gives.
 
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
@@ -154,7 +154,7 @@ _CURVE_AXES = ("minimum", "event")
 
 def label_peak_curve(
     problem: HarmonicBalance,
-    task: Task,
+    task: Request,
     bands: Sequence[tuple[float, float]],
     results: Table,
     status: str,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.numerics import Table
-from symhbm.results.request import Branch, Task
+from symhbm.results.request import CurveTable, Request
 
 ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
 """What is kept of the points of a curve beside what was asked for."""
@@ -22,13 +22,13 @@ Layout = dict[str, tuple[np.dtype, tuple[int, ...]]]
 """Type and shape of each array of a table."""
 
 
-def name_of(key: str, task: Task) -> str:
+def name_of(key: str, task: Request) -> str:
     """Name in the dataset of what a branch holds."""
     named = {"value": task.name, "event_value": f"event_{task.name}"}
     return (named | {"peak_value": f"peak_{task.name}"}).get(key, key)
 
 
-def reduced(branch: Branch, task: Task) -> Branch:
+def reduced(branch: CurveTable, task: Request) -> CurveTable:
     """The branch with what the task keeps alone."""
     if task.keep is None:
         return branch
@@ -43,7 +43,7 @@ def reduced(branch: Branch, task: Task) -> Branch:
     return replace(branch, **kept)
 
 
-def flat(branch: Branch) -> Table:
+def flat(branch: CurveTable) -> Table:
     """All of a branch as one table; texts are objects."""
     counts = {name: np.array(count) for name, count in branch.counts.items()}
     whole = dict(harmonics=np.array(branch.harmonics), status=np.array(branch.status, dtype=object))

@@ -2,7 +2,7 @@
 
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion
-from symhbm.time_domain.linear_motion import LinearPieces, extremes
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
 from symhbm.time_domain.periodic_motion import periodic_motion
 from symhbm.time_domain.periodic_orbit import PERIODIC_TOLERANCE, energy_scale
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
@@ -12,7 +12,7 @@ __all__ = [
     "INTEGRATION_TOLERANCE",
     "PERIODIC_TOLERANCE",
     "ExactMotion",
-    "LinearPieces",
+    "LinearMotion",
     "March",
     "check_stability",
     "energy_scale",

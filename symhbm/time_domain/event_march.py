@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearPieces, alternates, crossings
+from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearMotion, alternates, crossings
 
 _POWER = np.arange(DEGREE + 1)
 _INSTANT = 1e-13
@@ -49,14 +49,14 @@ class Cells:
     slip: np.ndarray
 
     def evaluate(
-        self, pieces: LinearPieces, tau: FloatArray
+        self, pieces: LinearMotion, tau: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Displacement, its derivative by ``tau`` and friction, (n, n_dof or n_active)."""
         cell = np.clip(np.searchsorted(self.start, tau, side="right") - 1, 0, None)
         return self.inside(pieces, cell, (tau - self.start[cell]) / self.width[cell])
 
     def inside(
-        self, pieces: LinearPieces, cell: np.ndarray, share: FloatArray
+        self, pieces: LinearMotion, cell: np.ndarray, share: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """As `evaluate`, at shares (n,) of given cells (n,)."""
         powers = share[:, None] ** _POWER
@@ -69,7 +69,7 @@ class Cells:
         friction = self.friction[cell] + spring * (travel @ pieces.directions.T)
         return values[:, 0] + travel, slope, friction
 
-    def quadrature(self, pieces: LinearPieces, highest: int):
+    def quadrature(self, pieces: LinearMotion, highest: int):
         """Gauss quadrature over all cells, exact to round-off up to the harmonic ``highest``.
 
         Angles (n,), weights (n,), and the motion there as `evaluate` gives it.
@@ -83,7 +83,7 @@ class Cells:
         weight = np.outer(self.width, weights / 2).ravel()
         return tau, weight, self.inside(pieces, cell, share)
 
-    def work(self, pieces: LinearPieces) -> tuple[float, float]:
+    def work(self, pieces: LinearMotion) -> tuple[float, float]:
         """Done by the force and dissipated by the damping matrix [J]."""
         highest = int(pieces.orders.max(initial=0))
         tau, weight, (_, slope, _) = self.quadrature(pieces, highest)
@@ -93,7 +93,7 @@ class Cells:
         done, lost = (weight @ (part * slope).sum(axis=1) for part in (force, viscous))
         return float(done), float(lost)
 
-    def reversals(self, pieces: LinearPieces) -> np.ndarray:
+    def reversals(self, pieces: LinearMotion) -> np.ndarray:
         """Changes of sign of all relative velocities over the period, (n_contacts,)."""
         rates = np.zeros_like(self.displacement)
         rates[:, :-1] = _POWER[1:, None] * self.displacement[:, 1:] / self.width[:, None, None]
@@ -141,7 +141,7 @@ class March:
     end: FloatArray
     jacobian: FloatArray | None
 
-    def multipliers(self, pieces: LinearPieces) -> np.ndarray:
+    def multipliers(self, pieces: LinearMotion) -> np.ndarray:
         """Eigenvalues of the derivative, largest first, at given static forces.
 
         Those of the contacts that never slip stay what they are, which makes a one for each.
@@ -158,7 +158,7 @@ class March:
         return values[np.argsort(-np.abs(values))]
 
 
-def march(pieces: LinearPieces, state: FloatArray, length: float, derivative: bool = True) -> March:
+def march(pieces: LinearMotion, state: FloatArray, length: float, derivative: bool = True) -> March:
     """March from ``tau = 0`` to ``length`` [rad].
 
     ``state`` (2 n_dof + n_active,) is displacement, its derivative by ``tau`` [m] and the friction
@@ -226,7 +226,7 @@ def march(pieces: LinearPieces, state: FloatArray, length: float, derivative: bo
 
 
 def _carry(
-    pieces: LinearPieces, transition: FloatArray, stick: np.ndarray, variation: FloatArray
+    pieces: LinearMotion, transition: FloatArray, stick: np.ndarray, variation: FloatArray
 ) -> FloatArray:
     """Derivative by the start carried over a cell."""
     n = pieces.n_dof
@@ -238,7 +238,7 @@ def _carry(
 
 
 def _first_event(
-    pieces: LinearPieces,
+    pieces: LinearMotion,
     powers: FloatArray,
     friction: FloatArray,
     slip: FloatArray,

@@ -16,7 +16,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.time_domain.event_march import Cells, march
-from symhbm.time_domain.linear_motion import LinearPieces, extremes
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
 from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     balanced_starts,
@@ -92,7 +92,7 @@ class ExactMotion:
     periodicity: float
     iterations: int
     status: Status
-    _pieces: LinearPieces = field(repr=False)
+    _pieces: LinearMotion = field(repr=False)
     _cells: Cells = field(repr=False)
 
     @property
@@ -142,7 +142,7 @@ def exact_motion(
     positive definite; ArithmeticError where contacts change their states without end.
     """
     frequency = check.scalar("frequency", frequency, "positive")
-    pieces = LinearPieces(problem, frequency)
+    pieces = LinearMotion(problem, frequency)
     starts = balanced_starts(problem, pieces)
     if start is not None:
         given = check.array("start", start)
@@ -156,7 +156,7 @@ def exact_motion(
     return describe_motion(pieces, state, iterations, status)
 
 
-def _spread(pieces: LinearPieces, friction: FloatArray) -> FloatArray:
+def _spread(pieces: LinearMotion, friction: FloatArray) -> FloatArray:
     """Values of the active contacts (n, n_active) among those of all."""
     result = np.zeros((len(friction), pieces.n_contacts))
     result[:, pieces.active] = friction
@@ -164,7 +164,7 @@ def _spread(pieces: LinearPieces, friction: FloatArray) -> FloatArray:
 
 
 def describe_motion(
-    pieces: LinearPieces, state: FloatArray, iterations: int, status: Status
+    pieces: LinearMotion, state: FloatArray, iterations: int, status: Status
 ) -> ExactMotion:
     """All results of a motion from its ``state`` (2 n_dof + n_active,) at ``tau = 0``."""
     n, omega, active = pieces.n_dof, pieces.frequency, pieces.active

@@ -36,7 +36,7 @@ _RIGHT = _LEFT[::-1, ::-1].copy()
 
 
 @dataclass(frozen=True)
-class Piece:
+class LinearFlow:
     """Series of the motion with one set of sticking contacts.
 
     ``width`` is the length of a cell [rad]; ``series`` (DEGREE + 1, n_dof, 3 n_dof + n_waves) maps
@@ -54,7 +54,7 @@ class Piece:
         return self.full if share == 1.0 else _transition(self.series, self.width, share)
 
 
-class LinearPieces:
+class LinearMotion:
     """The linear motions of a problem at an angular ``frequency`` [rad/s], by contact state.
 
     Contacts without spring or limit carry no force and are left out: ``active`` are the others.
@@ -103,7 +103,7 @@ class LinearPieces:
         viscous = np.linalg.solve(factor, self.damping) / frequency
         viscous = np.linalg.solve(factor, viscous.T)
         self._viscous_norm = np.linalg.norm(viscous, 2)
-        self._pieces: dict[bytes, Piece] = {}
+        self._pieces: dict[bytes, LinearFlow] = {}
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
@@ -124,7 +124,7 @@ class LinearPieces:
         """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
         return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
 
-    def piece(self, stick: np.ndarray) -> Piece:
+    def piece(self, stick: np.ndarray) -> LinearFlow:
         """Series with the contacts ``stick`` (n_active,) sticking."""
         key = stick.tobytes()
         if key not in self._pieces:
@@ -134,7 +134,7 @@ class LinearPieces:
             self._pieces[key] = piece
         return self._pieces[key]
 
-    def _build(self, stick: np.ndarray) -> Piece:
+    def _build(self, stick: np.ndarray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
         held = self.directions[stick] * self.contact_stiffness[stick, None]
         whole = self.stiffness + self.directions[stick].T @ held
@@ -161,10 +161,10 @@ class LinearPieces:
             right[:, 3 * n :] += (wave, turned, -wave, -turned)[k % 4] * factor
             factor = factor * slope / (k + 1)
             series[k + 2] = right / ((k + 1) * (k + 2))
-        return Piece(width, series, _transition(series, width, 1.0))
+        return LinearFlow(width, series, _transition(series, width, 1.0))
 
     def expand(
-        self, piece: Piece, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, piece: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
     ) -> FloatArray:
         """Powers of the share of a cell that starts at ``tau``, (DEGREE + 1, n_dof) [m].
 

@@ -11,7 +11,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
 from symhbm.numerics import Factorisation, FloatArray
 from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.linear_motion import LinearPieces, extremes
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
 
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
@@ -24,7 +24,7 @@ _SMALLEST = 1e-12
 """Singular values below this share of the largest one are those of motions that are free."""
 
 
-def balanced_starts(problem: HarmonicBalance, pieces: LinearPieces) -> Iterator[FloatArray]:
+def balanced_starts(problem: HarmonicBalance, pieces: LinearMotion) -> Iterator[FloatArray]:
     """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
 
     Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
@@ -57,7 +57,7 @@ def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 
 
-def energy_scale(pieces: LinearPieces) -> FloatArray:
+def energy_scale(pieces: LinearMotion) -> FloatArray:
     """Roots of the energies of unit states (2 n_dof + n_active,)."""
     inertia = pieces.frequency**2 * np.diag(pieces.mass)
     elastic = np.diag(pieces.stiffness)
@@ -73,7 +73,7 @@ class _Trial:
 
 
 def periodic_state(
-    pieces: LinearPieces, starts: Iterator[FloatArray]
+    pieces: LinearMotion, starts: Iterator[FloatArray]
 ) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended.
 
@@ -126,7 +126,7 @@ def periodic_state(
 
 
 def _newton_step(
-    pieces: LinearPieces, now: _Trial, sign: float, scale: FloatArray
+    pieces: LinearMotion, now: _Trial, sign: float, scale: FloatArray
 ) -> FloatArray | None:
     assert now.run.jacobian is not None
     unit = np.eye(len(scale))
@@ -145,7 +145,7 @@ def _newton_step(
     return None if step is None else step / scale
 
 
-def _centred(pieces: LinearPieces, run: March, state: FloatArray) -> FloatArray:
+def _centred(pieces: LinearMotion, run: March, state: FloatArray) -> FloatArray:
     """The same motion with the forces of contacts that never slip between their limits.
 
     Static forces of such contacts move the whole motion, and no other force sees that.

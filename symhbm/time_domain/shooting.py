@@ -18,7 +18,7 @@ from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
-from symhbm.time_domain.linear_motion import DEGREE, LinearPieces, Piece, extremes
+from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, extremes
 from symhbm.time_domain.periodic_orbit import energy_scale, state_of
 
 INTEGRATION_TOLERANCE = 1e-12
@@ -49,13 +49,13 @@ _RATES = np.arange(DEGREE + 1.0)
 
 
 @dataclass(frozen=True)
-class _Step(Piece):
+class _Step(LinearFlow):
     """A step of the integrator; all but the contacts (n_active,) that ``stick`` is made later."""
 
     stick: np.ndarray
 
 
-class IntegratedPieces(LinearPieces):
+class IntegratedMotion(LinearMotion):
     """The motions of a problem with cubic springs at an angular ``frequency`` [rad/s], by steps.
 
     ``size`` [m] is that of the motion, for the tolerance. Raises ValueError for a mass matrix that
@@ -69,7 +69,7 @@ class IntegratedPieces(LinearPieces):
         self._springs = self.all_directions[springs]
         inertia = frequency**2 * self.mass
         self._spring_push = np.linalg.solve(inertia, self._springs.T * stiffness[springs])
-        # One column is the motion, the others are its derivatives as `Piece.series` orders them.
+        # One column is the motion, the others its derivatives as `LinearFlow.series` orders them.
         n_columns = 1 + 3 * self.n_dof
         self._cube = np.append(1.0, np.full(n_columns - 1, 3.0))
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
@@ -77,14 +77,14 @@ class IntegratedPieces(LinearPieces):
         linear = super().piece(np.ones(len(self.active), dtype=bool))
         self._width = _FIRST * linear.width
 
-    def piece(self, stick: np.ndarray) -> Piece:
+    def piece(self, stick: np.ndarray) -> LinearFlow:
         """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
         return _Step(np.nan, np.array([]), np.array([]), stick)
 
     def expand(
-        self, piece: Piece, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, piece: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
     ) -> FloatArray:
-        """Make the step; arguments and result as those of `LinearPieces.expand`."""
+        """Make the step; arguments and result as those of `LinearMotion.expand`."""
         assert isinstance(piece, _Step)
         n = self.n_dof
         start = np.column_stack([np.append(x, slope), np.eye(2 * n, 3 * n)])
@@ -152,7 +152,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.coefficients(unknowns))
     size = float(coefficients.sum(axis=1).max()) or 1.0
-    pieces = IntegratedPieces(balance, frequency, size)
+    pieces = IntegratedMotion(balance, frequency, size)
     even = coefficients[:, balance.basis.order % 2 == 0]
     pieces.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
     start = pieces.of_active(state_of(balance, unknowns))
@@ -160,7 +160,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
         state, iterations, status = _periodic_state(pieces, start)
         motion = describe_motion(pieces, state, iterations, status)
     except ArithmeticError:
-        bounded = LinearPieces(balance.with_parameters(cubic_stiffness=0.0), frequency)
+        bounded = LinearMotion(balance.with_parameters(cubic_stiffness=0.0), frequency)
         motion = describe_motion(bounded, np.zeros_like(start), 0, Status.GROWS)
         return replace(motion, periodicity=np.inf)
     if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
@@ -178,7 +178,7 @@ class _Trial:
     norm: float
 
 
-def _periodic_state(pieces: IntegratedPieces, start: FloatArray) -> tuple[FloatArray, int, Status]:
+def _periodic_state(pieces: IntegratedMotion, start: FloatArray) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended."""
     scale = energy_scale(pieces)
     farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
@@ -206,7 +206,7 @@ def _periodic_state(pieces: IntegratedPieces, start: FloatArray) -> tuple[FloatA
     return now.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _shot(pieces: IntegratedPieces, state: FloatArray, scale: FloatArray) -> _Trial:
+def _shot(pieces: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
     """How far a period, or half of it, leads from the state, and the derivative of that."""
     length, sign = (np.pi, -1.0) if pieces.antiperiodic else (2 * np.pi, 1.0)
     n, state = 2 * pieces.n_dof, state.copy()
@@ -224,7 +224,7 @@ def _shot(pieces: IntegratedPieces, state: FloatArray, scale: FloatArray) -> _Tr
 
 
 def _middle(
-    pieces: IntegratedPieces, run: March, state: FloatArray, contact: int
+    pieces: IntegratedMotion, run: March, state: FloatArray, contact: int
 ) -> tuple[float, FloatArray]:
     """Mean of the largest and the smallest force of a contact that sticks, and its derivative.
 

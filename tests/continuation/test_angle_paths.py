@@ -14,7 +14,7 @@ from symhbm.continuation.angles.system import angle_system
 from symhbm.continuation.correctors.constraints import Hyperplane, unit_parameter
 from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.newton import ACCEPTED
-from symhbm.continuation.problem import FrequencyCurve, ParameterCurve
+from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
 
@@ -160,7 +160,7 @@ def test_a_band_in_which_a_contact_reverses_while_it_slips(band, n):
         path = sh.frf(problem, band, angles="newton", progress=False)
     assert str(path.status.values).startswith(str(Status.ANGLES_DO_NOT_APPLY))
     _, _, grid, distance = compared(problem, band, "newton", n=n)
-    corrector = AngleCorrector(FrequencyCurve(problem), "newton")
+    corrector = AngleCorrector(FrequencyProblem(problem), "newton")
     applies = [corrector.applies(TURN * float(f)) for f in grid.frequency]
     np.testing.assert_array_equal(grid.converged, applies)
     assert float(path.angles_share) == pytest.approx(np.mean(applies), abs=2 / (n - 1))
@@ -179,7 +179,7 @@ def test_a_band_in_which_a_contact_reverses_while_it_slips(band, n):
 def test_false_solutions_are_no_points():
     """Solved as far as the equations tell, and refused by how the contact moves."""
     problem, omega = ring((1, 3)).with_parameters(normal_load=10), TURN * 69
-    curve = FrequencyCurve(problem)
+    curve = FrequencyProblem(problem)
     corrector, system = AngleCorrector(curve, "newton"), angle_system(problem, "frequency")
     start = false_start(problem)
     x, theta_0, rho = system.angles.split(start)
@@ -204,10 +204,10 @@ def test_false_solutions_are_no_points():
 def test_jacobian_is_exact(moving):
     problem = ring((1, 3)).with_parameters(normal_load=10)
     omega = TURN * 75
-    curve = FrequencyCurve(problem)
+    curve = FrequencyProblem(problem)
     value = omega
     if moving != "frequency":
-        curve = ParameterCurve(problem, moving, omega)
+        curve = ParameterProblem(problem, moving, omega)
         value = float(np.ravel(problem.parameters[moving])[0])
     unknowns = solve_point(problem, omega).unknowns
     guess = np.append(1.01 * unknowns, value)

@@ -15,7 +15,7 @@ import symhbm as sh
 from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.newton import newton
-from symhbm.continuation.problem import FrequencyCurve
+from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.status import Status
 
 TURN = 2 * np.pi
@@ -146,7 +146,7 @@ def test_a_structure_that_is_not_quite_symmetric_has_no_branch_points(difference
 @pytest.mark.parametrize(("difference", "meet"), [(0.0, True), (1e-6, False), (1e-3, False)])
 def test_paths_that_come_close_do_not_meet(difference, meet):
     """Motions nearly alike before and beyond a pitchfork are one path in a symmetric pair alone."""
-    curve = FrequencyCurve(pair(0.3, 0.02, difference))
+    curve = FrequencyProblem(pair(0.3, 0.02, difference))
     corrector = Corrector(curve)
     (_, pitchfork), stations = pitchforks(0.3, 0.02), []
     for omega in (pitchfork - 0.01, pitchfork + 0.01):

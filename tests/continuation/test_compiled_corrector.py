@@ -9,16 +9,16 @@ import scipy.sparse as sp
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.continuation.between.crests import zero
-from symhbm.continuation.between.divisions import Stretches
+from symhbm.continuation.between.divisions import Segments
 from symhbm.continuation.between.slopes import Slopes, turning
-from symhbm.continuation.branch import Walk
+from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import compiled
 from symhbm.continuation.correctors.bordered_system import point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.resonances import modes
-from symhbm.continuation.problem import FrequencyCurve
-from symhbm.continuation.segment import Station
+from symhbm.continuation.problem import FrequencyProblem
+from symhbm.continuation.segment import PathState
 from symhbm.numerics import machine_code
 from symhbm.numerics.compiled import Compiled
 from symhbm.peaks.survey import sector_of
@@ -96,7 +96,7 @@ PROBLEMS = {
 
 def walk(name):
     build, band = PROBLEMS[name]
-    return Walk(FrequencyCurve(build()), (TURN * band[0], TURN * band[1]), 5000, False)
+    return Branch(FrequencyProblem(build()), (TURN * band[0], TURN * band[1]), 5000, False)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -161,7 +161,7 @@ def test_resonances_below_are_counted(name):
 def test_modes_of_a_condensed_structure_are_counted(harmonics):
     """The count alone against that of the modes, which have been told one by one."""
     problem = condensed(harmonics)
-    found = Walk(FrequencyCurve(problem), (4 * TURN, 8 * TURN), 5000, False)
+    found = Branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
     for point in found.points:
         friction = problem.locate(point.unknowns, point.slip)
         known = modes(found.curve, point.unknowns, point.value, friction)
@@ -171,7 +171,7 @@ def test_modes_of_a_condensed_structure_are_counted(harmonics):
 
 def test_outside_the_band_of_a_condensation_nothing_is_found():
     problem = condensed()
-    curve, size = FrequencyCurve(problem), problem.n_unknowns + 1
+    curve, size = FrequencyProblem(problem), problem.n_unknowns + 1
     guess = np.append(np.zeros(size - 1), 9.0 * TURN)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, unit_parameter(size))
@@ -189,7 +189,7 @@ def test_a_mean_beside_one_harmonic_is_compiled_too():
 
 def test_what_cannot_be_solved_is_none():
     """A singular system, a guess that is not finite, and one too far away."""
-    curve = FrequencyCurve(ring())
+    curve = FrequencyProblem(ring())
     corrector = Corrector(curve)
     size = curve.problem.n_unknowns + 1
     guess, slip = np.append(np.zeros(size - 1), 1000.0), np.zeros(13, dtype=bool)
@@ -269,8 +269,8 @@ def test_slopes_of_many_stretches_are_those_of_each():
     state, before, after = (
         np.array([getattr(p, name) for p in points]) for name in ("state", "before", "after")
     )
-    sides = (Slopes.of(problem, Station(state, side)) for side in (before, after))
-    stretches = Stretches.of(points, *sides)
+    sides = (Slopes.of(problem, PathState(state, side)) for side in (before, after))
+    stretches = Segments.of(points, *sides)
     roots = np.random.default_rng(0).random((len(points) - 1, 2)) < 0.3
     stretches = stretches._replace(roots=roots)
     together = turning(problem, *stretches[3:-1])

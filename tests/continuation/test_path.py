@@ -13,7 +13,7 @@ from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.events import corners
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import FrequencyCurve, ParameterCurve
+from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
 
@@ -30,7 +30,7 @@ def path(curve, start, end, **options):
 
 
 def test_points_come_one_by_one():
-    walk = path(FrequencyCurve(fig03.problem()), 10 * TURN, 30 * TURN)
+    walk = path(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN)
     assert walk.status == Status.NOT_STARTED
     first = next(iter(walk))
     assert first.value == 10 * TURN
@@ -41,21 +41,21 @@ def test_points_come_one_by_one():
 
 
 def test_largest_number_of_points():
-    walk = path(FrequencyCurve(fig03.problem()), 10 * TURN, 30 * TURN, max_points=7)
+    walk = path(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN, max_points=7)
     assert len(list(walk)) == 7
     assert walk.status == Status.MAXIMUM_POINTS
     assert "max_points" in walk.status
 
 
 def test_a_start_that_is_no_solution():
-    walk = Path(FrequencyCurve(fig03.problem()), np.array([1.0, 2.0]), 60.0, 180.0)
+    walk = Path(FrequencyProblem(fig03.problem()), np.array([1.0, 2.0]), 60.0, 180.0)
     assert list(walk) == []
     assert walk.status == Status.NO_START
 
 
 def test_a_path_that_comes_back_to_its_start_says_so():
     """Downwards from 1.2 rad/s on the lower branch: a fold at 1.1156, and back on the middle."""
-    walk = path(FrequencyCurve(duffing()), 1.2, 0.5)
+    walk = path(FrequencyProblem(duffing()), 1.2, 0.5)
     points = list(walk)
     assert walk.status == Status.TURNED_BACK
     assert points[0].value == points[-1].value == 1.2
@@ -92,7 +92,7 @@ def test_another_solution_is_found_where_there_is_one():
 
 def test_parameter_through_zero():
     """A spring that softens, is none, and stiffens: the closed form at every point."""
-    curve = ParameterCurve(duffing(), "cubic_stiffness", 0.8, smallest=1e-3)
+    curve = ParameterProblem(duffing(), "cubic_stiffness", 0.8, smallest=1e-3)
     walk = path(curve, -0.05, 0.2)
     points = list(walk)
     assert walk.status == Status.REACHED_END
@@ -106,7 +106,7 @@ def test_parameter_through_zero():
 def test_values_out_of_range_are_failed_steps():
     """Towards a load of zero no iteration may end in an exception."""
     for start in (3.0, 0.3):
-        curve = ParameterCurve(fig03.problem(), "normal_load", 19 * TURN, smallest=1e-3)
+        curve = ParameterProblem(fig03.problem(), "normal_load", 19 * TURN, smallest=1e-3)
         walk = path(curve, start, 0.0)
         assert list(walk)[-1].value == 0
         assert walk.status == Status.REACHED_END
@@ -118,7 +118,7 @@ def test_values_out_of_range_are_failed_steps():
 def test_a_hop_over_an_event_lands_on_it(overshoot, monkeypatch):
     """A step at fixed value that meets another contact state ends where the state changes."""
     monkeypatch.setattr(corners, "LARGEST_PREDICTION_ERROR", 10.0)
-    curve = FrequencyCurve(fig03.problem((1, 3)).with_parameters(normal_load=18))
+    curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
     points = list(path(curve, 10 * TURN, 30 * TURN))
     at = next(i for i, point in enumerate(points) if point.events)
     base, event = points[at - 1], points[at]
@@ -134,10 +134,10 @@ def test_a_hop_over_an_event_lands_on_it(overshoot, monkeypatch):
 
 def test_hops_reach_the_end_alone():
     """From point to point by hops in the states they meet, as over corners nobody located."""
-    curve = FrequencyCurve(fig03.problem((1, 3)).with_parameters(normal_load=18))
+    curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
     points = list(path(curve, 10 * TURN, 30 * TURN))
     base = points[3]
-    found = corners.hop(Corrector(curve), base, 30 * TURN, 0.2)
+    found = corners.step_over_corner(Corrector(curve), base, 30 * TURN, 0.2)
     assert found is not None
     assert found.found.residual_norm <= 1e-11
     assert base.value < found.found.point[-1] < 30 * TURN

@@ -6,9 +6,9 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.branch import Walk
+from symhbm.continuation.branch import Branch
 from symhbm.continuation.events import resonances
-from symhbm.continuation.problem import Curve, FrequencyCurve, ParameterCurve
+from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics.linear_algebra import negative_eigenvalues
 from symhbm.peaks.survey import sector_of
@@ -90,7 +90,7 @@ def test_resonances_below_are_counted(size, harmonics):
         problem = sh.HarmonicBalance(model, sh.PointForce(harmonic=max(harmonics)), harmonics)
         mass, stiffness = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
         directions = model.directions.toarray()
-        count = ResonanceCount(FrequencyCurve(problem))
+        count = ResonanceCount(FrequencyProblem(problem))
         natural = np.sqrt(eigh(stiffness, mass, eigvals_only=True))
         for _ in range(6):
             unknowns = 10.0 ** rng.uniform(-5, 0) * rng.normal(size=problem.n_unknowns)
@@ -113,7 +113,7 @@ def test_resonances_below_are_counted(size, harmonics):
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_structure_without_contacts(harmonics):
     model = sh.Model(np.eye(2), 0.1 * np.eye(2), np.diag([1.0, 4.0]))
-    curve = FrequencyCurve(sh.HarmonicBalance(model, sh.PointForce(), harmonics))
+    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.PointForce(), harmonics))
     count, unknowns = ResonanceCount(curve), np.ones(4 * len(harmonics))
     for omega in (0.2, 0.5, 1.5, 2.5):
         expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
@@ -131,7 +131,7 @@ def test_motions_without_inertia_add_none():
         friction_coefficient=0.5,
         normal_load=1e9,
     )
-    curve = FrequencyCurve(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)))
+    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)))
     count, unknowns = ResonanceCount(curve), np.full(8, 1e-3)
     friction = curve.problem.locate(unknowns)
     natural = np.sqrt(2e4)
@@ -159,7 +159,7 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
     symmetry = problem.symmetry
     assert symmetry is not None
     model, omegas = problem.model, TURN * np.linspace(5, 400, 60)
-    count, rng = ResonanceCount(FrequencyCurve(problem)), np.random.default_rng(0)
+    count, rng = ResonanceCount(FrequencyProblem(problem)), np.random.default_rng(0)
     several = set()
     for omega in omegas:
         unknowns = 1e-4 * rng.normal(size=problem.n_unknowns)
@@ -177,19 +177,19 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
 
 
 CURVES = {
-    "blade": lambda: (FrequencyCurve(fig03.problem((1, 3, 5))), (10, 30)),
-    "sector": lambda: (FrequencyCurve(sector_of(ring((1, 3)))), (150, 280)),
-    "ring": lambda: (FrequencyCurve(ring((1, 3)).with_parameters(mass=MASSES)), (150, 220)),
+    "blade": lambda: (FrequencyProblem(fig03.problem((1, 3, 5))), (10, 30)),
+    "sector": lambda: (FrequencyProblem(sector_of(ring((1, 3)))), (150, 280)),
+    "ring": lambda: (FrequencyProblem(ring((1, 3)).with_parameters(mass=MASSES)), (150, 220)),
     "sampled": lambda: (
-        FrequencyCurve(sh.HarmonicBalance(fig03.problem().model, sh.PointForce(), (1, 3), 64)),
+        FrequencyProblem(sh.HarmonicBalance(fig03.problem().model, sh.PointForce(), (1, 3), 64)),
         (10, 30),
     ),
-    "load": lambda: (ParameterCurve(fig03.problem((1, 3)), "normal_load", 20 * TURN), (1, 9)),
+    "load": lambda: (ParameterProblem(fig03.problem((1, 3)), "normal_load", 20 * TURN), (1, 9)),
     "stiffness": lambda: (
-        ParameterCurve(fig03.problem((1, 3)), "stiffness", 20 * TURN),
+        ParameterProblem(fig03.problem((1, 3)), "stiffness", 20 * TURN),
         (6e3, 2e4),
     ),
-    "one harmonic": lambda: (ParameterCurve(fig03.problem(), "mass", 20 * TURN), (0.5, 2)),
+    "one harmonic": lambda: (ParameterProblem(fig03.problem(), "mass", 20 * TURN), (0.5, 2)),
 }
 MASSES = 1 + 0.01 * np.random.default_rng(0).normal(size=13)
 
@@ -197,8 +197,8 @@ MASSES = 1 + 0.01 * np.random.default_rng(0).normal(size=13)
 @pytest.mark.parametrize("name", CURVES)
 def test_points_of_a_path_count_the_modes_they_have(name):
     curve, band = CURVES[name]()
-    unit = TURN if isinstance(curve, FrequencyCurve) else 1.0
-    walk = Walk(curve, (unit * band[0], unit * band[1]), 5000, False)
+    unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
+    walk = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
     assert len(walk.points) > 5
     for point in walk.points:
         problem, _ = curve.at(point.value)
@@ -212,14 +212,14 @@ def test_points_of_a_path_count_the_modes_they_have(name):
 def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
     seen, compute = [], resonances.modes
 
-    def counted(curve: Curve, unknowns, value, friction):
+    def counted(curve: ContinuationProblem, unknowns, value, friction):
         seen.append(value)
         return compute(curve, unknowns, value, friction)
 
     monkeypatch.setattr(resonances, "modes", counted)
     curve, band = CURVES[name]()
-    unit = TURN if isinstance(curve, FrequencyCurve) else 1.0
-    walk = Walk(curve, (unit * band[0], unit * band[1]), 5000, False)
+    unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
+    walk = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
     below = [point.below for point in walk.points]
     changes = sum(one != other for one, other in zip(below[1:], below, strict=False))
     assert len(seen) <= 2 * (changes + walk.rejected)

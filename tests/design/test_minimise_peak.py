@@ -27,7 +27,7 @@ from symhbm.design.arguments import read_space
 from symhbm.design.cases import Cases
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.descent import Descent, Design
-from symhbm.design.optimum import Held
+from symhbm.design.optimum import ActiveSet
 from symhbm.design.program import Program
 from symhbm.design.search import Found
 from symhbm.peaks.survey import survey
@@ -352,7 +352,7 @@ def held_at(load):
     x = np.log([load])
     states = cases(x)
     design = Design(x, states, states[0].height)
-    held = Held.of(program, x, states, program.step(states, x, 1e-12))
+    held = ActiveSet.of(program, x, states, program.step(states, x, 1e-12))
     found = Found(design, held, [design], [Descent(design, True, held)])
     return held, status_of(program, found), certificate(program, found, bands, 1)
 

@@ -12,7 +12,7 @@ from xarray import DataArray
 
 import symhbm as sh
 from symhbm.continuation.status import Status
-from symhbm.design.pieces import Piece, Pieces
+from symhbm.design.pieces import FollowedMaximum, Maxima
 from symhbm.design.program import Program, Statistic
 from symhbm.design.space import Group, Space
 
@@ -79,9 +79,9 @@ def models(rng, n_cases, n_pieces, n_variables):
             root = rng.normal(size=(n_variables, n_variables))
             hessian = root @ root.T + np.eye(n_variables)
             value, gradient = rng.normal() / 10, rng.normal(size=n_variables)
-            pieces.append(Piece(value, gradient, hessian, None, np.zeros(0)))
+            pieces.append(FollowedMaximum(value, gradient, hessian, None, np.zeros(0)))
         pieces.sort(key=lambda piece: -piece.value)
-        states.append(Pieces(pieces, pieces[0].value, True))
+        states.append(Maxima(pieces, pieces[0].value, True))
     return states
 
 

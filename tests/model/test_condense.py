@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.continuation.events.resonances import LARGEST_SIZE
-from symhbm.model.condensation.pole_residue import BandFunction, PoleSum
+from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 
 BAND = (7.0, 12.5)
 NARROW = (9.2, 10.2)
@@ -166,7 +166,7 @@ def test_a_band_function_is_the_sum_of_its_poles():
         return first / np.array([1, 10, 100])[:, None, None]
 
     whole = PoleSum(coefficients(3, 4), coefficients(3, 240), coefficients(240, 4), poles)
-    fast = BandFunction(whole, (6.0, 50.0))
+    fast = PoleResidueFunction(whole, (6.0, 50.0))
     for s in (6.0, 17.3, 31.0, 50.0):
         value, slope = fast(s)
         np.testing.assert_allclose(value, whole(s), rtol=1e-11)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.model.contacts import coulomb_located, coulomb_two_reversals
-from symhbm.model.contacts.coulomb import LocatedFriction
+from symhbm.model.contacts.coulomb import ContactState
 from symhbm.numerics import roots
 from symhbm.numerics.fourier import FourierBasis
 
@@ -50,7 +50,7 @@ def test_agrees_with_the_march(harmonics, imposed, monkeypatch):
             continue
         assert general.reversals[0] == 2
         seen += 1
-        for field in fields(LocatedFriction):
+        for field in fields(ContactState):
             mine, other = getattr(fast, field.name), getattr(general, field.name)
             mine = mine[~np.isnan(mine)] if mine.dtype.kind == "f" else mine
             other = other[~np.isnan(other)] if other.dtype.kind == "f" else other

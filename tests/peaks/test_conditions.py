@@ -10,11 +10,11 @@ from closed_forms import OneBlade
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.between.peaks import PeakKind
-from symhbm.continuation.branch import Walk
-from symhbm.continuation.problem import FrequencyCurve
+from symhbm.continuation.branch import Branch
+from symhbm.continuation.problem import FrequencyProblem
 from symhbm.numerics.arrays import RADIANS
 from symhbm.peaks.conditions import Conditions, solve
-from symhbm.peaks.maximum import Summit, SummitKind
+from symhbm.peaks.maximum import Maximum, MaximumKind
 
 NAMES = ("contact_stiffness", "friction_coefficient", "normal_load", "mass", "stiffness")
 NAMES += ("damping", "force_amplitude")
@@ -92,13 +92,13 @@ def solved(case):
     problem = make()
     names = (*NAMES, *(("cubic_stiffness",) if case == "cubic" else ()))
     second_order = SecondOrder(problem, names)
-    walk = Walk(FrequencyCurve(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True)
+    walk = Branch(FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True)
     chosen = {}
     for peak in sorted(walk.peaks, key=lambda peak: -peak.amplitude):
         assert peak.kind != PeakKind.UNBOUNDED
         several = chosen.setdefault(peak.kind, [])
         if len(several) < 2:
-            several.append(Summit.at_peak(problem, peak))
+            several.append(Maximum.at_peak(problem, peak))
     summits = [summit for several in chosen.values() for summit in several]
     return second_order, [(summit, solve(Conditions(second_order, summit))) for summit in summits]
 
@@ -139,7 +139,7 @@ def test_kinds_of_peaks():
     assert kinds >= {(case, "smooth") for case in CASES if case != "loops 1 3"}
     assert kinds >= {("ring 1", "corner"), ("ring 1 3", "corner"), ("ring 0 1 2", "corner")}
     # Loops back to the limit they began at, and across to the other.
-    loops = [s.loop for s, _ in solved("loops 1 3")[1] if s.kind == SummitKind.CORNER]
+    loops = [s.loop for s, _ in solved("loops 1 3")[1] if s.kind == MaximumKind.CORNER]
     assert {loop.returns for loop in loops} == {True, False}
 
 
@@ -209,9 +209,9 @@ def test_shape_of_the_derivatives(case):
 def test_closed_form_of_one_blade(load):
     problem = blade(normal_load=load)
     second_order = SecondOrder(problem, ("normal_load",))
-    walk = Walk(FrequencyCurve(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
+    walk = Branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
     peak = max(walk.peaks, key=lambda peak: peak.amplitude)
-    found = solve(Conditions(second_order, Summit.at_peak(problem, peak)))
+    found = solve(Conditions(second_order, Maximum.at_peak(problem, peak)))
     form = OneBlade(1, 0.5, 1e4, 1e4, 0.5 * load)
     omega, amplitude = max(form.peaks(), key=lambda pair: pair[1])
     assert found.summit.amplitude == pytest.approx(amplitude, rel=1e-10)
@@ -239,8 +239,8 @@ def test_differences_of_whole_responses(name, place):
         values = np.array(problem.parameters[name])
         values[place] *= 1 + sign * step
         band = RADIANS * 50, RADIANS * 110
-        curve = FrequencyCurve(problem.with_parameters(**{name: values}))
-        sides.append(Walk(curve, band, 5000, True).peaks)
+        curve = FrequencyProblem(problem.with_parameters(**{name: values}))
+        sides.append(Branch(curve, band, 5000, True).peaks)
     kinds = set()
     for _, here in peaks:
         summit = here.summit
@@ -262,7 +262,7 @@ def test_differences_of_whole_responses(name, place):
             # Where smooth peaks stand is located to 1e-9, over steps of 1e-5.
             assert by == pytest.approx(exact[place], abs=1e-4 * np.abs(exact).max())
         kinds.add(summit.kind)
-    assert kinds == {SummitKind.SMOOTH, SummitKind.CORNER}
+    assert kinds == {MaximumKind.SMOOTH, MaximumKind.CORNER}
 
 
 def test_edge_of_the_band():
@@ -271,7 +271,7 @@ def test_edge_of_the_band():
     omega = RADIANS * 70.0
     coefficient = sh.solve(problem, 70.0).coefficient.values
     unknowns = coefficient.transpose(0, 1, 2).reshape(-1)
-    edge = Summit.at_edge(problem, unknowns, omega, 2)
+    edge = Maximum.at_edge(problem, unknowns, omega, 2)
     here = solve(Conditions(second_order, edge))
     assert here.summit.frequency == pytest.approx(omega, rel=1e-15)
     values = values_of(problem, NAMES)
@@ -293,7 +293,7 @@ def test_a_minimum_is_refused():
     """Between two peaks the slope is zero, too."""
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    walk = Walk(FrequencyCurve(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    walk = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     refused = 0
     for dof in range(problem.n_dof):
         place = slice(2 * dof, 2 * dof + 2)
@@ -303,7 +303,7 @@ def test_a_minimum_is_refused():
                 continue
             point = walk.points[i]
             slip = problem.locate(point.unknowns).slip
-            start = Summit(problem, SummitKind.SMOOTH, dof, point.unknowns, point.value, slip)
+            start = Maximum(problem, MaximumKind.SMOOTH, dof, point.unknowns, point.value, slip)
             here = Conditions(second_order, start)
             for _ in range(20):
                 step = here.step()
@@ -320,7 +320,7 @@ def test_a_minimum_is_refused():
 def test_an_onset_on_a_slope_is_no_corner():
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    walk = Walk(FrequencyCurve(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    walk = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     corners = {(p.dof, p.value) for p in walk.peaks if p.kind == PeakKind.CORNER}
     refused = 0
     for point in (point for point in walk.points if len(point.events) == 1):
@@ -328,8 +328,8 @@ def test_an_onset_on_a_slope_is_no_corner():
         contact = point.events[0].contact
         slip[contact] = False
         for dof in range(problem.n_dof):
-            place = problem, SummitKind.CORNER, dof, point.unknowns, point.value, slip, contact
-            found = solve(Conditions(second_order, Summit(*place)))
+            place = problem, MaximumKind.CORNER, dof, point.unknowns, point.value, slip, contact
+            found = solve(Conditions(second_order, Maximum(*place)))
             assert (found is not None) == ((dof, point.value) in corners)
             refused += found is None
     assert corners
@@ -349,7 +349,7 @@ def test_a_stale_start_gives_nothing_wrong(factor):
         if found is None:
             nothing += 1
             continue
-        walk = Walk(FrequencyCurve(other), (RADIANS * 5, RADIANS * 200), 5000, True)
+        walk = Branch(FrequencyProblem(other), (RADIANS * 5, RADIANS * 200), 5000, True)
         same = [peak for peak in walk.peaks if peak.dof == summit.dof]
         assert any(
             found.summit.amplitude == pytest.approx(peak.amplitude, rel=1e-9)
@@ -366,7 +366,7 @@ def test_a_wrong_start_gives_nothing():
         replace(summit, unknowns=30 * summit.unknowns),
         replace(summit, frequency=3 * summit.frequency),
         replace(
-            summit, kind=SummitKind.EDGE, frequency=2 * summit.frequency, unknowns=-summit.unknowns
+            summit, kind=MaximumKind.EDGE, frequency=2 * summit.frequency, unknowns=-summit.unknowns
         ),
     ):
         assert solve(Conditions(second_order, wrong)) is None

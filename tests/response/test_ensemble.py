@@ -15,7 +15,7 @@ from dense_scan import TWO_PI, OddHarmonicRing, OneHarmonicRing, Top, scan, tops
 import symhbm as sh
 from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import FrequencyCurve
+from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
 
@@ -127,7 +127,7 @@ def assert_same_peaks(found, expected):
 
 def work(problem):
     """Points, rejected steps and linear solves of the path, without peaks."""
-    curve = FrequencyCurve(problem)
+    curve = FrequencyProblem(problem)
     corrector = Corrector(curve)
     start, end = (TWO_PI * hz for hz in BAND)
     path = Path(curve, solve_point(problem, start).unknowns, start, end, corrector)

@@ -38,7 +38,7 @@ def call(loads=LOADS, **options):
 
 def stop(patch, after):
     """Instead of one more curve, the user's interrupt."""
-    compute, made = ensemble.compute_branch, []
+    compute, made = ensemble.compute_curve, []
 
     def stopping(problem, task):
         if len(made) == after:

@@ -131,7 +131,7 @@ def test_points_at_once_are_points_alone(harmonics, samples):
 @pytest.fixture
 def quick(monkeypatch):
     """Sets that take no time: each curve is that of the first."""
-    compute, found = ensemble.compute_branch, []
+    compute, found = ensemble.compute_curve, []
 
     def same(problem, task):
         if not found:
@@ -233,7 +233,7 @@ def test_short_sets_are_written_together(seconds, commits, monkeypatch, tmp_path
 
 
 def test_a_set_that_fails_has_what_is_kept(monkeypatch):
-    compute = ensemble.compute_branch
+    compute = ensemble.compute_curve
 
     def failing(problem, task):
         if problem.parameters["normal_load"][0] == 2.0:

@@ -92,7 +92,7 @@ def in_memory(name):
 
 def counted(monkeypatch, stop=None):
     """A list of the normal loads computed from now on; instead of one more, KeyboardInterrupt."""
-    made, compute = [], ensemble.compute_branch
+    made, compute = [], ensemble.compute_curve
 
     def counting(problem, task):
         if len(made) == stop:
@@ -360,7 +360,7 @@ def test_a_lazy_dataset_is_the_same(tmp_path):
 
 def test_one_process_writes_an_archive(tmp_path, monkeypatch):
     """A second call is refused at once, in this process and in another, and told by whom."""
-    path, compute = tmp_path / "x.nc", ensemble.compute_branch
+    path, compute = tmp_path / "x.nc", ensemble.compute_curve
     code = "import sys, symhbm as sh; sh.resume(sys.argv[1])"
     told = []
 
@@ -388,7 +388,7 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("what", ["directory", "x.nc.partial"])
 def test_removed_while_it_is_written(what, tmp_path, monkeypatch):
-    path, compute = tmp_path / "here" / "x.nc", ensemble.compute_branch
+    path, compute = tmp_path / "here" / "x.nc", ensemble.compute_curve
     path.parent.mkdir()
 
     def removing(problem, task):

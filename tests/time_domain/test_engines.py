@@ -85,7 +85,7 @@ def fatal(problem):
 
 
 def test_a_worker_that_dies_costs_only_time(monkeypatch, tmp_path):
-    compute = ensemble.compute_branch
+    compute = ensemble.compute_curve
 
     def dying(problem, task):
         if fatal(problem):
@@ -106,7 +106,7 @@ def test_a_worker_that_dies_costs_only_time(monkeypatch, tmp_path):
 
 def test_a_set_that_fails_is_recorded(monkeypatch):
     """The others go on, and nothing of it is taken for a number."""
-    compute, right = ensemble.compute_branch, expected()
+    compute, right = ensemble.compute_curve, expected()
     errors = [ArithmeticError("no\n  number"), np.linalg.LinAlgError("Singular"), MemoryError()]
 
     def failing(problem, task):
@@ -163,7 +163,7 @@ def test_a_closed_executor():
 
 def test_an_executor_that_closes_on_the_way(monkeypatch):
     """What waits is cancelled."""
-    compute, executor = ensemble.compute_branch, ThreadPoolExecutor(1)
+    compute, executor = ensemble.compute_curve, ThreadPoolExecutor(1)
 
     def closing(problem, task):
         executor.shutdown(wait=False, cancel_futures=True)
@@ -217,7 +217,7 @@ class _Watched(ThreadPoolExecutor):
 
 
 def test_few_sets_wait(monkeypatch):
-    compute, found = ensemble.compute_branch, []
+    compute, found = ensemble.compute_curve, []
 
     def quick(problem, task):
         if not found:
@@ -247,14 +247,14 @@ def test_a_problem_is_compiled_once_per_worker(monkeypatch):
 
 def make_fatal():
     """In a worker of a cluster: one set kills it."""
-    compute = ensemble.compute_branch
+    compute = ensemble.compute_curve
 
     def dying(problem, task):
         if float(problem.parameters["normal_load"][0]) == FATAL:
             os.kill(os.getpid(), signal.SIGKILL)
         return compute(problem, task)
 
-    ensemble.compute_branch = dying
+    ensemble.compute_curve = dying
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from symhbm.numerics.fourier import FourierBasis
 from symhbm.numerics.turning_points import largest_displacement
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
-from symhbm.time_domain.linear_motion import DEGREE, LinearPieces, crossings, extremes
+from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, crossings, extremes
 
 EXACT = json.loads(
     (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
@@ -269,7 +269,7 @@ def test_neutral_multipliers_are_ones_of_the_whole_derivative():
     """Eigenvalues of the full derivative: those named, and a one for every contact that sticks."""
     problem, motion = solved("13 blades")
     assert 0 < len(motion.neutral_contacts) < 13
-    run = march(LinearPieces(problem, motion.frequency), motion.state, TURN)
+    run = march(LinearMotion(problem, motion.frequency), motion.state, TURN)
     whole = np.sort(np.abs(np.linalg.eigvals(run.jacobian)))
     named = np.sort([*np.abs(motion.multipliers), *np.ones(len(motion.neutral_contacts))])
     # Zeros of defective blocks are good to a root of round-off; they are not looked at.
@@ -280,7 +280,7 @@ def test_neutral_multipliers_are_ones_of_the_whole_derivative():
 def test_derivative_of_the_march(name):
     """Central differences: 1e-6 of a state, error its square times higher derivatives."""
     problem, motion = solved(name)
-    pieces = LinearPieces(problem, motion.frequency)
+    pieces = LinearMotion(problem, motion.frequency)
     n = 2 * problem.model.n_dof
     rng = np.random.default_rng(3)
     size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), pieces.limit])
@@ -394,7 +394,7 @@ def test_ring_is_unique_from_random_starts(hertz):
 def test_marching_comes_to_the_same_motion():
     """Without Newton's method: 40 periods shrink the start by 0.44^40 = 5e-15."""
     problem, motion = solved("blade")
-    pieces = LinearPieces(problem, motion.frequency)
+    pieces = LinearMotion(problem, motion.frequency)
     state = np.zeros(3)
     for _ in range(40):
         state = march(pieces, state, TURN, derivative=False).end

@@ -1,6 +1,6 @@
 """Paths on the unknowns of the paper: Fourier coefficients and switching angles, Eqs. (9)-(11)."""
 
-from symhbm.continuation.angles.branches import ANGLES_ENDED, angle_walks, covered
+from symhbm.continuation.angles.branches import ANGLES_ENDED, angle_branches, covered
 from symhbm.continuation.angles.corrector import AngleCorrector
 from symhbm.continuation.angles.solvers import (
     AngleStatus,
@@ -13,7 +13,7 @@ __all__ = [
     "ANGLES_ENDED",
     "AngleCorrector",
     "AngleStatus",
-    "angle_walks",
+    "angle_branches",
     "check_angles",
     "check_path_angles",
     "covered",

@@ -8,9 +8,9 @@ there to where it ends.
 from collections.abc import Sequence
 
 from symhbm.continuation.angles.corrector import AngleCorrector
-from symhbm.continuation.branch import Walk
+from symhbm.continuation.branch import Branch
 from symhbm.continuation.newton import NewtonResult
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 
@@ -24,12 +24,12 @@ _BEYOND = 1e-5
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
 
 
-class AngleWalk(Walk):
-    """A path with the switching angles as unknowns; see `Walk`."""
+class AngleWalk(Branch):
+    """A path with the switching angles as unknowns; see `Branch`."""
 
     corrector: AngleCorrector
 
-    def _corrector_of(self, curve: Curve) -> AngleCorrector:
+    def _corrector_of(self, curve: ContinuationProblem) -> AngleCorrector:
         assert curve.angles is not None
         return AngleCorrector(curve, curve.angles)
 
@@ -51,8 +51,8 @@ class AngleWalk(Walk):
         return self.corrector.anew(value)
 
 
-def angle_walks(
-    curve: Curve, band: tuple[float, float], max_points: int, each: bool
+def angle_branches(
+    curve: ContinuationProblem, band: tuple[float, float], max_points: int, each: bool
 ) -> list[AngleWalk]:
     """The parts of a band in which the form applies, in the order of the band.
 
@@ -97,7 +97,7 @@ def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleW
     return None
 
 
-def covered(walks: Sequence[Walk], unit: float, band: tuple[float, float]) -> float:
+def covered(walks: Sequence[Branch], unit: float, band: tuple[float, float]) -> float:
     """Share of a band, in a ``unit`` of its values, over which walks have points."""
     if all(walk.status == Status.REACHED_END for walk in walks):
         return 1.0

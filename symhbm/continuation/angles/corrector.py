@@ -23,7 +23,7 @@ from symhbm.continuation.correctors import (
 )
 from symhbm.continuation.newton import ACCEPTED, TOLERANCE, NewtonResult
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import Curve, ParameterCurve
+from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
@@ -37,9 +37,9 @@ _ANYWHERE = 10.0
 class AngleCorrector(Corrector):
     """Corrects guesses onto a curve by one of the solvers."""
 
-    def __init__(self, curve: Curve, solver: str):
+    def __init__(self, curve: ContinuationProblem, solver: str):
         super().__init__(curve)
-        moving = curve.name if isinstance(curve, ParameterCurve) else "frequency"
+        moving = curve.name if isinstance(curve, ParameterProblem) else "frequency"
         self.solver = solver
         self._system: AngleSystem = angle_system(curve.problem, moving)
 
@@ -128,7 +128,7 @@ class AngleCorrector(Corrector):
         result = self.free(stuck, value)
         if result.converged or not excess.size or excess.max() <= 0:
             return result
-        curve = ParameterCurve(problem, "force_amplitude", frequency)
+        curve = ParameterProblem(problem, "force_amplitude", frequency)
         without = linear_response(problem.with_parameters(normal_load=0.0), frequency)
         starts = [(stuck, _WEAK * np.exp(-excess.max()))]
         if without is not None:

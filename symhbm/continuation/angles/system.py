@@ -23,7 +23,7 @@ from symhbm.continuation.correctors import (
     Hyperplane,
 )
 from symhbm.continuation.newton import TOLERANCE
-from symhbm.continuation.problem import Curve, ParameterCurve
+from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
 from symhbm.numerics import DENSE_LIMIT, Compiled, Factorisation, FloatArray
 
 _MOST_OF_THE_WAY = 0.9
@@ -83,7 +83,7 @@ class AngleSystem:
 
     def bordered(
         self,
-        curve: Curve,
+        curve: ContinuationProblem,
         guess: FloatArray,
         scale: FloatArray,
         constraint: Constraint,
@@ -115,7 +115,7 @@ class AngleSystem:
         named = self.angles.arguments(problem, first, frequency, held, evaluation.friction)
         data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
         chosen = np.ones(1)
-        if isinstance(curve, ParameterCurve):
+        if isinstance(curve, ParameterProblem):
             chosen = np.atleast_1d(curve.chosen(problem))
         values = np.concatenate([*data, chosen, column, row, normal, anchor, limit])
         start = np.concatenate([coefficients, theta_0, rho, guess[-1:]])

@@ -9,7 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.between.slopes import Slopes
-from symhbm.continuation.segment import Between
+from symhbm.continuation.segment import Segment
 from symhbm.numerics import FloatArray
 
 FLAT = 1e-6
@@ -35,7 +35,7 @@ class PeakKind(StrEnum):
     UNBOUNDED = "unbounded"
 
 
-class Crest(NamedTuple):
+class LocatedMaximum(NamedTuple):
     """A maximum of the responses ``dofs`` at one solution, a ``share`` of the way to it.
 
     ``solves`` counts the linear solves spent on it.
@@ -48,7 +48,9 @@ class Crest(NamedTuple):
     solves: int
 
 
-def crest(path: Between, left: Slopes, right: Slopes, dof: int, start: float) -> Crest | None:
+def locate_maximum(
+    path: Segment, left: Slopes, right: Slopes, dof: int, start: float
+) -> LocatedMaximum | None:
     """Solve for the point between two others where the slope of one amplitude changes sign.
 
     ``start`` is about where, as a share of the way. None if there is none to be found.
@@ -81,10 +83,10 @@ def crest(path: Between, left: Slopes, right: Slopes, dof: int, start: float) ->
     jumps = abs(at.slope[dof]) > FLAT * level and 0.0 < share < 1.0
     if jumps and not _is_continuous(path, visited, share):
         return None
-    return Crest(share, at, PeakKind.CORNER if jumps else PeakKind.SMOOTH, (dof,), solves)
+    return LocatedMaximum(share, at, PeakKind.CORNER if jumps else PeakKind.SMOOTH, (dof,), solves)
 
 
-def _is_continuous(path: Between, visited: dict[float, Slopes], share: float) -> bool:
+def _is_continuous(path: Segment, visited: dict[float, Slopes], share: float) -> bool:
     """Whether a solution is close to those visited next to it: at a corner only slopes jump."""
     for side in (-1, 1):
         beside = min(

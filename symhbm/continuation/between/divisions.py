@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
-from symhbm.continuation.segment import Between, Measure, Station
+from symhbm.continuation.segment import Measure, PathState, Segment
 from symhbm.numerics import FloatArray
 
-At = TypeVar("At", bound=Station)
+At = TypeVar("At", bound=PathState)
 
 
-class Stretches(NamedTuple, Generic[At]):
+class Segments(NamedTuple, Generic[At]):
     """Stretches of a path without an event in between, arrays along the first axis.
 
     ``number`` (n,) of the point of the path before each, and its ``begin`` and ``width`` (n,) as
@@ -28,8 +28,8 @@ class Stretches(NamedTuple, Generic[At]):
     width: FloatArray
     left: At
     right: At
-    before: Station
-    after: Station
+    before: PathState
+    after: PathState
     scale: FloatArray
     roots: NDArray[np.bool_]
     slip: NDArray[np.bool_]
@@ -70,9 +70,9 @@ class Stretches(NamedTuple, Generic[At]):
         """The same in parts of so many at most."""
         return [self.take(slice(i, i + most)) for i in range(0, len(self.number), most)]
 
-    def path(self, corrector: Corrector, measured: Measure) -> Between:
+    def path(self, corrector: Corrector, measured: Measure) -> Segment:
         """The path along one of them."""
-        return Between(corrector, self.left, self.right, self.slip, self.scale, measured)
+        return Segment(corrector, self.left, self.right, self.slip, self.scale, measured)
 
     def divided(self, share: FloatArray, middle: At, scale: FloatArray) -> Self:
         """The parts before and after solutions at a ``share`` (n,) of the way."""
@@ -98,14 +98,14 @@ class Stretches(NamedTuple, Generic[At]):
         """Several in one."""
         columns: Any = []
         for column in zip(*several, strict=True):
-            is_station: Any = isinstance(column[0], Station)
+            is_station: Any = isinstance(column[0], PathState)
             columns.append(column[0].joined(column) if is_station else np.concatenate(column))
         return cls(*columns)
 
 
-def _beside(station: Station, tells: NDArray[np.bool_], at: NDArray[np.intp]) -> Station:
+def _beside(station: PathState, tells: NDArray[np.bool_], at: NDArray[np.intp]) -> PathState:
     """The stations at some places, NaN where they tell nothing or there are none."""
     size = len(station.state)
     tells = (tells & (at >= 0) & (at < size))[:, None]
     values = (array[np.clip(at, 0, size - 1)] for array in (station.state, station.direction))
-    return Station(*(np.where(tells, array, np.nan) for array in values))
+    return PathState(*(np.where(tells, array, np.nan) for array in values))

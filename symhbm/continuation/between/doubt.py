@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.continuation.segment import Measure, Station, ahead
+from symhbm.continuation.segment import Measure, PathState, ahead
 from symhbm.numerics import FloatArray, cubic_slope
 
 CAUTION = 8.0
@@ -25,13 +25,13 @@ _AHEAD = 0.3
 class Known(NamedTuple):
     """Quantities at a solution, or several, and their derivatives along its tangent, (..., n)."""
 
-    station: Station
+    station: PathState
     value: FloatArray
     rate: FloatArray
 
     def turned(self) -> "Known":
         """The same, looking the other way."""
-        station = Station(self.station.state, -self.station.direction)
+        station = PathState(self.station.state, -self.station.direction)
         return Known(station, self.value, -self.rate)
 
 

@@ -15,7 +15,7 @@ from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import ACCEPTED, slope_of
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
-from symhbm.continuation.segment import Between, Station, measure
+from symhbm.continuation.segment import PathState, Segment, measure
 from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
 
 TOLERANCE = 0.005
@@ -34,8 +34,8 @@ class _Gap(NamedTuple):
     """A stretch between two solutions behind a point of a path, and which of them are folds."""
 
     number: int
-    left: Station
-    right: Station
+    left: PathState
+    right: PathState
     folds: tuple[bool, bool] = (False, False)
 
 
@@ -47,13 +47,13 @@ def turns_back(point: PathPoint) -> bool:
 
 def solved_between(
     points: Sequence[PathPoint], corrector: Corrector, each: bool = False
-) -> dict[int, list[tuple[Station, int]]]:
+) -> dict[int, list[tuple[PathState, int]]]:
     """Solutions needed between points of a path, in its order, by the number of the point before.
 
     Each comes with the linear solves it took. The largest response is to be drawn within about
     `TOLERANCE`; that of ``each`` degree of freedom, too, where that is asked for.
     """
-    found: dict[int, list[tuple[Station, int]]] = {}
+    found: dict[int, list[tuple[PathState, int]]] = {}
     gaps = _gaps(points)
     for _ in range(_MAX_DEPTH):
         halves = []
@@ -78,7 +78,7 @@ def _gaps(points: Sequence[PathPoint]) -> list[_Gap]:
     for i, (here, there) in enumerate(pairwise(points)):
         drowned = max(here.amplification, there.amplification) > UNBOUNDED_AMPLIFICATION
         if not drowned and here.value != there.value:
-            ends = Station(here.state, here.after), Station(there.state, there.before)
+            ends = PathState(here.state, here.after), PathState(there.state, there.before)
             gaps.append(_Gap(i, *ends, (turns_back(here), turns_back(there))))
     return gaps
 
@@ -98,7 +98,7 @@ def _worst(gaps: list[_Gap], corrector: Corrector, each: bool) -> FloatArray:
     left, right = (
         Slopes.of(
             curve.problem,
-            Station(
+            PathState(
                 np.array([getattr(gap, side).state for gap in gaps]),
                 np.array([getattr(gap, side).direction for gap in gaps]),
             ),
@@ -148,13 +148,13 @@ def _error(drawn: FloatArray, expected: FloatArray, each: bool) -> FloatArray:
     return np.maximum(error, (np.abs(drawn - expected) / level).max(axis=-1))
 
 
-def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
+def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> PathState | None:
     """The solution at a share of the way, if it stands with all contacts free."""
     curve = corrector.curve
     if curve.single_valued:
         found = _at_value(gap, corrector, before, share)
     else:
-        found = Between(corrector, gap.left, gap.right, before.slip).solve(share)
+        found = Segment(corrector, gap.left, gap.right, before.slip).solve(share)
         low, high = sorted(end.state[-1] for end in (gap.left, gap.right))
         if found is None or not low < found.state[-1] < high:
             return None
@@ -164,7 +164,7 @@ def _solved(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) ->
     return found if norm <= ACCEPTED else None
 
 
-def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> Station | None:
+def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) -> PathState | None:
     """The solution at a share of the way over the parameter."""
     curve, left, right = corrector.curve, gap.left, gap.right
     width = right.state[-1] - left.state[-1]
@@ -174,10 +174,10 @@ def _at_value(gap: _Gap, corrector: Corrector, before: PathPoint, share: float) 
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
     found = corrector.correct(guess, scale, plane, before.slip)
     if found is not None and not found.crosses:
-        return Station(found.point, found.direction * scale)
+        return PathState(found.point, found.direction * scale)
     value = float(guess[-1])
     anew = corrector.free(guess[:-1], value)
     if not anew.converged:
         return None
     direction = np.sign(width) * np.append(slope_of(anew.evaluation), 1.0)
-    return Station(np.append(anew.unknowns, value), direction)
+    return PathState(np.append(anew.unknowns, value), direction)

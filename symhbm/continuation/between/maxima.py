@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.between.crests import Crest, PeakKind, crest, falls_at
-from symhbm.continuation.between.divisions import Stretches
+from symhbm.continuation.between.crests import LocatedMaximum, PeakKind, falls_at, locate_maximum
+from symhbm.continuation.between.divisions import Segments
 from symhbm.continuation.between.slopes import (
     TIE,
     Slopes,
@@ -14,7 +14,7 @@ from symhbm.continuation.between.slopes import (
     turning,
 )
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.segment import Between, Station
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 _MAX_DEPTH = 12
@@ -41,9 +41,9 @@ class Maxima:
         self._problem = corrector.curve.problem
         self._each = each
         self._regardless = regardless
-        self._found: dict[int, list[Crest]] = {}
+        self._found: dict[int, list[LocatedMaximum]] = {}
 
-    def between(self, stretches: Stretches[Slopes]) -> dict[int, list[Crest]]:
+    def between(self, stretches: Segments[Slopes]) -> dict[int, list[LocatedMaximum]]:
         """All in some stretches, in the order of the path."""
         most = max(_AT_ONCE // self._problem.n_dof, 1)
         for depth in range(_MAX_DEPTH + 1):
@@ -51,17 +51,17 @@ class Maxima:
             divided = [h for part in stretches.parts(most) for h in self._divided(part, last)]
             if not divided:
                 break
-            stretches = Stretches.joined(divided)
+            stretches = Segments.joined(divided)
         for crests in self._found.values():
-            crests.sort(key=lambda crest: crest.share)
+            crests.sort(key=lambda locate_maximum: locate_maximum.share)
         return self._found
 
-    def _divided(self, stretches: Stretches[Slopes], last: bool) -> list[Stretches[Slopes]]:
+    def _divided(self, stretches: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
         """Parts of those stretches that have to be looked at more closely; the others are done."""
         known = turning(self._problem, *stretches[3:-1])
         candidates = (known.turns | known.unclear) & (known.contends | self._each)
-        middles: dict[int, Station] = {}
-        crests: dict[int, list[Crest]] = {}
+        middles: dict[int, PathState] = {}
+        crests: dict[int, list[LocatedMaximum]] = {}
         for k in np.flatnonzero(candidates.any(axis=-1)).tolist():
             stretch, here = stretches.take(k), known.take(k)
             found = self._settled(stretch, here, last)
@@ -83,18 +83,18 @@ class Maxima:
         if not middles:
             return []
         whole = stretches.take(list(middles))
-        middle = Slopes.of(self._problem, Station.stacked(list(middles.values())))
+        middle = Slopes.of(self._problem, PathState.stacked(list(middles.values())))
         return [self._parts(whole, _middle(whole.roots), middle)]
 
     def _parts(
-        self, stretches: Stretches[Slopes], share: FloatArray, at: Slopes
-    ) -> Stretches[Slopes]:
+        self, stretches: Segments[Slopes], share: FloatArray, at: Slopes
+    ) -> Segments[Slopes]:
         scale = np.array([self._corrector.curve.scale(state) for state in at.state])
         return stretches.divided(share, at, scale)
 
     def _settled(
-        self, stretch: Stretches[Slopes], known: Turning, last: bool
-    ) -> list[Crest] | None:
+        self, stretch: Segments[Slopes], known: Turning, last: bool
+    ) -> list[LocatedMaximum] | None:
         """The maxima in one stretch, None where they cannot be told unless this is the ``last``."""
         path = stretch.path(self._corrector, known.measured)
         if path.length <= 0 or int(stretch.number) in self.other_states:
@@ -111,7 +111,7 @@ class Maxima:
         self.lost += lost
         return crests
 
-    def _middle(self, stretch: Stretches[Slopes], known: Turning) -> Station | None:
+    def _middle(self, stretch: Segments[Slopes], known: Turning) -> PathState | None:
         """A solution by which to divide one stretch, None where no other is to be found."""
         path = stretch.path(self._corrector, known.measured)
         found = path.solve_between(float(_middle(stretch.roots)))
@@ -120,13 +120,15 @@ class Maxima:
             return None
         return found
 
-    def _hiding(self, stretches: Stretches[Slopes], crests: dict[int, list[Crest]]) -> list[int]:
+    def _hiding(
+        self, stretches: Segments[Slopes], crests: dict[int, list[LocatedMaximum]]
+    ) -> list[int]:
         """The stretches in which a response may turn again beside a smooth maximum."""
         smooth = [
-            (k, crest)
+            (k, locate_maximum)
             for k, several in crests.items()
-            for crest in several
-            if crest.kind == PeakKind.SMOOTH and 0 < crest.share < 1
+            for locate_maximum in several
+            if locate_maximum.kind == PeakKind.SMOOTH and 0 < locate_maximum.share < 1
         ]
         if not smooth:
             return []
@@ -134,19 +136,19 @@ class Maxima:
         share, dof = (
             np.array(column) for column in zip(*((c.share, c.dofs[0]) for c in found), strict=True)
         )
-        at = Slopes.stacked([crest.at for crest in found])
+        at = Slopes.stacked([locate_maximum.at for locate_maximum in found])
         known = turning(self._problem, *self._parts(stretches.take(list(number)), share, at)[3:-1])
         rows = np.arange(len(found))
         alone = known.rises_to()[rows, dof] & known.falls_from()[rows + len(found), dof]
         return sorted({k for k, one in zip(number, alone.tolist(), strict=True) if not one})
 
     def _crests(
-        self, path: Between, stretch: Stretches[Slopes], known: Turning, turning: NDArray[np.intp]
-    ) -> tuple[list[Crest], int]:
+        self, path: Segment, stretch: Segments[Slopes], known: Turning, turning: NDArray[np.intp]
+    ) -> tuple[list[LocatedMaximum], int]:
         """The maxima of responses that turn in a stretch, and the number of those not found."""
         left, right = stretch.left, stretch.right
         height = np.maximum(left.amplitude, right.amplitude)
-        crests: list[Crest] = []
+        crests: list[LocatedMaximum] = []
         lost = 0
         done = np.zeros(len(height), dtype=bool)
         for dof in turning[np.argsort(-height[turning])].tolist():
@@ -157,7 +159,7 @@ class Maxima:
             watched = self._each or stretch.roots.any()
             if not (watched or self._may_lead(path, start, dof, margin)):
                 continue
-            found = crest(path, left, right, dof, start)
+            found = locate_maximum(path, left, right, dof, start)
             if found is None:
                 lost += 1
                 continue
@@ -172,7 +174,7 @@ class Maxima:
             done |= same
         return crests, lost
 
-    def _may_lead(self, path: Between, share: float, dof: int, margin: float) -> bool:
+    def _may_lead(self, path: Segment, share: float, dof: int, margin: float) -> bool:
         """Whether a response may be the largest where it turns, about at a ``share`` of the way."""
         value, slope = path.interpolate(np.clip(share + _AROUND, 0.0, 1.0))
         amplitude = amplitude_and_slope(self._problem, value[:, :-1], slope[:, :-1])[0]

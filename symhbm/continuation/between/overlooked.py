@@ -7,11 +7,11 @@ the limit as it may be wrong, the path is solved for in between.
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.divisions import Stretches
+from symhbm.continuation.between.divisions import Segments
 from symhbm.continuation.between.doubt import Known, value_errors
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import Measure, Station, measure
+from symhbm.continuation.segment import Measure, PathState, measure
 from symhbm.numerics import FloatArray, FourierBasis, cubic
 
 _SHARES = np.arange(1, 16) / 16
@@ -36,7 +36,7 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
         np.array([getattr(point, name) for point in points])
         for name in ("state", "before", "after")
     )
-    stretches = Stretches.of(points, Station(state, before), Station(state, after))
+    stretches = Segments.of(points, PathState(state, before), PathState(state, after))
     excess = np.array([point.excess for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
         limit = np.log(_motion(problem, state[:, :-1])) - excess  # NaN where nothing moves
@@ -60,14 +60,14 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
                     middles.append(middle)
         if not divided:
             break
-        middle = Station.stacked(middles)
+        middle = PathState.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
-        stretches = Stretches.joined(divided).divided(np.array(shares), middle, scale)
+        stretches = Segments.joined(divided).divided(np.array(shares), middle, scale)
     return found
 
 
 def _places(
-    problem: HarmonicBalance, stretches: Stretches[Station], measured: Measure, limit: FloatArray
+    problem: HarmonicBalance, stretches: Segments[PathState], measured: Measure, limit: FloatArray
 ) -> FloatArray:
     """Shares (n,) of the way at which a contact may be beyond its limit, 0 where none may.
 
@@ -92,7 +92,7 @@ def _places(
     return np.where(highest.max(axis=-1) > BEYOND, _SHARES[top], 0.0)
 
 
-def _relative(problem: HarmonicBalance, at: Station) -> Known:
+def _relative(problem: HarmonicBalance, at: PathState) -> Known:
     """The relative motions of all contacts, and their derivatives along the tangent."""
     value, rate = (
         problem.relative(array[..., :-1]).reshape(len(array), -1)

@@ -16,14 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.crests import FLAT, Crest, PeakKind
-from symhbm.continuation.between.divisions import Stretches
+from symhbm.continuation.between.crests import FLAT, LocatedMaximum, PeakKind
+from symhbm.continuation.between.divisions import Segments
 from symhbm.continuation.between.maxima import Maxima
 from symhbm.continuation.between.slopes import STILL, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import Station
+from symhbm.continuation.segment import PathState
 from symhbm.numerics import FloatArray
 
 _ONE_PLACE = 1e-11
@@ -69,14 +69,14 @@ def locate_peaks(
     problem = corrector.curve.problem
     state = np.array([point.state for point in points])
     before, after = (
-        Slopes.of(problem, Station(state, np.array([getattr(p, name) for p in points])))
+        Slopes.of(problem, PathState(state, np.array([getattr(p, name) for p in points])))
         for name in ("before", "after")
     )
     for i, here in enumerate(points[1:-1], 1):
         if here.events:
             found.at_event(before[i], after[i])
     maxima = Maxima(corrector, each, regardless)
-    crests = maxima.between(Stretches.of(points, before, after))
+    crests = maxima.between(Segments.of(points, before, after))
     between = {}
     for i, several in crests.items():
         if i not in maxima.other_states:
@@ -119,7 +119,7 @@ class _Peaks:
             self._add(left, np.flatnonzero(corner).tolist(), PeakKind.CORNER)
 
     def between(
-        self, crests: list[Crest], left: Slopes, right: Slopes, here: PathPoint
+        self, crests: list[LocatedMaximum], left: Slopes, right: Slopes, here: PathPoint
     ) -> list[PathPoint] | None:
         """Add maxima between a point and the next, and return those points that are no others.
 

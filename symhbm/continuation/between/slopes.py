@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.doubt import Known, slope_errors
-from symhbm.continuation.segment import Measure, Station, ahead, measure
+from symhbm.continuation.segment import Measure, PathState, ahead, measure
 from symhbm.numerics import FloatArray, cubic, cubic_slope, largest_displacement
 
 TIE = 1e-9
@@ -55,14 +55,14 @@ def amplitude_and_slope(
 
 
 @dataclass(frozen=True)
-class Slopes(Station):
+class Slopes(PathState):
     """Solutions with the amplitudes of all DOFs and their slopes along the path, (..., n_dof)."""
 
     amplitude: FloatArray
     slope: FloatArray
 
     @classmethod
-    def of(cls, problem: HarmonicBalance, station: Station) -> "Slopes":
+    def of(cls, problem: HarmonicBalance, station: PathState) -> "Slopes":
         """Those of one or several stations."""
         state, direction = station.state, station.direction
         found = amplitude_and_slope(problem, state[..., :-1], direction[..., :-1])
@@ -103,8 +103,8 @@ def turning(
     problem: HarmonicBalance,
     left: Slopes,
     right: Slopes,
-    before: Station,
-    after: Station,
+    before: PathState,
+    after: PathState,
     scale: FloatArray,
     roots: NDArray[np.bool_],
 ) -> Turning:

@@ -12,7 +12,7 @@ from symhbm.balance import CondensedForces, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
 from symhbm.continuation.correctors.constraints import BEYOND
 from symhbm.continuation.problem import WEAKEST
-from symhbm.model.contacts import places, spring_kernel
+from symhbm.model.contacts import layout, spring_kernel
 from symhbm.numerics import constant
 
 SCALARS = 6
@@ -65,7 +65,7 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         exciting, below = amplitude * structure.largest, -1
 
     size = n // len(equations.dofs)
-    place = places(size)
+    place = layout(size)
     spread = constant(equations.directions)
     excess = events[place["excess"], :].T
     gradients = [kind(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
@@ -121,7 +121,7 @@ def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events:
     parameter = dict(zip(equations.parameter_names, parameters, strict=True))
     motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
     limit = parameter["friction_coefficient"] * parameter["normal_load"]
-    kernel, place, found = spring_kernel(equations.basis), places(size), []
+    kernel, place, found = spring_kernel(equations.basis), layout(size), []
     for j, packed in enumerate(ca.horzsplit(events)):
         matrix = ca.reshape(packed[place["matrix"]], size, size)
         given = motion[:, j], matrix, packed[place["vector"]]

@@ -17,7 +17,7 @@ from symhbm.balance import CondensedForces, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
-from symhbm.continuation.problem import Curve, FrequencyCurve
+from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, native
 
@@ -28,7 +28,7 @@ _OFTEN = 50
 class CompiledCorrector:
     """Corrects guesses onto the frequency curve of one problem; see `Corrector`."""
 
-    def __init__(self, curve: FrequencyCurve):
+    def __init__(self, curve: FrequencyProblem):
         equations, arguments = curve.problem.compiled
         self._correct, self._tangent = map(
             Compiled, _programs(equations, curve.problem.structure).functions()
@@ -93,12 +93,12 @@ class CompiledCorrector:
         return Corrected(point, direction, sign, norm, amplification, error, *contacts, counted)
 
 
-def compiled_corrector(curve: Curve) -> CompiledCorrector | None:
+def compiled_corrector(curve: ContinuationProblem) -> CompiledCorrector | None:
     """The compiled corrector of a curve, None for one that needs Python.
 
     Large sparse matrices are factorised faster there: CasADi keeps the order of the unknowns.
     """
-    if not isinstance(curve, FrequencyCurve) or not curve.single_valued:
+    if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
         return None
     if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
         return None

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from symhbm.balance import CondensedForces
-from symhbm.model.condensation import OUTSIDE, BandFunction
+from symhbm.model.condensation import OUTSIDE, PoleResidueFunction
 
 Pair = tuple[Any, Any]
 
@@ -98,7 +98,9 @@ def _moving(
     )
 
 
-def _band_function(function: BandFunction, harmonic: int, frequency: Any) -> tuple[Pair, Pair]:
+def _band_function(
+    function: PoleResidueFunction, harmonic: int, frequency: Any
+) -> tuple[Pair, Pair]:
     """Value at a harmonic of the frequency and derivative by it, as motions ``a + i b`` see them.
 
     Those are the conjugates of the values for ``a - i b``.

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
 
 ON_LIMIT = 1e-9
@@ -41,7 +41,7 @@ class Hyperplane:
 class AtLimit:
     """Put the motion of one contact on the limit between sticking and slipping."""
 
-    curve: Curve
+    curve: ContinuationProblem
     contact: int
     scale: FloatArray
 
@@ -98,7 +98,9 @@ def unit_parameter(size: int) -> FloatArray:
     return vector
 
 
-def excess_rate(curve: Curve, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
+def excess_rate(
+    curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
+) -> FloatArray:
     """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
     relative = curve.problem.relative(direction[:-1])
     rate: NDArray = np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)

@@ -14,7 +14,7 @@ from symhbm.continuation.correctors.constraints import (
 )
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.newton import TOLERANCE, NewtonResult, newton
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import Factorisation, FloatArray, bordered
 
@@ -22,7 +22,7 @@ from symhbm.numerics import Factorisation, FloatArray, bordered
 class Corrector:
     """Corrects guesses onto a curve; ``solves`` counts all linear solves."""
 
-    def __init__(self, curve: Curve):
+    def __init__(self, curve: ContinuationProblem):
         self.curve = curve
         self.solves = 0
         self._compiled = compiled_corrector(curve)

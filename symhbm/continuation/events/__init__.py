@@ -2,19 +2,23 @@
 
 from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.events.contact_limits import brief_crossing, first_limit
-from symhbm.continuation.events.corners import LARGEST_PREDICTION_ERROR, SMALLEST_STEP, hop
+from symhbm.continuation.events.corners import (
+    LARGEST_PREDICTION_ERROR,
+    SMALLEST_STEP,
+    step_over_corner,
+)
 from symhbm.continuation.events.folds import find_folds
-from symhbm.continuation.events.resonances import Lookout, Reduced, reduced
+from symhbm.continuation.events.resonances import Reduced, ResonanceFinder, reduced
 
 __all__ = [
     "LARGEST_PREDICTION_ERROR",
     "SMALLEST_STEP",
-    "Lookout",
     "Reduced",
+    "ResonanceFinder",
     "brief_crossing",
     "find_branch_point",
     "find_folds",
     "first_limit",
-    "hop",
     "reduced",
+    "step_over_corner",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from symhbm.continuation.correctors import Corrected, Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import Between, Station
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 _CLOSEST = 1e-5
@@ -27,8 +27,8 @@ def find_branch_point(
     ``ahead`` looks away from ``base`` as well, with another sign of the determinant. None where the
     two are on different paths, which may be as close as you like but do not meet.
     """
-    right = Station(ahead.point, ahead.direction * scale)
-    path = Between(corrector, Station(base.state, base.after), right, base.slip)
+    right = PathState(ahead.point, ahead.direction * scale)
+    path = Segment(corrector, PathState(base.state, base.after), right, base.slip)
     if not path.length > 0:
         return None
     low, high, here, beyond = 0.0, 1.0, base.state, ahead
@@ -52,7 +52,7 @@ def find_branch_point(
     return None
 
 
-def _across(path: Between, here: FloatArray, there: FloatArray) -> float:
+def _across(path: Segment, here: FloatArray, there: FloatArray) -> float:
     """Distance of two solutions across the straight way from one end to the other."""
     chord = (there - here) / path.scale
     way = (path.right.state - path.left.state) / path.scale

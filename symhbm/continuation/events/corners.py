@@ -20,7 +20,7 @@ LARGEST_PREDICTION_ERROR = 0.3
 """Distance between predicted and corrected point, relative to the response, of a step to reject."""
 
 
-class Hop(NamedTuple):
+class CornerStep(NamedTuple):
     """A point beyond a corner, the states after it, and the length and error of the step."""
 
     found: Corrected
@@ -29,7 +29,9 @@ class Hop(NamedTuple):
     error: float
 
 
-def hop(corrector: Corrector, base: PathPoint, end: float, step: float) -> Hop | None:
+def step_over_corner(
+    corrector: Corrector, base: PathPoint, end: float, step: float
+) -> CornerStep | None:
     """The farthest point ahead up to ``step``, if possible in the contact states of ``base``.
 
     Where states change, it is the first change: the point where that contact is on its limit.
@@ -46,7 +48,7 @@ def hop(corrector: Corrector, base: PathPoint, end: float, step: float) -> Hop |
 
 def _at_distance(
     corrector: Corrector, base: PathPoint, end: float, length: float, may_change: bool
-) -> Hop | None:
+) -> CornerStep | None:
     heading = np.sign(end - base.value)
     value = base.value + heading * min(length * abs(base.after[-1]), abs(end - base.value))
     result = corrector.free(base.unknowns, value)
@@ -70,7 +72,7 @@ def _at_distance(
         slip = np.where(at_once | (changed & on_limit), slip, base.slip)
     row = heading * unit_parameter(len(scale))
     tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
-    return None if tangent is None else Hop(tangent, slip, length, error)
+    return None if tangent is None else CornerStep(tangent, slip, length, error)
 
 
 def _first_change(

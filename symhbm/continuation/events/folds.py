@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import Between, Station
+from symhbm.continuation.segment import PathState, Segment
 
 _SHARES = np.arange(17) / 16
 _MAX_DEPTH = 8
@@ -18,14 +18,14 @@ _DIP = 0.999
 """Advance relative to the smaller end's below which it has a minimum in between."""
 
 
-def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[Station] | None:
+def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[PathState] | None:
     """Folds between two neighbours on a path without an event in between, in their order.
 
     Where the interpolated path turns back, points are added until every fold stands between
     slopes of opposite sign. None if one of them cannot be solved for: the points are then too far
     apart.
     """
-    ends = Station(left.state, left.after), Station(right.state, right.before)
+    ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:
         return _folds(corrector, *ends, left.slip, 0)
     except ArithmeticError:
@@ -33,9 +33,9 @@ def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[
 
 
 def _folds(
-    corrector: Corrector, left: Station, right: Station, slip: NDArray[np.bool_], depth: int
-) -> list[Station]:
-    path = Between(corrector, left, right, slip)
+    corrector: Corrector, left: PathState, right: PathState, slip: NDArray[np.bool_], depth: int
+) -> list[PathState]:
+    path = Segment(corrector, left, right, slip)
     advance = path.interpolate(_SHARES)[1][:, -1]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
     turned = left.direction[-1] * right.direction[-1] < 0
@@ -51,7 +51,7 @@ def _folds(
     return [_fold(path)] if turned else []
 
 
-def _fold(path: Between) -> Station:
+def _fold(path: Segment) -> PathState:
     """The solution where the tangent has no part along the parameter."""
     found = {0.0: path.left, 1.0: path.right}
 
@@ -65,7 +65,7 @@ def _fold(path: Between) -> Station:
     return found[share]
 
 
-def _solved(path: Between, share: float) -> Station:
+def _solved(path: Segment, share: float) -> PathState:
     station = path.solve(share)
     if station is None:
         raise ArithmeticError("the path between two points cannot be solved for")

@@ -16,10 +16,10 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation.condensed_modes import condensed_modes
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.problem import Curve
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
 from symhbm.model.condensation import CondensedModel
-from symhbm.model.contacts import LocatedFriction
+from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray
 
 SEEN = 2.0
@@ -49,7 +49,7 @@ class Modes(NamedTuple):
 
 
 def modes(
-    curve: Curve, unknowns: FloatArray, value: float, friction: LocatedFriction
+    curve: ContinuationProblem, unknowns: FloatArray, value: float, friction: ContactState
 ) -> Modes | None:
     """Modes of the structure at a point of a curve, None for one too large or without inertia."""
     problem, frequency = curve.at(value)
@@ -102,7 +102,7 @@ def _condensed(
 
 
 def _largest_contact_force(
-    problem: HarmonicBalance, size: float, friction: LocatedFriction
+    problem: HarmonicBalance, size: float, friction: ContactState
 ) -> FloatArray:
     """Bound of what contacts (n_contacts,) put into other harmonics [N], 0 where none slips."""
     spring = problem.contact_stiffness * friction.slip.any()
@@ -121,10 +121,10 @@ def _excited(
     return drive > _FAINT * size * natural * np.maximum(width, 1e-12 * natural)
 
 
-class Lookout:
+class ResonanceFinder:
     """Looks for resonances between the last point of a path and the next."""
 
-    def __init__(self, curve: Curve):
+    def __init__(self, curve: ContinuationProblem):
         self._curve = curve
         self._known: list[tuple[FloatArray, Modes | None]] = []
 

@@ -3,13 +3,13 @@
 from symhbm.model.condensation.condense import condense
 from symhbm.model.condensation.condensed_model import CondensedModel
 from symhbm.model.condensation.partition import LONG, dynamic_stiffness, factorised, refined
-from symhbm.model.condensation.pole_residue import OUTSIDE, BandFunction
+from symhbm.model.condensation.pole_residue import OUTSIDE, PoleResidueFunction
 
 __all__ = [
     "LONG",
     "OUTSIDE",
-    "BandFunction",
     "CondensedModel",
+    "PoleResidueFunction",
     "condense",
     "dynamic_stiffness",
     "factorised",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from symhbm.model.condensation.condensed_model import CondensedModel, Seen
+from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.excitation import Excitation
@@ -127,7 +127,9 @@ def condense(
     springs = (touched.T * model.contact_stiffness) @ touched
     reduced, certificate = reduce(interior, bands, springs)
     _check_error(certificate, tolerance)
-    seen = Seen(reduced.whole, reduced.undamped, interior.at_rest, reduced.held, patterns)
+    seen = CondensedStiffness(
+        reduced.whole, reduced.undamped, interior.at_rest, reduced.held, patterns
+    )
     return CondensedModel(model, masters, band, basis.harmonics, seen, certificate)
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.condensation.pole_residue import BandFunction, PoleSum
+from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.parameters import CONTACT_PARAMETERS
 from symhbm.model.structure import Model
@@ -17,7 +17,7 @@ _INSIDE = 1e-12
 """Part of a force outside of the patterns known, relative to it, that is round-off."""
 
 
-class Seen(NamedTuple):
+class CondensedStiffness(NamedTuple):
     """What the kept degrees of freedom feel of a structure, with ``p = i n omega``.
 
     ``matrix``, ``[Z, G]`` (n_dof, n_dof + n_patterns): forces by motions, and by force patterns;
@@ -61,7 +61,7 @@ class CondensedModel(Model):
         dofs: NDArray[np.intp],
         frequency: tuple[float, float],
         harmonics: tuple[int, ...],
-        seen: Seen,
+        seen: CondensedStiffness,
         certificate: Certificate,
     ):
         place = {int(dof): i for i, dof in enumerate(dofs)}
@@ -72,14 +72,16 @@ class CondensedModel(Model):
         nearest = [np.argmin(np.abs(seen.matrix.poles - 1j * natural)) for natural in seen.held]
         own["held_width"] = np.abs(seen.matrix.poles[np.array(nearest, dtype=int)].real)
         whole = {n: seen.matrix for n in harmonics if n}
-        own["matrices"] = {n: BandFunction(whole[n], self.band(n, frequency)) for n in whole}
-        own["undamped"] = {n: BandFunction(seen.undamped, self.band(n, frequency)) for n in whole}
+        own["matrices"] = {n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole}
+        own["undamped"] = {
+            n: PoleResidueFunction(seen.undamped, self.band(n, frequency)) for n in whole
+        }
         self.__dict__.update(own)
 
-    seen: Seen
+    seen: CondensedStiffness
     held_width: FloatArray
-    matrices: dict[int, BandFunction]
-    undamped: dict[int, BandFunction]
+    matrices: dict[int, PoleResidueFunction]
+    undamped: dict[int, PoleResidueFunction]
     _structure: Model
 
     @staticmethod

@@ -56,7 +56,7 @@ def at(coefficients: ComplexArray, p: complex) -> ComplexArray:
     return coefficients[0] + p * coefficients[1] + p**2 * coefficients[2]
 
 
-class BandFunction:
+class PoleResidueFunction:
     """A `PoleSum` that is fast within one ``band`` (first, last) [rad/s], and its derivative.
 
     Nothing is fitted: terms of poles near the band are kept, the others become the polynomial.

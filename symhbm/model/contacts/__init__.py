@@ -1,14 +1,14 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
-from symhbm.model.contacts.coulomb import LocatedFriction, friction_kernel
+from symhbm.model.contacts.coulomb import ContactState, friction_kernel
 from symhbm.model.contacts.coulomb_located import locate, on_loop, stick_intervals
 from symhbm.model.contacts.coulomb_loops import Loop, loops_near_limit
 from symhbm.model.contacts.coulomb_one_harmonic import (
     FREE,
+    layout,
     one_harmonic_kernel,
     packed_size,
-    places,
-    unpacked,
+    unpack,
 )
 from symhbm.model.contacts.coulomb_sampled import locate_sampled
 from symhbm.model.contacts.cubic_spring import cubic_kernel
@@ -17,19 +17,19 @@ from symhbm.model.contacts.equivalent_springs import ContactSprings, contact_spr
 __all__ = [
     "FREE",
     "ContactSprings",
-    "LocatedFriction",
+    "ContactState",
     "Loop",
     "contact_springs",
     "cubic_kernel",
     "friction_kernel",
+    "layout",
     "locate",
     "locate_sampled",
     "loops_near_limit",
     "on_loop",
     "one_harmonic_kernel",
     "packed_size",
-    "places",
     "spring_kernel",
     "stick_intervals",
-    "unpacked",
+    "unpack",
 ]

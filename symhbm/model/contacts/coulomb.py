@@ -24,7 +24,7 @@ SMALLEST_MOTION = 1e-150
 
 
 @dataclass(frozen=True)
-class LocatedFriction:
+class ContactState:
     """Events of a batch of friction contacts over one period.
 
     Attributes
@@ -70,10 +70,10 @@ class LocatedFriction:
         contact, stretch = np.nonzero(~np.isnan(self.stick_end))
         return contact, self.stick_begin[contact, stretch], self.stick_end[contact, stretch]
 
-    def split(self, count: int) -> list["LocatedFriction"]:
+    def split(self, count: int) -> list["ContactState"]:
         """The events of ``count`` batches of as many contacts each."""
         parts = [np.split(getattr(self, field.name), count) for field in fields(self)]
-        return [LocatedFriction(*each) for each in zip(*parts, strict=True)]
+        return [ContactState(*each) for each in zip(*parts, strict=True)]
 
 
 def limit_excess(
@@ -114,7 +114,7 @@ def friction_kernel(n_components: int) -> ca.Function:
 
     Inputs: ``coefficients`` (n_components) [m], ``contact_stiffness`` [N/m],
     ``friction_coefficient`` [-], ``normal_load`` [N], and the data ``matrix``
-    (n_components, n_components) and ``vector`` (n_components) of `LocatedFriction`. Output:
+    (n_components, n_components) and ``vector`` (n_components) of `ContactState`. Output:
     ``force`` (n_components) [N].
     """
     y = ca.SX.sym("coefficients", n_components)

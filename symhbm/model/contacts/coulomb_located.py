@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
+from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, limit_excess
 from symhbm.model.contacts.coulomb_loops import Loop, apart, images
 from symhbm.model.contacts.coulomb_one_harmonic import locate_one_harmonic
 from symhbm.model.contacts.coulomb_two_reversals import locate_two_reversals
@@ -31,7 +31,7 @@ def locate(
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
     slip: NDArray[np.bool_] | None = None,
-) -> LocatedFriction:
+) -> ContactState:
     """Locate the events of friction contacts from the coefficients of their motion, Eqs. (4)-(8).
 
     Parameters
@@ -93,7 +93,7 @@ def locate(
         stretches[:, some] = np.where(leaves, (runs.begin, runs.end), np.nan)
         if basis.mirrors:
             stretches = np.concatenate([stretches, stretches + np.pi], axis=2)
-    return LocatedFriction(
+    return ContactState(
         matrix=matrix,
         vector=vector,
         slip=state,
@@ -109,14 +109,14 @@ def locate(
 
 
 def on_loop(
-    friction: LocatedFriction,
+    friction: ContactState,
     basis: FourierBasis,
     motion: FloatArray,
     contact_stiffness: float,
     slip_limit: float,
     loop: Loop,
     slips: bool,
-) -> LocatedFriction:
+) -> ContactState:
     """The same friction with one contact held on a loop: in stick to its end, or slipping there.
 
     Both agree with the law, and have its derivative, up to the limit. ``motion`` (n_components,)
@@ -183,7 +183,7 @@ def stick_intervals(
     return locate(basis, coefficients, contact_stiffness, slip_limit).stick_intervals
 
 
-def _repeated(friction: LocatedFriction, times: int) -> LocatedFriction:
+def _repeated(friction: ContactState, times: int) -> ContactState:
     """The events of the same motions with as many periods in one."""
     shift = 2 * np.pi / times * np.arange(times)[:, None]
     begin, end = (

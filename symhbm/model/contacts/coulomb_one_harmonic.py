@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import LocatedFriction
+from symhbm.model.contacts.coulomb import ContactState
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 FREE = -1.0
@@ -28,18 +28,18 @@ def locate_one_harmonic(
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
     slip: NDArray[np.bool_] | None = None,
-) -> LocatedFriction:
+) -> ContactState:
     """Locate the events of motions of harmonic 1, with or without a mean; see `contact.locate`."""
     n_contacts, size = coefficients.shape
     imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
     if not n_contacts:
-        return unpacked(np.zeros((0, packed_size(size))), size)
+        return unpack(np.zeros((0, packed_size(size))), size)
     (found,) = _each(size, n_contacts)(coefficients.ravel(), contact_stiffness, slip_limit, imposed)
-    return unpacked(found.reshape(n_contacts, packed_size(size)), size)
+    return unpack(found.reshape(n_contacts, packed_size(size)), size)
 
 
 @lru_cache(maxsize=4)
-def places(size: int) -> dict[str, slice]:
+def layout(size: int) -> dict[str, slice]:
     """Where the kernel puts what it gives for motions of ``size`` coefficients."""
     lengths = dict(matrix=size * size, vector=size, excess_gradient=size, slip=1, excess=1)
     lengths |= dict(theta_0=1, theta_star=1, stick_fraction=1, reversals=1)
@@ -50,19 +50,19 @@ def places(size: int) -> dict[str, slice]:
 
 def packed_size(size: int) -> int:
     """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
-    return places(size)["stick_end"].stop
+    return layout(size)["stick_end"].stop
 
 
-def unpacked(packed: FloatArray, size: int) -> LocatedFriction:
+def unpack(packed: FloatArray, size: int) -> ContactState:
     """What the kernel gives, (n_contacts, packed_size)."""
-    part: dict[str, Any] = {name: packed[:, place] for name, place in places(size).items()}
+    part: dict[str, Any] = {name: packed[:, place] for name, place in layout(size).items()}
     for name in ("excess", "theta_0", "theta_star", "stick_fraction"):
         part[name] = part[name][:, 0]
     part["slip"] = part["slip"][:, 0] > 0
     part["reversals"] = part["reversals"][:, 0].astype(int)
     # CasADi stores columns one after the other.
     part["matrix"] = part["matrix"].reshape(-1, size, size).transpose(0, 2, 1)
-    return LocatedFriction(**part)
+    return ContactState(**part)
 
 
 @lru_cache(maxsize=64)
@@ -72,7 +72,7 @@ def _each(size: int, n_contacts: int) -> Compiled:
 
 @lru_cache(maxsize=4)
 def one_harmonic_kernel(size: int) -> ca.Function:
-    """CasADi function of one contact: all of `LocatedFriction`, packed, from its motion.
+    """CasADi function of one contact: all of `ContactState`, packed, from its motion.
 
     Inputs: ``coefficients`` (size), the last two of harmonic 1 [m], ``contact_stiffness`` [N/m],
     ``slip_limit`` [N], and the state ``imposed``.
@@ -143,7 +143,7 @@ def one_harmonic_kernel(size: int) -> ca.Function:
         stick_begin=ca.vertcat(begin, begin + np.pi),
         stick_end=ca.vertcat(begin + stick, begin + np.pi + stick),
     )
-    packed = ca.vertcat(*(parts[name] for name in places(size)))
+    packed = ca.vertcat(*(parts[name] for name in layout(size)))
     return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])
 
 

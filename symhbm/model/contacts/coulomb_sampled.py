@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, LocatedFriction, full_stick, limit_excess
+from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, limit_excess
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
@@ -23,7 +23,7 @@ def locate_sampled(
     slip: NDArray[np.bool_] | None = None,
     *,
     samples: int,
-) -> LocatedFriction:
+) -> ContactState:
     """Events of friction contacts and their force coefficients by marching over samples.
 
     Parameters
@@ -85,7 +85,7 @@ def locate_sampled(
     vector[held | ~moves] = 0.0
 
     simple = motion.reversals == 2
-    return LocatedFriction(
+    return ContactState(
         matrix=matrix,
         vector=vector,
         slip=state,

@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import LocatedFriction
-from symhbm.model.contacts.coulomb_one_harmonic import FREE, packed_size, unpacked
+from symhbm.model.contacts.coulomb import ContactState
+from symhbm.model.contacts.coulomb_one_harmonic import FREE, packed_size, unpack
 from symhbm.numerics import MACHINE, Cells, Compiled, FloatArray, FourierBasis, Motions, constant
 
 _STEPS_TO_EXTREME, _STEPS_TO_ONSET = 2, 3
@@ -28,7 +28,7 @@ def locate_two_reversals(
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
     slip: NDArray[np.bool_] | None = None,
-) -> LocatedFriction | None:
+) -> ContactState | None:
     """Locate the events of motions that turn in ``cells`` alone; see `contact.locate`.
 
     None unless each turns twice and every angle is found, and for large sets of harmonics.
@@ -48,7 +48,7 @@ def locate_two_reversals(
         *inputs, motions.bounds.ravel(), brackets.transpose(1, 2, 0).ravel()
     )
     found = found.reshape(n_contacts, packed_size(size) + 1)
-    return unpacked(found[:, :-1], size) if found[:, -1].all() else None
+    return unpack(found[:, :-1], size) if found[:, -1].all() else None
 
 
 @lru_cache(maxsize=64)
@@ -106,7 +106,7 @@ def _turns(tau: Any, highest: int) -> list[tuple[Any, Any]]:
 
 @lru_cache(maxsize=16)
 def _kernel(basis: FourierBasis) -> ca.Function:
-    """CasADi function of one contact: all of `LocatedFriction`, packed, and whether it is found.
+    """CasADi function of one contact: all of `ContactState`, packed, and whether it is found.
 
     Inputs: ``coefficients`` (n_components) [m], ``contact_stiffness`` [N/m], ``slip_limit`` [N],
     the state ``imposed``, the ``bounds`` of `Motions` (5), and of each turning point, one where

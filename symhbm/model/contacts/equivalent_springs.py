@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.coulomb import LocatedFriction
+from symhbm.model.contacts.coulomb import ContactState
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 LEADING = 0.5
@@ -21,7 +21,7 @@ class ContactSprings(NamedTuple):
 
 
 def contact_springs(
-    basis: FourierBasis, coefficients: FloatArray, friction: LocatedFriction, *parameters: Any
+    basis: FourierBasis, coefficients: FloatArray, friction: ContactState, *parameters: Any
 ) -> ContactSprings:
     """Springs of contacts with some ``coefficients`` (n_contacts, n_components) [m] of motion.
 
@@ -48,7 +48,7 @@ def spring_kernel(basis: FourierBasis) -> ca.Function:
 
     In the mean over its motion where that harmonic leads it, else for a small motion beside it:
     what the other harmonics make a contact do is a force, and no stiffness. Inputs:
-    ``coefficients`` [m], ``matrix`` and ``vector`` of `LocatedFriction`, ``contact_stiffness``
+    ``coefficients`` [m], ``matrix`` and ``vector`` of `ContactState`, ``contact_stiffness``
     [N/m], ``slip_limit`` [N] and ``cubic_stiffness`` [N/m^3].
     """
     size = basis.n_components

@@ -1,18 +1,18 @@
 """Peaks followed over a parameter, and the highest of them all."""
 
 from symhbm.peaks.tracking.branches import Parameter
-from symhbm.peaks.tracking.leading_branches import Ridge, Scene, Surveyor
+from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue, Surveyor
 from symhbm.peaks.tracking.step import advanced, polished
 from symhbm.peaks.tracking.track import retrack
-from symhbm.peaks.tracking.upper_envelope import Crest, Place
+from symhbm.peaks.tracking.upper_envelope import Place, UpperEnvelope
 
 __all__ = [
-    "Crest",
+    "LeadingBranches",
     "Parameter",
     "Place",
-    "Ridge",
-    "Scene",
+    "SurveyedValue",
     "Surveyor",
+    "UpperEnvelope",
     "advanced",
     "polished",
     "retrack",

@@ -17,7 +17,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.survey import Landscape, survey
+from symhbm.peaks.survey import Survey, survey
 from symhbm.peaks.tracking.branches import Parameter, Pool
 from symhbm.peaks.tracking.step import verified
 from symhbm.workers import Workers, progress_bar
@@ -63,10 +63,10 @@ class Surveyor:
 
     def survey(
         self, problem: Callable[[float], HarmonicBalance], values: Iterable[float]
-    ) -> list[Landscape]:
+    ) -> list[Survey]:
         """All maxima at some values of a parameter, ``problem`` giving that at each."""
         calls = [(problem(value), self.bands) for value in values]
-        surveys: list[Landscape] = []
+        surveys: list[Survey] = []
         results = self._workers.map(_work, _survey, calls)
         for (of, _), landscape in zip(calls, results, strict=True):
             self.count += 1
@@ -78,15 +78,15 @@ class Surveyor:
 
 
 @dataclass
-class Scene:
+class SurveyedValue:
     """All maxima at one value, and those of them that are ``contenders``."""
 
     value: float
-    landscape: Landscape
+    landscape: Survey
     contenders: list[Conditions]
 
 
-class Ridge:
+class LeadingBranches:
     """Branches that hold the highest maximum over a whole band of the parameter.
 
     Surveys are made at ``wanted`` values and wherever these are far from each other. ``gaps`` are
@@ -98,9 +98,9 @@ class Ridge:
         self.parameter, self.surveyor = parameter, surveyor
         bands = [(2 * np.pi * low, 2 * np.pi * high) for low, high in surveyor.bands]
         self.pool = Pool(parameter, bands)
-        self.scenes: dict[float, Scene] = {}
+        self.scenes: dict[float, SurveyedValue] = {}
         self.gaps: list[tuple[float, float]] = []
-        self.incomplete: list[Scene] = []
+        self.incomplete: list[SurveyedValue] = []
         self._build([] if wanted is None else wanted.tolist())
 
     def check(self, values: list[float]) -> bool:
@@ -120,12 +120,12 @@ class Ridge:
         self.gaps += [(s.value, s.value) for s in scenes if not self._holds(s)]
         return held
 
-    def survey(self, values: list[float]) -> list[Scene]:
+    def survey(self, values: list[float]) -> list[SurveyedValue]:
         """Surveys at some values."""
         found = self.surveyor.survey(self.parameter.at, values)
         result = []
         for value, landscape in zip(values, found, strict=True):
-            scene = Scene(value, landscape, [])
+            scene = SurveyedValue(value, landscape, [])
             if not landscape.complete:
                 self.incomplete.append(scene)
             if not landscape.unbounded:
@@ -160,7 +160,7 @@ class Ridge:
             (*three, quiet) for three in zip(scenes[::2], scenes[1::2], scenes[2::2], strict=False)
         ]
         for depth in range(_DEEPEST + 1):
-            parts: list[tuple[Scene, Scene, int]] = []
+            parts: list[tuple[SurveyedValue, SurveyedValue, int]] = []
             for low, middle, high, quiet in pending:
                 self._cover(low, high)
                 held = all(map(self._holds, (low, middle, high)))
@@ -181,7 +181,7 @@ class Ridge:
                 for (low, high, quiet), middle in zip(parts, middles, strict=True)
             ]
 
-    def _news(self, low: Scene, middle: Scene, high: Scene) -> bool:
+    def _news(self, low: SurveyedValue, middle: SurveyedValue, high: SurveyedValue) -> bool:
         """Whether a maximum that was not followed there may lead somewhere between two surveys."""
         if not middle.contenders:
             return False
@@ -197,14 +197,14 @@ class Ridge:
             if not self.pool.holds(c, middle.value)
         )
 
-    def _cover(self, low: Scene, high: Scene) -> None:
+    def _cover(self, low: SurveyedValue, high: SurveyedValue) -> None:
         """Follow all contenders from either end of an interval to the other."""
         for start, end in ((low, high), (high, low)):
             for contender in start.contenders:
                 if not self.pool.knows(contender, start.value, up=end is high):
                     self.pool.follow(contender, start.value, end.value)
 
-    def _holds(self, scene: Scene) -> bool:
+    def _holds(self, scene: SurveyedValue) -> bool:
         """Whether what was followed is as high as a survey found."""
         if scene.landscape.unbounded:
             # Up to where an unbounded peak reaches is told by those around.
@@ -216,7 +216,7 @@ class Ridge:
         floor = (1 - AGREES) * scene.landscape.height
         return top is not None and top[1].summit.amplitude >= floor
 
-    def _surrounded(self, scene: Scene) -> bool:
+    def _surrounded(self, scene: SurveyedValue) -> bool:
         values = sorted(self.scenes)
         place = values.index(scene.value)
         around = [self.scenes[v] for v in values[max(place - 1, 0) : place + 2]]
@@ -243,14 +243,14 @@ def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:
     return values
 
 
-def _survey(problem: HarmonicBalance, bands: Bands) -> Landscape:
+def _survey(problem: HarmonicBalance, bands: Bands) -> Survey:
     try:
         return survey(problem, bands)
     except ArithmeticError:
-        return Landscape([], [], Status.COMPUTATION_FAILED)
+        return Survey([], [], Status.COMPUTATION_FAILED)
 
 
-def _work(problem: HarmonicBalance, bands: Bands) -> Landscape:
+def _work(problem: HarmonicBalance, bands: Bands) -> Survey:
     found = _survey(problem, bands)
     bare = [replace(summit, problem=None) for summit in found.summits]  # type: ignore[arg-type]
     return replace(found, summits=bare)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.continuation import FrequencyCurve, Walk, solve_point
+from symhbm.continuation import Branch, FrequencyProblem, solve_point
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
-from symhbm.peaks.maximum import Summit, SummitKind
+from symhbm.peaks.maximum import Maximum, MaximumKind
 
 _FURTHEST = 0.3
 """Distance from the prediction beyond which another maximum may have been found."""
@@ -85,7 +85,7 @@ def values_of(second_order: SecondOrder, problem: HarmonicBalance) -> FloatArray
 
 def search(
     second_order: SecondOrder,
-    near: Summit,
+    near: Maximum,
     problem: HarmonicBalance,
     bands: Sequence[tuple[float, float]] = (),
     jump: float = np.inf,
@@ -94,9 +94,9 @@ def search(
 
     None if there is none whose height is within ``jump``, relatively.
     """
-    if near.kind == SummitKind.EDGE:
+    if near.kind == MaximumKind.EDGE:
         solved = solve_point(problem, near.frequency)
-        edge = Summit.at_edge(problem, solved.unknowns, near.frequency, near.dof)
+        edge = Maximum.at_edge(problem, solved.unknowns, near.frequency, near.dof)
         return verified(second_order, edge) if solved.converged else None
     low, high = band_of(near.frequency, bands)
     down = up = _WINDOW * near.frequency
@@ -104,7 +104,7 @@ def search(
         ends = max(near.frequency - down, low), min(near.frequency + up, high)
         if ends[0] >= ends[1]:
             return None
-        walk = Walk(FrequencyCurve(problem), ends, _MAX_POINTS, each=True, guess=near.unknowns)
+        walk = Branch(FrequencyProblem(problem), ends, _MAX_POINTS, each=True, guess=near.unknowns)
         if not walk.points:
             return None
         width = ends[1] - ends[0]
@@ -115,11 +115,11 @@ def search(
 
         peaks = [p for p in walk.peaks if p.dof == near.dof and p.kind != PeakKind.UNBOUNDED]
         for peak in sorted(peaks, key=unlikeness):
-            found = verified(second_order, Summit.at_peak(problem, peak))
+            found = verified(second_order, Maximum.at_peak(problem, peak))
             if found is not None and height(found.summit, near) <= jump:
                 return found
         ends = walk.points[0], walk.points[-1]
-        edges = [Summit.at_edge(problem, p.unknowns, p.value, near.dof) for p in ends]
+        edges = [Maximum.at_edge(problem, p.unknowns, p.value, near.dof) for p in ends]
         if max(height(edge, near) for edge in edges) > jump:
             return None  # another mountain
         falling = edges[0].amplitude > edges[1].amplitude
@@ -127,7 +127,7 @@ def search(
     return None
 
 
-def verified(second_order: SecondOrder, summit: Summit) -> Conditions | None:
+def verified(second_order: SecondOrder, summit: Maximum) -> Conditions | None:
     """The conditions of a summit if it is a maximum with derivatives."""
     try:
         found = solve(Conditions(second_order, summit))
@@ -145,7 +145,7 @@ def polished(conditions: Conditions) -> Conditions:
         return conditions
 
 
-def height(summit: Summit, other: Summit) -> float:
+def height(summit: Maximum, other: Maximum) -> float:
     """By how much a summit is higher than another, relative."""
     return summit.amplitude / other.amplitude - 1
 
@@ -157,7 +157,7 @@ def band_of(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[flo
     return min(bands, key=lambda band: max(band[0] - frequency, frequency - band[1]))
 
 
-def aimed(conditions: Conditions, problem: HarmonicBalance) -> Summit:
+def aimed(conditions: Conditions, problem: HarmonicBalance) -> Maximum:
     """Where to look for a maximum after parameters changed: as predicted, if that is anywhere."""
     try:
         found = predicted(conditions, problem)
@@ -166,7 +166,7 @@ def aimed(conditions: Conditions, problem: HarmonicBalance) -> Summit:
     return replace(conditions.summit, problem=problem) if found is None else found.summit
 
 
-def apart(one: Summit, other: Summit) -> float:
+def apart(one: Maximum, other: Maximum) -> float:
     """Distance of two summits, relative to the response; frequencies count tenfold."""
     moved = np.linalg.norm(one.unknowns - other.unknowns) / np.linalg.norm(other.unknowns)
     return float(np.hypot(moved, 10 * (one.frequency / other.frequency - 1)))

@@ -16,7 +16,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.maximum import Summit, SummitKind
+from symhbm.peaks.maximum import Maximum, MaximumKind
 from symhbm.peaks.tracking.step import (
     advanced,
     aimed,
@@ -99,7 +99,7 @@ class Track:
 
 def track(
     second_order: SecondOrder,
-    start: Summit | Conditions,
+    start: Maximum | Conditions,
     at: Callable[[float], HarmonicBalance],
     *,
     bands: Sequence[tuple[float, float]] = (),
@@ -136,11 +136,11 @@ def _margins(conditions: Conditions, bands: Sequence[tuple[float, float]]) -> Fl
     margins = np.where(summit.slip, excess, -excess)
     margins[summit.held] = np.inf
     margins[~np.isfinite(margins)] = 1.0
-    if summit.kind == SummitKind.EDGE:
+    if summit.kind == MaximumKind.EDGE:
         return margins
     low, high = band_of(summit.frequency, bands)
     margins = np.append(margins, [summit.frequency / low - 1, 1 - summit.frequency / high])
-    if summit.kind == SummitKind.CORNER:
+    if summit.kind == MaximumKind.CORNER:
         margins = np.append(margins, -np.array(conditions.flanks))
     return margins
 
@@ -155,7 +155,7 @@ class _Tracker:
         self.second_order, self.at, self.bands = second_order, at, bands
         self.track = Track()
 
-    def run(self, start: Summit | Conditions) -> Track:
+    def run(self, start: Maximum | Conditions) -> Track:
         """Step until the end, the death of the maximum, or the end of its band."""
         track = self.track
         here = start if isinstance(start, Conditions) else verified(self.second_order, start)
@@ -199,7 +199,7 @@ class _Tracker:
                 grows = track.grows
                 beyond = None if s >= 1 or (grows and not arrived) else self._beyond(s, here)
                 if beyond is None and s < 1:
-                    left = here.summit.kind != SummitKind.EDGE and self._at_end_of_band(here)
+                    left = here.summit.kind != MaximumKind.EDGE and self._at_end_of_band(here)
                     ended = TrackStatus.LEFT_BAND if left else TrackStatus.DIED
                     track.status = TrackStatus.UNBOUNDED if grows else ended
                     return track
@@ -231,7 +231,7 @@ class _Tracker:
 
     def _beyond(self, s: float, here: Conditions) -> tuple[float, Conditions] | None:
         """The maximum right beyond an event, of whatever kind it is there."""
-        if here.summit.kind != SummitKind.EDGE and self._at_end_of_band(here):
+        if here.summit.kind != MaximumKind.EDGE and self._at_end_of_band(here):
             return None
         for distance in _BEYOND:
             target = min(1.0, s + distance)
@@ -252,19 +252,19 @@ class _Tracker:
                     return target, other
         return None
 
-    def _inside(self, summit: Summit) -> bool:
+    def _inside(self, summit: Maximum) -> bool:
         low, high = band_of(summit.frequency, self.bands)
         return low * (1 - _AT_EVENT) <= summit.frequency <= high * (1 + _AT_EVENT)
 
 
-def _alike(one: Summit, other: Summit) -> bool:
+def _alike(one: Maximum, other: Maximum) -> bool:
     """Whether two summits are held by the same."""
     same = one.kind == other.kind and one.contact == other.contact
     same &= (one.loop is None) == (other.loop is None)
     return same and np.array_equal(one.slip, other.slip)
 
 
-def _successors(here: Conditions, aim: Summit) -> list[Summit]:
+def _successors(here: Conditions, aim: Maximum) -> list[Maximum]:
     """The maxima that one may turn into whose contacts are at their limits."""
     excess = here.evaluation.friction.excess
     close = {int(j) for j in np.flatnonzero(np.abs(excess) < _NEAR_LIMIT)}
@@ -273,19 +273,19 @@ def _successors(here: Conditions, aim: Summit) -> list[Summit]:
         states = [(False,) * len(limits), (True,) * len(limits)]
     else:
         states = list(product((False, True), repeat=len(limits)))
-    found: list[Summit] = []
+    found: list[Maximum] = []
     aim = replace(aim, loop=None)
     for state in states:
         slip = here.summit.slip.copy()
         slip[limits] = state
-        kind = aim.kind if aim.kind == SummitKind.EDGE else SummitKind.SMOOTH
+        kind = aim.kind if aim.kind == MaximumKind.EDGE else MaximumKind.SMOOTH
         found.append(replace(aim, kind=kind, slip=slip, contact=-1, together=()))
-        if kind == SummitKind.EDGE:
+        if kind == MaximumKind.EDGE:
             continue
         stuck = [j for j, slips in zip(limits, state, strict=True) if not slips]
         together = len(limits) > _MOST_TOGETHER
         for contact in stuck[:1] if together else stuck:
             others = tuple(j for j in stuck if j != contact) if together else ()
-            corner = replace(aim, kind=SummitKind.CORNER, slip=slip, contact=contact)
+            corner = replace(aim, kind=MaximumKind.CORNER, slip=slip, contact=contact)
             found.append(replace(corner, together=others))
     return found

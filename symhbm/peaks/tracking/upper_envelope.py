@@ -16,7 +16,7 @@ import scipy
 from symhbm.continuation.between import TIE
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.maximum import SummitKind
+from symhbm.peaks.maximum import MaximumKind
 from symhbm.peaks.tracking.branches import SAME, Branch, Pool, same
 from symhbm.peaks.tracking.interpolation import crossing, fill
 from symhbm.peaks.tracking.step import height, polished
@@ -40,7 +40,7 @@ _ONE = 1e-9
 """Distance, relative, below which two minima are one."""
 
 
-class Low(StrEnum):
+class MinimumKind(StrEnum):
     """What makes a minimum of the curve."""
 
     SMOOTH = "smooth"
@@ -49,7 +49,7 @@ class Low(StrEnum):
     END = "end"
 
 
-class Turn(StrEnum):
+class EnvelopeEvent(StrEnum):
     """What happens at an event of the curve."""
 
     EXCHANGE = "exchange of the dominant peak"
@@ -70,7 +70,7 @@ class Place:
     what: str = ""
 
 
-class Crest:
+class UpperEnvelope:
     """The highest of some branches: its ``points``, ``minima`` and ``events``, ascending.
 
     Within ``unbounded`` ranges there is none. ``unclear`` are places where the lead changes and
@@ -92,7 +92,7 @@ class Crest:
             self.points.sort(key=lambda place: place.value)
             self._at_ends()
             poles = [p for p in pool.poles if any(low <= p[0] <= high for low, high in unbounded)]
-            self.events += [Place(*pole, Turn.POLE) for pole in poles]
+            self.events += [Place(*pole, EnvelopeEvent.POLE) for pole in poles]
         for places in (self.minima, self.events):
             places.sort(key=lambda place: place.value)
         # One at a survey belongs to the stretches on both of its sides.
@@ -105,13 +105,13 @@ class Crest:
     def doubtful(self) -> list[float]:
         """Where a maximum that was overlooked would show first: minima, exchanges and jumps."""
         parameter = self._parameter
-        sharp = Low.SMOOTH, Low.EXCHANGE, Turn.EXCHANGE
+        sharp = MinimumKind.SMOOTH, MinimumKind.EXCHANGE, EnvelopeEvent.EXCHANGE
         values = {
             *self.unclear,
             *(p.value for p in (*self.minima, *self.events) if p.what in sharp),
         }
         # At a kink a survey need not tell maxima that merge there.
-        kinks = [p.value for p in self.minima if p.what == Low.KINK]
+        kinks = [p.value for p in self.minima if p.what == MinimumKind.KINK]
         values |= {share * kink for kink in kinks for share in (1 - _BESIDE, 1 + _BESIDE)}
         return sorted(value for value in values if parameter.low < value < parameter.high)
 
@@ -188,18 +188,22 @@ class Crest:
         come = b.values[0] >= at * (1 - _TOUCHING) and b.ends[0] == TrackStatus.LEFT_BAND
         if gone or come:
             at = a.values[-1] if gone else b.values[0]
-            self.events.append(Place(at, before, Turn.BAND))
+            self.events.append(Place(at, before, EnvelopeEvent.BAND))
         elif not same(before, after):
             fall = height(after.summit, before.summit)
             if abs(fall) > _JUMP:
                 # The largest response is continuous: the lower side lacks a maximum.
                 self.unclear.append(at * (1 + _BESIDE if fall < 0 else 1 - _BESIDE))
             last = self.events[-1:]
-            if not (last and last[0].what == Turn.EXCHANGE and abs(at / last[0].value - 1) < SAME):
-                self.events.append(Place(at, before, Turn.EXCHANGE))
+            if not (
+                last
+                and last[0].what == EnvelopeEvent.EXCHANGE
+                and abs(at / last[0].value - 1) < SAME
+            ):
+                self.events.append(Place(at, before, EnvelopeEvent.EXCHANGE))
             self.points.append(Place(at, before))
             if self._parameter.slope(before) < 0 < self._parameter.slope(after):
-                self.minima.append(Place(at, before, Low.EXCHANGE))
+                self.minima.append(Place(at, before, MinimumKind.EXCHANGE))
         return at
 
     def _along(self, branch: Branch, start: float, end: float) -> None:
@@ -223,7 +227,7 @@ class Crest:
             self.events.append(Place(at.value, at.found, _turn(here.found, there.found)))
             left, right = slope(here.found), slope(there.found)
             if left < 0 <= right or left <= 0 < right:
-                self.minima.append(Place(at.value, at.found, Low.KINK))
+                self.minima.append(Place(at.value, at.found, MinimumKind.KINK))
 
     def _lows(self, branch: Branch, here: Place, there: Place, depth: int = 0) -> None:
         """Minima between two points of a branch with no event in between."""
@@ -233,7 +237,7 @@ class Crest:
             self._low(branch, here, there)
             return
         if ends[0] < 0 == ends[1]:
-            self.minima.append(Place(there.value, there.found, Low.SMOOTH))
+            self.minima.append(Place(there.value, there.found, MinimumKind.SMOOTH))
         lengths = self._parameter.measure(np.array([here.value, there.value]))
         inside = lengths[0] + np.linspace(0, 1, 6)[1:-1] * (lengths[1] - lengths[0])
         values = np.exp(inside) if self._parameter.logarithmic else inside
@@ -270,16 +274,16 @@ class Crest:
         except ArithmeticError:
             self.unclear.append(here.value)
             return
-        self.minima.append(Place(value, known[value], Low.SMOOTH))
+        self.minima.append(Place(value, known[value], MinimumKind.SMOOTH))
         self.points.append(Place(value, known[value]))
 
     def _at_ends(self) -> None:
         """Minima where the curve falls towards an end of the band."""
         slope, first, last = self._parameter.slope, self.points[0], self.points[-1]
         if first.value == self._parameter.low and slope(first.found) > 0:
-            self.minima.append(Place(first.value, first.found, Low.END))
+            self.minima.append(Place(first.value, first.found, MinimumKind.END))
         if last.value == self._parameter.high and slope(last.found) < 0:
-            self.minima.append(Place(last.value, last.found, Low.END))
+            self.minima.append(Place(last.value, last.found, MinimumKind.END))
 
     def _thin(self) -> None:
         """Leave out points that others make needless."""
@@ -297,12 +301,12 @@ class Crest:
         self.points = kept
 
 
-def _turn(before: Conditions, after: Conditions) -> Turn:
+def _turn(before: Conditions, after: Conditions) -> EnvelopeEvent:
     """What happens at a joint of a branch."""
     one, other = before.summit, after.summit
-    if other.kind == SummitKind.SMOOTH and not other.slip.any() and one.slip.any():
-        return Turn.STICK
+    if other.kind == MaximumKind.SMOOTH and not other.slip.any() and one.slip.any():
+        return EnvelopeEvent.STICK
     slips = np.count_nonzero(other.slip) - np.count_nonzero(one.slip)
     if one.kind != other.kind or not slips:
-        return Turn.KIND
-    return Turn.ONSET if slips > 0 else Turn.RELEASE
+        return EnvelopeEvent.KIND
+    return EnvelopeEvent.ONSET if slips > 0 else EnvelopeEvent.RELEASE

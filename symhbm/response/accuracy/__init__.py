@@ -1,12 +1,12 @@
 """Harmonics as many as an accuracy asks for."""
 
 from symhbm.response.accuracy.harmonic_sets import check_accuracy
-from symhbm.response.accuracy.parts import Response, joined, status_of
+from symhbm.response.accuracy.parts import Solution, joined, status_of
 from symhbm.response.accuracy.refinement import Refinement
 
 __all__ = [
     "Refinement",
-    "Response",
+    "Solution",
     "check_accuracy",
     "joined",
     "status_of",

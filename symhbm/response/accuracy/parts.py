@@ -5,14 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from symhbm.continuation import Event, PathPoint, Station, Status, Walk
+from symhbm.continuation import Branch, Event, PathPoint, PathState, Status
 from symhbm.continuation.between import Peak, amplitude_and_slope, leading, turns_back
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.truncation import SMALLEST
 
 
 @dataclass(frozen=True)
-class Response:
+class Solution:
     """A response (n_unknowns,) [m] at a value of the moving parameter, None if it was not found.
 
     ``rung`` tells its set of harmonics, ``error`` what the harmonics left out make, ``solves`` the
@@ -29,7 +29,7 @@ class Response:
     events: tuple[Event, ...] = ()
 
     @classmethod
-    def of(cls, point: PathPoint, rung: int, error: float) -> "Response":
+    def of(cls, point: PathPoint, rung: int, error: float) -> "Solution":
         """The response at a point of a path."""
         tangents = np.stack([point.before, point.after])
         if turns_back(point):
@@ -38,7 +38,7 @@ class Response:
         return cls(*state, error, point.solves, tangents, point.events)
 
     @classmethod
-    def at(cls, value: float, rung: int, station: Station | None, solves: int) -> "Response":
+    def at(cls, value: float, rung: int, station: PathState | None, solves: int) -> "Solution":
         """The response at a value that was asked for, None if it was not found."""
         if station is None:
             return cls(value, rung, None, np.nan, solves)
@@ -47,7 +47,7 @@ class Response:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class BranchPart:
     """The points ``first`` to ``last`` of a walk, and the peaks between them.
 
     ``responses`` are those at all points of the walk, some perhaps with more harmonics than its
@@ -55,14 +55,14 @@ class Stretch:
     ``peak_errors``, those of ``peaks`` by truncation.
     """
 
-    walk: Walk
+    walk: Branch
     rung: int
     first: int
     last: int
-    responses: list[Response]
+    responses: list[Solution]
     peaks: list[Peak]
     peak_errors: list[float]
-    between: dict[int, list[Response]] = field(default_factory=dict)
+    between: dict[int, list[Solution]] = field(default_factory=dict)
 
     def holds(self, value: float) -> bool:
         """Whether a value lies between the first and the last point."""
@@ -71,16 +71,16 @@ class Stretch:
         low, high = sorted(self.walk.points[i].value for i in (self.first, self.last))
         return low <= value <= high
 
-    def part(self, first: int, last: int) -> "Stretch":
+    def part(self, first: int, last: int) -> "BranchPart":
         """The points ``first`` to ``last`` and the peaks between them."""
-        cut = Stretch(self.walk, self.rung, first, last, self.responses, [], [])
+        cut = BranchPart(self.walk, self.rung, first, last, self.responses, [], [])
         for peak, error in zip(self.peaks, self.peak_errors, strict=True):
             if cut.holds(peak.value):
                 cut.peaks.append(peak)
                 cut.peak_errors.append(error)
         return cut
 
-    def own(self) -> list[Response]:
+    def own(self) -> list[Solution]:
         """The responses from the first to the last point, and those between."""
         return [
             response
@@ -89,7 +89,7 @@ class Stretch:
         ]
 
 
-def joined(stretches: list[Stretch]) -> list[Response]:
+def joined(stretches: list[BranchPart]) -> list[Solution]:
     """The responses of all stretches, each value once: where two meet, with more harmonics."""
     found = [stretch.own() for stretch in stretches]
     for (left, right), (one, other) in zip(pairwise(found), pairwise(stretches), strict=True):
@@ -98,7 +98,7 @@ def joined(stretches: list[Stretch]) -> list[Response]:
     return [response for part in found for response in part]
 
 
-def status_of(stretches: list[Stretch], accuracy: float | None) -> Status:
+def status_of(stretches: list[BranchPart], accuracy: float | None) -> Status:
     """How a curve ended: by the first walk that did not reach its end, or by its errors."""
     for stretch in stretches:
         if stretch.walk.status != Status.REACHED_END:
@@ -110,7 +110,7 @@ def status_of(stretches: list[Stretch], accuracy: float | None) -> Status:
     return Status.REACHED_END
 
 
-def agree(stretch: Stretch, i: int, other: Stretch, j: int, accuracy: float) -> bool:
+def agree(stretch: BranchPart, i: int, other: BranchPart, j: int, accuracy: float) -> bool:
     """Whether two walks agree at a value: amplitudes, contact states and directions of slopes.
 
     ``i`` and ``j`` are the points of the walks there; the second has more harmonics.

@@ -12,13 +12,21 @@ from itertools import pairwise
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import LARGEST_SIZE, Curve, PathPoint, Status, Walk, newton, slope_of
-from symhbm.continuation.angles import angle_walks
+from symhbm.continuation import (
+    LARGEST_SIZE,
+    Branch,
+    ContinuationProblem,
+    PathPoint,
+    Status,
+    newton,
+    slope_of,
+)
+from symhbm.continuation.angles import angle_branches
 from symhbm.continuation.between import Peak, solved_between
 from symhbm.continuation.events import reduced
 from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
-from symhbm.response.accuracy.parts import Response, Stretch, agree, merged
+from symhbm.response.accuracy.parts import BranchPart, Solution, agree, merged
 from symhbm.response.accuracy.superharmonics import superharmonics
 from symhbm.response.accuracy.truncation import (
     NONE,
@@ -49,7 +57,7 @@ class Refinement:
     def __init__(
         self,
         problem: HarmonicBalance,
-        curve_of: Callable[[HarmonicBalance], Curve],
+        curve_of: Callable[[HarmonicBalance], ContinuationProblem],
         accuracy: float | None,
     ):
         self.solves = 0
@@ -57,25 +65,25 @@ class Refinement:
         self._problem = problem
         self._sets = HarmonicSets(problem)
         self._curve_of = curve_of
-        self._curves: dict[int, Curve] = {}
+        self._curves: dict[int, ContinuationProblem] = {}
         self._accuracy = np.inf if accuracy is None else accuracy
         if accuracy is None:
             self._curves[0] = curve_of(problem)
 
-    def curve(self, rung: int) -> Curve:
+    def curve(self, rung: int) -> ContinuationProblem:
         """The curve with one set of harmonics."""
         if rung not in self._curves:
             problem = self._problem.with_harmonics(self._sets.harmonics(rung))
             self._curves[rung] = self._curve_of(problem)
         return self._curves[rung]
 
-    def settle(self, response: Response) -> Response:
+    def settle(self, response: Solution) -> Solution:
         """Add harmonics to a response until it is accurate."""
         value, rung, solves = response.value, response.rung, response.solves
         unknowns, tangents, events = response.unknowns, response.tangents, response.events
         while unknowns is not None and np.isfinite(self._accuracy):
             (found,) = self._truncations(rung, [value], [unknowns])
-            response = Response(value, rung, unknowns, found.error, solves, tangents, events)
+            response = Solution(value, rung, unknowns, found.error, solves, tangents, events)
             needed = self._needed(rung, found)
             if needed == rung:
                 break
@@ -90,13 +98,13 @@ class Refinement:
             tangents = np.stack([np.append(slope_of(result.evaluation), 1.0)] * 2)
         return response
 
-    def fill(self, stretch: Stretch) -> None:
+    def fill(self, stretch: BranchPart) -> None:
         """Add the responses between points of a stretch that its amplitudes do not tell."""
         walk, points = stretch.walk, stretch.walk.points[stretch.first : stretch.last + 1]
         before = walk.corrector.solves
         found = solved_between(points, walk.corrector, walk.each)
         for i, stations in found.items():
-            responses = [Response.at(float(s.state[-1]), stretch.rung, s, n) for s, n in stations]
+            responses = [Solution.at(float(s.state[-1]), stretch.rung, s, n) for s, n in stations]
             stretch.between[stretch.first + i] = [self.settle(each) for each in responses]
         self.solves += walk.corrector.solves - before
 
@@ -107,15 +115,17 @@ class Refinement:
         max_points: int,
         each: bool,
         guess: FloatArray | None = None,
-    ) -> list[Stretch]:
+    ) -> list[BranchPart]:
         """Stretches from the first to the last value of a ``band``, in this order.
 
-        ``max_points`` and ``each`` as of `Walk`; ``guess`` may be a response at the first value.
+        ``max_points`` and ``each`` as of `Branch`; ``guess`` may be a response at the first value.
         """
         curve = self.curve(rung)
         if curve.angles is not None:
-            return [self._whole(rung, walk) for walk in angle_walks(curve, band, max_points, each)]
-        walk = Walk(curve, band, max_points, each, guess)
+            return [
+                self._whole(rung, walk) for walk in angle_branches(curve, band, max_points, each)
+            ]
+        walk = Branch(curve, band, max_points, each, guess)
         if not np.isfinite(self._accuracy) or not walk.points:
             return [self._whole(rung, walk)]
         self.solves += walk.corrector.solves
@@ -123,9 +133,9 @@ class Refinement:
         points, last = walk.points, len(walk.points) - 1
         found, of_peaks = self._along(rung, points), self._along(rung, walk.peaks)
         pairs = zip(points, found, strict=True)
-        responses = [Response.of(point, rung, here.error) for point, here in pairs]
+        responses = [Solution.of(point, rung, here.error) for point, here in pairs]
         peak_errors = [peak.error for peak in of_peaks]
-        whole = Stretch(walk, rung, 0, last, responses, walk.peaks, peak_errors)
+        whole = BranchPart(walk, rung, 0, last, responses, walk.peaks, peak_errors)
         between = self._asked_between(whole, of_peaks)
         needed = np.maximum(between, [self._needed(rung, here) for here in found])
         if curve.single_valued:
@@ -137,7 +147,7 @@ class Refinement:
             anew = self.cover(int(needed.max()), band, max_points, each)
             return anew if anew[0].walk.points else [whole]
 
-        def refined(span: Span) -> list[Stretch] | None:
+        def refined(span: Span) -> list[BranchPart] | None:
             asked = needed[span[0] : span[1] + 1]
             higher = int(np.quantile(asked[asked > rung], _MOST, method="lower"))
             start, end = (points[i].value for i in span)
@@ -148,15 +158,15 @@ class Refinement:
 
         return self._replaced(whole, needed > rung, refined)
 
-    def _whole(self, rung: int, walk: Walk) -> Stretch:
+    def _whole(self, rung: int, walk: Branch) -> BranchPart:
         """All of a walk, without errors by truncation."""
         self.solves += walk.corrector.solves
         self.rejected += walk.rejected
-        responses = [Response.of(point, rung, np.nan) for point in walk.points]
+        responses = [Solution.of(point, rung, np.nan) for point in walk.points]
         unknown = [np.nan] * len(walk.peaks)
-        return Stretch(walk, rung, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
+        return BranchPart(walk, rung, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
 
-    def _settle_few(self, whole: Stretch, needed: np.ndarray, between: np.ndarray) -> None:
+    def _settle_few(self, whole: BranchPart, needed: np.ndarray, between: np.ndarray) -> None:
         """Settle points one by one where few in a row ask for more harmonics.
 
         Not so where something ``between`` points asks for them.
@@ -171,12 +181,12 @@ class Refinement:
 
     def _replaced(
         self,
-        whole: Stretch,
+        whole: BranchPart,
         poor: np.ndarray,
-        refined: Callable[[Span], list[Stretch] | None],
-    ) -> list[Stretch]:
+        refined: Callable[[Span], list[BranchPart] | None],
+    ) -> list[BranchPart]:
         """The stretch with its ``poor`` points replaced, by parts that it agrees with."""
-        done: dict[Span, list[Stretch] | None] = {}
+        done: dict[Span, list[BranchPart] | None] = {}
         spans = merged([_widened(whole, (i, i), poor) for i in np.flatnonzero(poor).tolist()])
         while True:
             for span in spans:
@@ -196,7 +206,7 @@ class Refinement:
         return result + ([whole.part(at, whole.last)] if at < whole.last else [])
 
     def _agreeing(
-        self, whole: Stretch, span: Span, parts: list[Stretch] | None, poor: np.ndarray
+        self, whole: BranchPart, span: Span, parts: list[BranchPart] | None, poor: np.ndarray
     ) -> Span:
         """The same span where its ends agree with what replaces it, else a wider one."""
         if parts is None:
@@ -241,7 +251,7 @@ class Refinement:
         return result
 
     @staticmethod
-    def _slips(point: PathPoint | Peak, curve: Curve) -> bool:
+    def _slips(point: PathPoint | Peak, curve: ContinuationProblem) -> bool:
         """Whether other harmonics than those of the force may act; not so at an unbounded peak."""
         if isinstance(point, Peak):
             return bool(np.all(np.isfinite(point.unknowns)))
@@ -250,7 +260,7 @@ class Refinement:
     def _needed(self, rung: int, found: Truncation) -> int:
         return self._sets.expected(rung, found.error, found.share, self._accuracy)
 
-    def _asked_between(self, whole: Stretch, of_peaks: list[Truncation]) -> np.ndarray:
+    def _asked_between(self, whole: BranchPart, of_peaks: list[Truncation]) -> np.ndarray:
         """The set that a peak or a resonance next to each point asks for."""
         rung, values = whole.rung, np.array([point.value for point in whole.walk.points])
         asked = np.full(len(values), rung)
@@ -295,7 +305,7 @@ class Refinement:
         return np.array(beyond)[np.array(beyond) * slowest < np.array(stiffest)]
 
 
-def _widened(whole: Stretch, span: Span, poor: np.ndarray, by: int = _MARGIN) -> Span:
+def _widened(whole: BranchPart, span: Span, poor: np.ndarray, by: int = _MARGIN) -> Span:
     """A span and a margin around it, ended by points that are neither poor nor events nor peaks."""
     tops, points, ends = {peak.value for peak in whole.peaks}, whole.walk.points, []
     for end, heading in zip(span, (-1, 1), strict=True):

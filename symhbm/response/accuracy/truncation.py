@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, locate_each
-from symhbm.continuation import ACCEPTED, Curve
+from symhbm.continuation import ACCEPTED, ContinuationProblem
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.numerics import Factorisation, FloatArray, largest_displacement
 
@@ -72,7 +72,9 @@ def embed(problem: HarmonicBalance, larger: HarmonicBalance, unknowns: FloatArra
     return result.ravel()
 
 
-def distance(curve: Curve, larger: Curve, unknowns: FloatArray, value: float) -> Truncation:
+def distance(
+    curve: ContinuationProblem, larger: ContinuationProblem, unknowns: FloatArray, value: float
+) -> Truncation:
     """Error of a response as its distance from the curve with more harmonics, square to its own.
 
     At a fold that curve need not reach the value of the response.
