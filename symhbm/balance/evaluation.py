@@ -17,8 +17,8 @@ class Evaluation:
     one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
     ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
     `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``, the events of the
-    contacts; ``excess_by_parameter`` (n_contacts,), the derivative of ``friction.excess`` by the
-    moving parameter at constant unknowns.
+    contacts; ``slip_margin_by_parameter`` (n_contacts,), the derivative of their slip margins by
+    the moving parameter at constant unknowns.
     """
 
     residual: FloatArray
@@ -26,7 +26,7 @@ class Evaluation:
     jacobian: Any
     by_parameter: FloatArray
     friction: ContactState
-    excess_by_parameter: FloatArray | float = 0.0
+    slip_margin_by_parameter: FloatArray | float = 0.0
 
     @property
     def norm(self) -> float:

@@ -148,8 +148,8 @@ class SwitchingAngles:
             first, onset = _first_slip(problem.basis, problem.relative(unknowns)[slip], travel)
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
-            short = slip & (located.excess < 0)
-            rho[short] = np.exp(-located.excess[short])
+            short = slip & (located.slip_margin < 0)
+            rho[short] = np.exp(-located.slip_margin[short])
         return np.concatenate([unknowns, theta_0, rho]), slip
 
     def applies(
@@ -167,7 +167,7 @@ class SwitchingAngles:
         sticking one no reason to slip.
         """
         stiffness, limit = problem.contact_stiffness, problem.slip_limit
-        result = (problem.locate(unknowns).excess <= SLACK) | (limit == 0)
+        result = (problem.locate(unknowns).slip_margin <= SLACK) | (limit == 0)
         waves = problem.relative(unknowns)
         points = turning_points(problem.basis, waves)
         for j in np.flatnonzero(np.isfinite(theta_star)):

@@ -46,9 +46,10 @@ class PathPoint(NamedTuple):
     ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, what measures lengths
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
-    point; ``excess`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``amplification`` and ``below`` as
-    of `Corrected`; ``solves``, the linear solves spent since the point before.
+    point; ``slip_margin`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
+    (n_contacts,), its derivative by arc length after the point; ``amplification`` and
+    ``resonances_below`` as of `Corrected`; ``solves``, the linear solves spent since the point
+    before.
     """
 
     state: FloatArray
@@ -56,11 +57,11 @@ class PathPoint(NamedTuple):
     before: FloatArray
     after: FloatArray
     slip: NDArray[np.bool_]
-    excess: FloatArray
+    slip_margin: FloatArray
     rate: FloatArray
     residual_norm: float
     amplification: float
-    below: tuple[int, ...] | None
+    resonances_below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
 
@@ -93,11 +94,11 @@ class PathPoint(NamedTuple):
             before=before,
             after=after,
             slip=slip,
-            excess=found.excess,
+            slip_margin=found.slip_margin,
             rate=beyond.rate / length,
             residual_norm=found.residual_norm,
             amplification=found.amplification,
-            below=beyond.below,
+            resonances_below=beyond.resonances_below,
             solves=solves,
             events=events,
         )

@@ -30,8 +30,8 @@ class Predictor(NamedTuple):
         turn = here.after - tangent
         # The arc of a circle whose tangent turns as much.
         length = distance * (1 + np.sum((turn / here.scale) ** 2) / 24)
-        excess = here.after + tangent - 2 * chord / length
-        return cls((turn + 3 * excess) / length, 6 * excess / length**2)
+        slip_margin = here.after + tangent - 2 * chord / length
+        return cls((turn + 3 * slip_margin) / length, 6 * slip_margin / length**2)
 
     def at(self, here: PathPoint, length: float) -> FloatArray:
         """Unknowns and parameter at an arc length beyond the point."""

@@ -152,12 +152,12 @@ class ParameterProblem(ContinuationProblem):
         inputs = problem.arguments(unknowns, frequency, slip)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
-        excess_by_parameter: FloatArray | float = 0.0
+        slip_margin_by_parameter: FloatArray | float = 0.0
         exponent = PARAMETERS[self.name].in_slip
         if exponent and value != 0:
-            excess_by_parameter = exponent / value * chosen
+            slip_margin_by_parameter = exponent / value * chosen
         return replace(
             evaluation,
             by_parameter=by_entry @ np.atleast_1d(chosen),
-            excess_by_parameter=excess_by_parameter,
+            slip_margin_by_parameter=slip_margin_by_parameter,
         )

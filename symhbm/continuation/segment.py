@@ -177,8 +177,8 @@ class Segment:
             return None
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
-        slip, excess = result.evaluation.friction.slip, result.evaluation.friction.excess
-        self.other_states |= bool(np.any((slip != self.slip) & (np.abs(excess) > _CLEARLY)))
+        slip, slip_margin = result.evaluation.friction.slip, result.evaluation.friction.slip_margin
+        self.other_states |= bool(np.any((slip != self.slip) & (np.abs(slip_margin) > _CLEARLY)))
         return self._with_tangent(state, row, slip)
 
     def _with_tangent(

@@ -108,8 +108,8 @@ class Conditions:
         """Newton step of unknowns, frequency and multipliers, None without a finite one."""
         residual = [self._slope[: self._n + 1], -self.evaluation.residual]
         if self.summit.kind != MaximumKind.SMOOTH:
-            excess = self.summit.excess if self.summit.kind == MaximumKind.CORNER else 0.0
-            residual.append(-np.array([excess]))
+            slip_margin = self.summit.slip_margin if self.summit.kind == MaximumKind.CORNER else 0.0
+            residual.append(-np.array([slip_margin]))
         try:
             return -self._solve(np.concatenate(residual))
         except ArithmeticError:
@@ -128,11 +128,11 @@ class Conditions:
 
     def is_maximum(self) -> bool:
         """Whether the response falls on both sides, every contact in the state held for it."""
-        summit, excess = self.summit, self.evaluation.friction.excess
+        summit, slip_margin = self.summit, self.evaluation.friction.slip_margin
         free = self.evaluation
-        if summit.kind == MaximumKind.CORNER or not np.array_equal(excess > 0, summit.slip):
+        if summit.kind == MaximumKind.CORNER or not np.array_equal(slip_margin > 0, summit.slip):
             free = summit.problem.evaluate(summit.unknowns, summit.frequency)
-        beyond = crossed(excess, summit.slip)
+        beyond = crossed(slip_margin, summit.slip)
         beyond[summit.held] = False
         if free.norm > ACCEPTED or beyond.any():
             return False

@@ -58,7 +58,7 @@ class Maximum:
         friction = problem.locate(peak.unknowns)
         slip, contact, together, loop = friction.slip.copy(), -1, (), None
         if peak.kind == PeakKind.CORNER:
-            distance = np.abs(friction.excess)
+            distance = np.abs(friction.slip_margin)
             near = max(10 * ON_LIMIT, distance.min())
             on_limit = np.flatnonzero(distance <= near).tolist()
             loops = _loops(problem, peak.unknowns, slip) if near > 10 * ON_LIMIT else []
@@ -156,7 +156,7 @@ class Maximum:
         return _placed(block, np.arange(self.place.start, self.place.stop), size)
 
     @property
-    def excess(self) -> float:
+    def slip_margin(self) -> float:
         """How far the contact of a corner is beyond its limit, relatively."""
         return self._limit[0]
 

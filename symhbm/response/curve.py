@@ -83,9 +83,9 @@ class _Computation:
             for stretch in self._stretches:
                 self._refinement.fill(stretch)
         self._status = status_of(self._stretches, task.accuracy)
-        rungs = [part.rung for part in self._stretches]
-        rungs += [response.rung for part in self._stretches for response in part.own()]
-        self._largest = max(rungs)
+        levels = [part.level for part in self._stretches]
+        levels += [response.level for part in self._stretches for response in part.own()]
+        self._largest = max(levels)
 
     def branch(self) -> CurveTable:
         """All results as arrays."""
@@ -93,7 +93,7 @@ class _Computation:
         points = self._path(along) if task.at is None else self._grid(task.at)
         events = [(p.value, event) for p in along for event in self._events(p)]
         found = [
-            (peak, part.rung, error)
+            (peak, part.level, error)
             for part in self._stretches
             for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
@@ -125,8 +125,8 @@ class _Computation:
             counts=counts,
         )
 
-    def _problem(self, rung: int) -> HarmonicBalance:
-        return self._refinement.curve(rung).problem
+    def _problem(self, level: int) -> HarmonicBalance:
+        return self._refinement.curve(level).problem
 
     def _path(self, along: list[Solution]) -> Table:
         table = self._described(along)
@@ -148,12 +148,12 @@ class _Computation:
         holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
         if not holding:
             return [Solution(value, self._largest, None, np.nan, 0)]
-        stretch = max(holding, key=lambda part: part.rung)
+        stretch = max(holding, key=lambda part: part.level)
         found = [
-            self._refinement.settle(Solution.at(value, stretch.rung, station, solves))
+            self._refinement.settle(Solution.at(value, stretch.level, station, solves))
             for station, solves in stretch.walk.at(value)
         ]
-        self._largest = max(self._largest, *(response.rung for response in found))
+        self._largest = max(self._largest, *(response.level for response in found))
         accuracy = self._task.accuracy or np.inf
         if self._status == Status.REACHED_END and any(r.error > accuracy for r in found):
             self._status = Status.ACCURACY_NOT_REACHED
@@ -173,17 +173,17 @@ class _Computation:
         table |= self._slopes(np.full((math.prod(shape), 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [response.solves for response in responses]
         solved = [i for i, response in enumerate(responses) if response.unknowns is not None]
-        for rung in {responses[i].rung for i in solved}:
-            here = [i for i in solved if responses[i].rung == rung]
-            rows = self._rows(rung, [responses[i] for i in here])
+        for level in {responses[i].level for i in solved}:
+            here = [i for i in solved if responses[i].level == level]
+            rows = self._rows(level, [responses[i] for i in here])
             _put(table, at[here], rows)
         if self._status == Status.REACHED_END and not table["converged"][at].all():
             self._status = Status.POINTS_MISSING
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
-    def _rows(self, rung: int, responses: list[Solution]) -> Table:
+    def _rows(self, level: int, responses: list[Solution]) -> Table:
         """Rows of responses that are known, with one set of harmonics."""
-        curve = self._refinement.curve(rung)
+        curve = self._refinement.curve(level)
         problems, omegas = zip(*(curve.at(response.value) for response in responses), strict=True)
         unknowns = np.array([response.unknowns for response in responses])
         frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
@@ -199,7 +199,7 @@ class _Computation:
         tangents = np.array([response.tangents for response in responses])
         slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._task.unit
         slopes[~table["converged"]] = np.nan
-        return table | self._truncation(len(responses), rung, errors) | self._slopes(slopes)
+        return table | self._truncation(len(responses), level, errors) | self._slopes(slopes)
 
     def _slopes(self, slopes: FloatArray) -> Table:
         """Slopes of the amplitudes (n_points, 2, n_dof) before and after each point."""
@@ -207,11 +207,11 @@ class _Computation:
             return dict(amplitude_slope=slopes[:, 1])
         return dict(amplitude_slope=slopes[:, 1], amplitude_slope_before=slopes[:, 0])
 
-    def _truncation(self, count: int, rung: int, errors: Any = np.nan) -> Table:
+    def _truncation(self, count: int, level: int, errors: Any = np.nan) -> Table:
         """The harmonics and the errors of so many rows, where an accuracy is asked for."""
         if self._task.accuracy is None:
             return {}
-        highest = np.full(count, max(self._problem(rung).harmonics), dtype=np.int32)
+        highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
     def _events(self, response: Solution) -> list[Event]:
@@ -235,7 +235,7 @@ class _Computation:
         others = [0]
         if symmetry is not None and each:
             others = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
-        rows = [(peak.dof + other, peak, rung, e) for peak, rung, e in found for other in others]
+        rows = [(peak.dof + other, peak, level, e) for peak, level, e in found for other in others]
         rows.sort(key=lambda row: (each * row[0], self._task.shown(row[1].value)))
         shape = (
             self._problem(self._largest).model.n_dof,
@@ -251,10 +251,10 @@ class _Computation:
         )
         extra = self._truncation(len(rows), self._largest)
         table |= {f"peak_{name}": values for name, values in extra.items()}
-        for i, (_, peak, rung, error) in enumerate(rows):
-            problem = self._problem(rung)
+        for i, (_, peak, level, error) in enumerate(rows):
+            problem = self._problem(level)
             coefficients = by_harmonic(problem.basis, problem.everywhere(peak.unknowns))
-            row = dict(coefficient=coefficients[None]) | self._truncation(1, rung, error)
+            row = dict(coefficient=coefficients[None]) | self._truncation(1, level, error)
             _put(table, np.array([i]), {f"peak_{name}": values for name, values in row.items()})
         return table
 

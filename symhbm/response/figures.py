@@ -152,7 +152,7 @@ def _contact_mismatch(
         return 0.0
     state = np.where(rubs, friction.slip, -1) != stored["contact_state"]
     mismatch = [
-        state & ~(np.abs(friction.excess) < _EDGE),
+        state & ~(np.abs(friction.slip_margin) < _EDGE),
         friction.reversals != stored["reversals"],
         np.abs(friction.stick_fraction - stored["stick_fraction"]),
         np.abs(lost - stored["dissipation"]) / np.where(most > 0, most, 1.0),

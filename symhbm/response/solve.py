@@ -122,7 +122,7 @@ def _solved(
         return problem, found, np.nan
     response = Solution(frequency, 0, found.unknowns, np.nan, found.iterations)
     response = refinement.settle(response)
-    problem = refinement.curve(response.rung).problem
+    problem = refinement.curve(response.level).problem
     assert response.unknowns is not None
     found = replace(found, unknowns=response.unknowns, iterations=response.solves)
     return problem, found, response.error

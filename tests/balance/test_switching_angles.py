@@ -210,7 +210,7 @@ def motion(shares, harmonics=(1, 3, 5), seed=4):
     located = problem.locate(unknowns)
     assert np.all(located.reversals == 2)
     # Times the load at which each contact begins to slip.
-    load = np.exp(located.excess) * problem.parameters["normal_load"] * np.array(shares)
+    load = np.exp(located.slip_margin) * problem.parameters["normal_load"] * np.array(shares)
     problem = problem.with_parameters(normal_load=load)
     start, slip = angles.start(problem, unknowns)
     return problem, angles, start, slip

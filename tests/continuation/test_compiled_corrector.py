@@ -116,8 +116,8 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
             Hyperplane(guess, scale, point.after / scale),
             Hyperplane(guess, scale, unit_parameter(len(scale))),
         ]
-        near = int(np.argmin(np.abs(point.excess)))
-        if abs(point.excess[near]) < 0.1:
+        near = int(np.argmin(np.abs(point.slip_margin)))
+        if abs(point.slip_margin[near]) < 0.1:
             constraints.append(AtLimit(curve, near, scale))
         for constraint in constraints:
             one, other = (c.correct(guess, scale, constraint, point.slip) for c in (fast, slow))
@@ -128,14 +128,14 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
             # Two iterations that differ by round-off end within the tolerance of the residual.
             assert np.abs((one.point - other.point) / scale).max() < 1e-9
             assert one.direction == pytest.approx(other.direction, abs=1e-5)
-            assert one.excess == pytest.approx(other.excess, abs=1e-8)
+            assert one.slip_margin == pytest.approx(other.slip_margin, abs=1e-8)
             assert one.rate == pytest.approx(other.rate, rel=1e-4, abs=1e-4)
             assert one.error == pytest.approx(other.error, rel=1e-6)
             # The force of one blade of a sector, or the largest of all as they turn.
             rough = 0.3 if name == "sector" else 1e-9
             assert one.amplification == pytest.approx(other.amplification, rel=rough)
             assert one.crosses == other.crosses
-            assert one.below == other.below
+            assert one.resonances_below == other.resonances_below
             assert max(one.residual_norm, other.residual_norm) <= 1e-12
         tangents = [
             c.tangent(point.state, scale, point.after / scale, point.slip) for c in (fast, slow)
@@ -154,7 +154,7 @@ def test_resonances_below_are_counted(name):
         friction = found.curve.problem.locate(point.unknowns, point.slip)
         known = modes(found.curve, point.unknowns, point.value, friction)
         assert known is not None
-        assert point.below == (np.count_nonzero(known.detuning < 0),)
+        assert point.resonances_below == (np.count_nonzero(known.detuning < 0),)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (0, 1)])
@@ -166,7 +166,7 @@ def test_modes_of_a_condensed_structure_are_counted(harmonics):
         friction = problem.locate(point.unknowns, point.slip)
         known = modes(found.curve, point.unknowns, point.value, friction)
         assert known is not None
-        assert point.below == (np.count_nonzero(known.detuning < 0),)
+        assert point.resonances_below == (np.count_nonzero(known.detuning < 0),)
 
 
 def test_outside_the_band_of_a_condensation_nothing_is_found():

@@ -205,7 +205,7 @@ def test_points_of_a_path_count_the_modes_they_have(name):
         friction = problem.locate(point.unknowns, point.slip)
         known = resonances.modes(curve, point.unknowns, point.value, friction)
         assert known is not None
-        assert point.below == tuple(np.count_nonzero(known.detuning < 0, axis=1))
+        assert point.resonances_below == tuple(np.count_nonzero(known.detuning < 0, axis=1))
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -220,7 +220,7 @@ def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
     curve, band = CURVES[name]()
     unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
     walk = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
-    below = [point.below for point in walk.points]
+    below = [point.resonances_below for point in walk.points]
     changes = sum(one != other for one, other in zip(below[1:], below, strict=False))
     assert len(seen) <= 2 * (changes + walk.rejected)
     assert len(seen) < len(walk.points) / 4

@@ -68,13 +68,13 @@ def test_force_agrees_with_quadrature(seed, harmonics, share, decay):
     wave = rng.normal(size=basis.n_components) / np.maximum(basis.order, 1) ** decay
     stiffness = float(10 ** rng.uniform(-1, 3))
     _, probe = force(basis, wave, stiffness, 1.0)
-    limit = share * float(np.exp(probe.excess[0]))
+    limit = share * float(np.exp(probe.slip_margin[0]))
     values, found = force(basis, wave, stiffness, limit)
     expected, reversals, slip = slider_coefficients(
         basis.order, basis.is_sine, wave, stiffness, limit
     )
     event(f"{reversals} reversals, {'slip' if slip else 'stick'}")
-    assume(abs(found.excess[0]) > 1e-9)
+    assume(abs(found.slip_margin[0]) > 1e-9)
     scale = np.abs(expected).max() + limit
     # Requirement: 1e-10 relative. The quadrature itself is good to about 1e-13.
     np.testing.assert_allclose(values, expected, rtol=0, atol=1e-10 * scale)
@@ -108,7 +108,7 @@ def test_exact_derivatives(harmonics, level):
         wave = rng.normal(size=basis.n_components) / np.maximum(basis.order, 1)
         wave /= np.abs(wave).max()
         _, probe = force(basis, wave, 1.0, 1.0)
-        limit = float(np.exp(probe.excess[0])) * factor
+        limit = float(np.exp(probe.slip_margin[0])) * factor
         _, found = force(basis, wave, 1.0, limit)
         assert found.slip[0] == (factor < 1)
 
@@ -132,7 +132,7 @@ def test_imposed_states_meet_at_the_limit(harmonics):
     basis, rng = FourierBasis(harmonics), np.random.default_rng(3)
     wave = rng.normal(size=basis.n_components)
     _, probe = force(basis, wave, 1.0, 1.0)
-    limit = float(np.exp(probe.excess[0]))
+    limit = float(np.exp(probe.slip_margin[0]))
     stick, _ = force(basis, wave, 1.0, limit, np.array([False]))
     slip, _ = force(basis, wave, 1.0, limit, np.array([True]))
     np.testing.assert_allclose(stick, slip, rtol=0, atol=1e-12)
@@ -219,7 +219,7 @@ def test_contacts_held_on_their_loops(harmonics):
             exact = abs(end - begin) / 2
             near = min(loops_near_limit(basis, wave, 0, 1.0, exact), key=lambda each: each[0])
             located = force(basis, wave, 1.0, exact)[1]
-            if near[0] > 1e-12 or near[1].begin != loop.begin or not located.excess[0] > 1e-3:
+            if near[0] > 1e-12 or near[1].begin != loop.begin or not located.slip_margin[0] > 1e-3:
                 continue
             sides = [
                 on_loop(located, basis, wave, 1.0, exact, near[1], side) for side in (False, True)

@@ -54,7 +54,7 @@ def draw(basis, n_motions, seed):
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(n_motions, basis.n_components))
     stiffness = 10 ** rng.uniform(-1, 3, n_motions)
-    reach = np.exp(locate(basis, waves, stiffness, np.ones(n_motions)).excess)
+    reach = np.exp(locate(basis, waves, stiffness, np.ones(n_motions)).slip_margin)
     return waves, stiffness, reach * rng.uniform(0.02, 0.98, n_motions), reach
 
 
@@ -197,14 +197,14 @@ def test_exact_derivatives(harmonics):
         np.testing.assert_allclose(k * found.matrix[0].T, by_wave, rtol=0, atol=1e-8)
         np.testing.assert_allclose(found.matrix[0] @ wave, by_stiffness, rtol=0, atol=1e-8)
         np.testing.assert_allclose(found.vector[0], by_limit, rtol=0, atol=1e-8)
-        excess = [
-            [force(basis, wave + s * step * d, k, g, samples)[1].excess[0] for s in (1, -1)]
+        slip_margin = [
+            [force(basis, wave + s * step * d, k, g, samples)[1].slip_margin[0] for s in (1, -1)]
             for d in np.eye(len(wave))
         ]
         # Third derivative of a logarithm times the squared step, and round-off.
         np.testing.assert_allclose(
-            found.excess_gradient[0],
-            [(up - down) / (2 * step) for up, down in excess],
+            found.slip_margin_gradient[0],
+            [(up - down) / (2 * step) for up, down in slip_margin],
             rtol=0,
             atol=1e-8,
         )
@@ -220,7 +220,7 @@ def test_held_in_stick_follows_the_spring_centred_between_the_limits(seed):
     np.testing.assert_allclose(
         synthesis(COMPLETE, COMPLETE_SAMPLES) @ values, 3 * (history - centre), rtol=0, atol=1e-12
     )
-    assert found.excess[0] > 0
+    assert found.slip_margin[0] > 0
     assert not found.slip[0]
     assert found.stick_fraction[0] == 1
     # Without harmonic 0 nothing is to be centred.
@@ -247,7 +247,7 @@ def test_held_in_slip_is_put_on_the_limits_at_the_extremes(seed):
         rtol=0,
         atol=1e-12,
     )
-    assert found.excess[0] < 0
+    assert found.slip_margin[0] < 0
     assert found.slip[0]
     assert found.stick_fraction[0] == pytest.approx(1 - 2 / COMPLETE_SAMPLES)
 
@@ -257,7 +257,7 @@ def test_imposed_states_meet_at_the_limit_and_agree_with_located_ones(harmonics)
     basis, rng = FourierBasis(harmonics), np.random.default_rng(3)
     wave = rng.normal(size=basis.n_components)
     _, probe = force(basis, wave, 1.0, 1.0, 256)
-    limit = float(np.exp(probe.excess[0]))
+    limit = float(np.exp(probe.slip_margin[0]))
     stick, _ = force(basis, wave, 1.0, limit, 256, np.array([False]))
     slip, _ = force(basis, wave, 1.0, limit, 256, np.array([True]))
     np.testing.assert_allclose(stick, slip, rtol=0, atol=1e-12)
@@ -301,8 +301,8 @@ def test_special_contacts(harmonics, slip):
         assert not values.any()
         assert not found.slip[0]
         assert found.reversals[0] == 0
-        assert found.excess[0] == -np.inf
-        assert not found.excess_gradient.any()
+        assert found.slip_margin[0] == -np.inf
+        assert not found.slip_margin_gradient.any()
         np.testing.assert_array_equal(found.matrix[0], np.diag(oscillating.astype(float)))
     for motion in (wave, still):
         for stiffness in (2.0, 0.0):
@@ -317,7 +317,7 @@ def test_special_contacts(harmonics, slip):
     values, found = force(basis, wave, 0.0, 1.0, 64, slip)
     assert not values.any()
     assert not found.slip[0]
-    assert np.isfinite(found.excess_gradient).all()
+    assert np.isfinite(found.slip_margin_gradient).all()
     # No contact.
     nothing = np.empty(0)
     found = locate_sampled(basis, np.empty((0, len(wave))), nothing, nothing, samples=64)
@@ -386,7 +386,7 @@ def test_invariants(seed, order, decay, share, shift):
     history = to_samples @ wave
     limit = share * np.ptp(history) / 2
     values, found = force(COMPLETE, wave, 1.0, limit, COMPLETE_SAMPLES)
-    assume(abs(found.excess[0]) > 1e-9)
+    assume(abs(found.slip_margin[0]) > 1e-9)
     at_samples = to_samples @ values
     assert found.slip[0] == (share < 1)
     # Within its limits, whether the contact slips or sticks.

@@ -36,7 +36,7 @@ def test_agrees_with_the_march(harmonics, imposed, monkeypatch):
     simple = seen = 0
     for wave in motions(basis, rng, 120, 4.0):
         stiffness = 10 ** rng.uniform(-2, 2, 1) * (rng.random() < 0.95)
-        reach = np.exp(coulomb_located.locate(basis, wave[None], stiffness, np.ones(1)).excess)
+        reach = np.exp(coulomb_located.locate(basis, wave[None], stiffness, np.ones(1)).slip_margin)
         limit = reach * rng.uniform(0.01, 1.3, 1) * (rng.random() < 0.95)
         slip = rng.random(1) < 0.5 if imposed else None
         arguments = basis, wave[None], stiffness, limit, slip
@@ -74,7 +74,7 @@ def test_agrees_at_the_limit(seed, harmonics, distance, sign):
     """The force is regular there, the angles are good to the root of round-off."""
     basis, rng = FourierBasis(harmonics), np.random.default_rng(seed)
     wave, stiffness = motions(basis, rng, 1, 4.0), np.ones(1)
-    limit = np.exp(coulomb_located.locate(basis, wave, stiffness, np.ones(1)).excess)
+    limit = np.exp(coulomb_located.locate(basis, wave, stiffness, np.ones(1)).slip_margin)
     limit *= 1 + sign * 10**distance
     patch = pytest.MonkeyPatch()
     for slip in (None, np.array([True]), np.array([False])):

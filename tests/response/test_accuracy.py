@@ -204,10 +204,10 @@ def test_sets_grow_as_symmetry_allows():
     force = sh.HarmonicForce(cosine={0: [1.0, 0.0], 1: [0.0, 2.0]})
     problem = sh.HarmonicBalance(model, force, (0, 1))
     full = HarmonicSets(problem)
-    assert [full.harmonics(rung)[-1] for rung in range(5)] == [1, 2, 3, 4, 5]
+    assert [full.harmonics(level)[-1] for level in range(5)] == [1, 2, 3, 4, 5]
     assert full.harmonics(3) == (0, 1, 2, 3, 4)
     odd = HarmonicSets(sh.HarmonicBalance(model, sh.PointForce(), (1, 5)))
-    assert [odd.harmonics(rung) for rung in range(2)] == [(1, 3, 5), (1, 3, 5, 7)]
+    assert [odd.harmonics(level) for level in range(2)] == [(1, 3, 5), (1, 3, 5, 7)]
     third = HarmonicSets(sh.HarmonicBalance(model, sh.HarmonicForce({3: [1.0, 0.0]}), (3,)))
     assert third.harmonics(1) == (3, 9)
     response = sh.frf(problem, (0.05, 0.5), accuracy=1e-2)

@@ -857,7 +857,7 @@ def test_motions_too_small_to_have_an_inverse(size):
         limits = np.array([1e4, 1e6]), np.array([0.0, 1.0])
         found = locate(basis, motion, *limits)
         rest = locate(basis, 0 * motion, *limits)
-        for field in ("matrix", "vector", "slip", "excess_gradient", "stick_fraction"):
+        for field in ("matrix", "vector", "slip", "slip_margin_gradient", "stick_fraction"):
             np.testing.assert_array_equal(getattr(found, field), getattr(rest, field))
         sampled = locate_sampled(basis, motion, *limits, samples=64)
-        assert np.isfinite(sampled.excess_gradient).all()
+        assert np.isfinite(sampled.slip_margin_gradient).all()

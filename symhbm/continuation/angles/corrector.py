@@ -98,7 +98,7 @@ class AngleCorrector(Corrector):
             if found is None:
                 break
             point = np.append(found.point[:-1], value)
-            slip = slip ^ crossed(found.excess, slip)
+            slip = slip ^ crossed(found.slip_margin, slip)
             if not found.crosses and found.residual_norm <= TOLERANCE:
                 status = Status.SUCCESS
                 break
@@ -123,16 +123,16 @@ class AngleCorrector(Corrector):
             nothing = np.zeros(problem.n_unknowns)
             evaluation = problem.evaluate(nothing, frequency)
             return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
-        excess = problem.locate(stuck).excess
-        excess = excess[np.isfinite(excess)]
+        slip_margin = problem.locate(stuck).slip_margin
+        slip_margin = slip_margin[np.isfinite(slip_margin)]
         result = self.free(stuck, value)
-        if result.converged or not excess.size or excess.max() <= 0:
+        if result.converged or not slip_margin.size or slip_margin.max() <= 0:
             return result
         curve = ParameterProblem(problem, "force_amplitude", frequency)
         without = linear_response(problem.with_parameters(normal_load=0.0), frequency)
-        starts = [(stuck, _WEAK * np.exp(-excess.max()))]
+        starts = [(stuck, _WEAK * np.exp(-slip_margin.max()))]
         if without is not None:
-            starts.append((without, _STRONG * np.exp(-excess.min())))
+            starts.append((without, _STRONG * np.exp(-slip_margin.min())))
         for linear, share in starts:
             walker = AngleCorrector(curve, self.solver)
             first = walker.free(share * linear, share * amplitude)
@@ -169,7 +169,7 @@ class AngleCorrector(Corrector):
         if not evaluation.norm <= ACCEPTED:
             return False
         problem, _ = self.curve.at(float(point[-1]))
-        beyond = crossed(evaluation.friction.excess, slip)
+        beyond = crossed(evaluation.friction.slip_margin, slip)
         slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles

@@ -37,9 +37,9 @@ def overlooked(points: list[PathPoint], corrector: Corrector) -> dict[int, float
         for name in ("state", "before", "after")
     )
     stretches = Segments.of(points, PathState(state, before), PathState(state, after))
-    excess = np.array([point.excess for point in points])
+    slip_margin = np.array([point.slip_margin for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
-        limit = np.log(_motion(problem, state[:, :-1])) - excess  # NaN where nothing moves
+        limit = np.log(_motion(problem, state[:, :-1])) - slip_margin  # NaN where nothing moves
     size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
     found: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):

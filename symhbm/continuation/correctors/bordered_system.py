@@ -33,8 +33,8 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     0), ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
     ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
     residual, value of the constraint, amplification, distance from the guess, twice the resonances
-    below (-1 where they are not counted), whether a contact is beyond its limit, and the excess and
-    the stiffness of all; ``limits``, the derivatives of the excess by the scaled unknowns
+    below (-1 where they are not counted), whether a contact is beyond its limit, slip margin and
+    stiffness of all; ``limits``, the derivatives of the slip margins by the scaled unknowns
     (n_contacts, n_unknowns).
     """
     sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
@@ -67,13 +67,15 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     size = n // len(equations.dofs)
     place = layout(size)
     spread = constant(equations.directions)
-    excess = events[place["excess"], :].T
-    gradients = [kind(column).T for column in ca.horzsplit(events[place["excess_gradient"], :])]
+    slip_margin = events[place["slip_margin"], :].T
+    gradients = [
+        kind(column).T for column in ca.horzsplit(events[place["slip_margin_gradient"], :])
+    ]
     limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else kind(0, n)
 
     lengthwise = ca.vertcat(ca.repmat(scale[0], n), scale[1])
     value = ca.dot(normal, (point - symbol["anchor"]) / lengthwise)
-    value += ca.sum1(ca.if_else(limit > 0, excess, 0))
+    value += ca.sum1(ca.if_else(limit > 0, slip_margin, 0))
     row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
@@ -86,8 +88,8 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
         _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),
         below,
-        _crosses(excess, symbol["imposed"]),
-        excess,
+        _crosses(slip_margin, symbol["imposed"]),
+        slip_margin,
         springs.T,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
@@ -97,10 +99,10 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
 
 
-def _crosses(excess: Any, slip: Any) -> Any:
+def _crosses(slip_margin: Any, slip: Any) -> Any:
     """Whether a contact is beyond the limit of its held state, see `crossed`."""
-    outward = ca.if_else(slip, -excess, excess)
-    beyond = ca.logic_and(outward > BEYOND, ca.fabs(excess) < ca.inf)
+    outward = ca.if_else(slip, -slip_margin, slip_margin)
+    beyond = ca.logic_and(outward > BEYOND, ca.fabs(slip_margin) < ca.inf)
     return ca.sum1(beyond) > 0
 
 

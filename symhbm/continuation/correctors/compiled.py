@@ -84,9 +84,9 @@ class CompiledCorrector:
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        excess, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
+        slip_margin, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
         sign = 1 if direction[-1] >= 0 else -1
-        contacts = excess, rate, crosses > 0
+        contacts = slip_margin, rate, crosses > 0
         counted = (
             (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
         )

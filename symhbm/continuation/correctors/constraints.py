@@ -46,14 +46,14 @@ class AtLimit:
     scale: FloatArray
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """The excess of the contact, and its gradient."""
+        """The slip margin of the contact, and its gradient."""
         friction = evaluation.friction
         row = np.zeros(len(self.scale))
-        gradient = friction.excess_gradient[self.contact]
+        gradient = friction.slip_margin_gradient[self.contact]
         row[:-1] = self.curve.problem.expand(self.contact, gradient)
-        explicit = np.broadcast_to(evaluation.excess_by_parameter, friction.slip.shape)
+        explicit = np.broadcast_to(evaluation.slip_margin_by_parameter, friction.slip.shape)
         row[-1] = explicit[self.contact]
-        return float(friction.excess[self.contact]), row * self.scale
+        return float(friction.slip_margin[self.contact]), row * self.scale
 
 
 class Corrected(NamedTuple):
@@ -62,11 +62,12 @@ class Corrected(NamedTuple):
     ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
     (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
     the constraint; ``sign``, that of ``det [J; direction^T]`` up to one that is constant along a
-    curve. ``error`` is the scaled distance from the guess; ``excess`` (n_contacts,) the logarithm
-    of the motion over its limit and ``rate`` (n_contacts,) its derivative along the direction;
-    ``crosses`` tells that a contact is beyond the limit of its held state; ``amplification`` is the
-    largest inertia force over the largest exciting one; ``below`` counts the resonances below each
-    harmonic of the frequency, None where they were not counted.
+    curve. ``error`` is the scaled distance from the guess; ``slip_margin`` (n_contacts,) the
+    logarithm of the motion over its limit and ``rate`` (n_contacts,) its derivative along the
+    direction; ``crosses`` tells that a contact is beyond the limit of its held state;
+    ``amplification`` is the largest inertia force over the largest exciting one;
+    ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
+    were not counted.
     """
 
     point: FloatArray
@@ -75,20 +76,20 @@ class Corrected(NamedTuple):
     residual_norm: float
     amplification: float
     error: float
-    excess: FloatArray
+    slip_margin: FloatArray
     rate: FloatArray
     crosses: bool
-    below: tuple[int, ...] | None
+    resonances_below: tuple[int, ...] | None
 
     def turned(self) -> "Corrected":
         """The same point, looking the other way."""
         return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
 
 
-def crossed(excess: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def crossed(slip_margin: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which contacts are beyond the limit of their held state ``slip``, all (n_contacts,)."""
-    beyond = np.where(slip, excess < -BEYOND, excess > BEYOND)
-    return beyond & np.isfinite(excess)
+    beyond = np.where(slip, slip_margin < -BEYOND, slip_margin > BEYOND)
+    return beyond & np.isfinite(slip_margin)
 
 
 def unit_parameter(size: int) -> FloatArray:
@@ -98,10 +99,10 @@ def unit_parameter(size: int) -> FloatArray:
     return vector
 
 
-def excess_rate(
+def slip_margin_rate(
     curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
 ) -> FloatArray:
-    """Derivative of the excess of every contact along a direction of the path, (n_contacts,)."""
+    """Derivative of the slip margins along a direction of the path, (n_contacts,)."""
     relative = curve.problem.relative(direction[:-1])
-    rate: NDArray = np.einsum("cm,cm->c", evaluation.friction.excess_gradient, relative)
-    return rate + evaluation.excess_by_parameter * direction[-1]
+    rate: NDArray = np.einsum("cm,cm->c", evaluation.friction.slip_margin_gradient, relative)
+    return rate + evaluation.slip_margin_by_parameter * direction[-1]

@@ -26,7 +26,7 @@ def correction(system: ca.Function) -> ca.Function:
     Inputs: ``parameters``, ``point`` (the guess), ``normal``, ``anchor``, ``limit`` and ``imposed``
     as of the system, and ``settings``: scale of unknowns and frequency, precision and radius.
     Outputs: point, direction, (status, number of solves), and ``values`` of the system with the
-    rates of the excess.
+    rates of the slip_margin.
     """
     parameters, point, normal, anchor, limit, imposed = (
         ca.MX.sym(name, system.size1_in(name))

@@ -9,7 +9,7 @@ from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
     crossed,
-    excess_rate,
+    slip_margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
@@ -108,9 +108,9 @@ class Corrector:
             evaluation.norm,
             self.curve.amplification(point[:-1], point[-1]),
             self.curve.distance(point, guess, scale),
-            evaluation.friction.excess,
-            excess_rate(self.curve, evaluation, direction * scale),
-            bool(crossed(evaluation.friction.excess, slip).any()),
+            evaluation.friction.slip_margin,
+            slip_margin_rate(self.curve, evaluation, direction * scale),
+            bool(crossed(evaluation.friction.slip_margin, slip).any()),
             self._count.below(point[:-1], point[-1], evaluation.friction),
         )
 

@@ -36,10 +36,10 @@ def first_limit(
     change state there (n_contacts,), None if the step has to be shorter for the limit to be told
     apart.
     """
-    for _ in range(1 + len(base.excess)):
-        beyond = np.flatnonzero(crossed(over.excess, base.slip)).tolist()
+    for _ in range(1 + len(base.slip_margin)):
+        beyond = np.flatnonzero(crossed(over.slip_margin, base.slip)).tolist()
         for contact in beyond:
-            first, last = base.excess[contact], over.excess[contact]
+            first, last = base.slip_margin[contact], over.slip_margin[contact]
             # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
             # a part of the step: its limit at the start is not the crossing to find.
             if not BEYOND < abs(first) < np.inf or first * last > 0:
@@ -52,14 +52,14 @@ def first_limit(
         if landed is None or not way.has(landed.point):
             return None
         if not landed.crosses:
-            near = np.abs(landed.excess) <= ON_LIMIT
+            near = np.abs(landed.slip_margin) <= ON_LIMIT
             return landed, near & (base.slip == base.slip[contact])
         over = landed
     return None
 
 
 class _Way:
-    """The cubics of state and excess from a point to one beyond it, with the rates at both."""
+    """The cubics of state and slip margin from a point to one beyond it, with the rates at both."""
 
     def __init__(
         self, base: PathPoint, over: Corrected, scale: FloatArray, single_valued: bool
@@ -92,7 +92,7 @@ class _Way:
 
     def limit(self, contact: int) -> float:
         """Share at which a contact first reaches its limit, on the other side of it at the end."""
-        left, right = float(self._base.excess[contact]), float(self._over.excess[contact])
+        left, right = float(self._base.slip_margin[contact]), float(self._over.slip_margin[contact])
         slopes = right - left, right - left
         if self._steps is not None:
             first, last = self._steps
@@ -106,7 +106,7 @@ def brief_crossing(
 ) -> Corrected | None:
     """A point between two others where a contact is beyond its limit, None if there is none.
 
-    The excess of each contact is a cubic between its values and rates at both ends; where that
+    The slip margin of each contact is a cubic between its values and rates at both ends; where that
     comes close to the limit, points are added at its top until it has crossed or has not.
     """
     outward = np.where(base.slip, -1.0, 1.0)
@@ -115,7 +115,7 @@ def brief_crossing(
     if not turning.any():
         return None
     normal, start = base.after / scale, base.state
-    left_excess, right_excess = outward * base.excess, outward * found.excess
+    left_excess, right_excess = outward * base.slip_margin, outward * found.slip_margin
     right_rate = right_rate / max(float(np.dot(normal, found.direction)), 1e-3)
     length = float(np.dot(normal, (found.point - start) / scale))
     turning &= np.isfinite(left_excess) & np.isfinite(right_excess)
@@ -138,12 +138,12 @@ def brief_crossing(
             middle = corrector.correct(guess, scale, plane, base.slip)
             if middle is None:
                 break
-            if crossed(middle.excess, base.slip)[contact]:
+            if crossed(middle.slip_margin, base.slip)[contact]:
                 return middle
             slope = middle.rate / max(float(np.dot(normal, middle.direction)), 1e-3)
-            excess = float(outward[contact] * middle.excess[contact])
-            if not np.isfinite(excess):
+            slip_margin = float(outward[contact] * middle.slip_margin[contact])
+            if not np.isfinite(slip_margin):
                 break  # a contact that does not move but by round-off
-            here = share, excess, float(outward[contact] * slope[contact])
+            here = share, slip_margin, float(outward[contact] * slope[contact])
             left, right = (here, right) if here[2] > 0 else (left, here)
     return None

@@ -62,13 +62,13 @@ def _at_distance(
         if not may_change:
             return None
         # A contact on its limit, or already beyond it, changes at once.
-        at_once = changed & (np.where(base.slip, base.excess, -base.excess) <= ON_LIMIT)
+        at_once = changed & (np.where(base.slip, base.slip_margin, -base.slip_margin) <= ON_LIMIT)
         later = np.flatnonzero(changed & ~at_once)
         try:
             value, result = _first_change(corrector, base, value, later)
         except ArithmeticError:
             return None
-        on_limit = np.abs(result.evaluation.friction.excess) <= ON_LIMIT
+        on_limit = np.abs(result.evaluation.friction.slip_margin) <= ON_LIMIT
         slip = np.where(at_once | (changed & on_limit), slip, base.slip)
     row = heading * unit_parameter(len(scale))
     tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
@@ -80,16 +80,16 @@ def _first_change(
 ) -> tuple[float, NewtonResult]:
     """Value at which the first of some contacts reaches its limit, and the solution there."""
 
-    def excess(share: float, contact: int) -> float:
+    def slip_margin(share: float, contact: int) -> float:
         if share == 0.0:
-            return float(base.excess[contact])
+            return float(base.slip_margin[contact])
         result = corrector.free(base.unknowns, base.value + share * (value - base.value))
         if not result.converged:
             raise ArithmeticError("no solution before a change of contact states")
-        return float(result.evaluation.friction.excess[contact])
+        return float(result.evaluation.friction.slip_margin[contact])
 
     shares = [1.0]
     for contact in contacts:
-        shares.append(scipy.optimize.brentq(excess, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+        shares.append(scipy.optimize.brentq(slip_margin, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
     at = base.value + min(shares) * (value - base.value)
     return at, corrector.free(base.unknowns, at)

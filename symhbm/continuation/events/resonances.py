@@ -130,7 +130,7 @@ class ResonanceFinder:
 
     def first_passed(self, base: PathPoint, found: Corrected) -> float | None:
         """Share of the way from a point to the next of the first resonance that neither shows."""
-        if base.below is None or base.below == found.below:
+        if base.resonances_below is None or base.resonances_below == found.resonances_below:
             return None  # as many natural frequencies below each harmonic: none was passed
         before = self._at(base.state, base.slip)
         after = self._at(found.point, base.slip)

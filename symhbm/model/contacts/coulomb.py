@@ -35,10 +35,10 @@ class ContactState:
         ``b`` of the module's closed form, dimensionless.
     slip : (n_contacts,)
         Whether the contact slips at all during the period.
-    excess : (n_contacts,)
+    slip_margin : (n_contacts,)
         ``ln(k_d (y_max - y_min) / (2 g))``: positive when the motion asks for slip, infinite
         without limit or without motion.
-    excess_gradient : (n_contacts, n_components)
+    slip_margin_gradient : (n_contacts, n_components)
         Its derivative with respect to the coefficients of ``y`` [1/m].
     theta_0, theta_star : (n_contacts,)
         Angle of the maximum of ``y`` and the angle where slip starts after it [rad]; NaN where the
@@ -55,8 +55,8 @@ class ContactState:
     matrix: FloatArray
     vector: FloatArray
     slip: NDArray[np.bool_]
-    excess: FloatArray
-    excess_gradient: FloatArray
+    slip_margin: FloatArray
+    slip_margin_gradient: FloatArray
     theta_0: FloatArray
     theta_star: FloatArray
     stick_fraction: FloatArray
@@ -76,7 +76,7 @@ class ContactState:
         return [ContactState(*each) for each in zip(*parts, strict=True)]
 
 
-def limit_excess(
+def slip_margins(
     spread: FloatArray,
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
@@ -87,10 +87,10 @@ def limit_excess(
     ``spread`` is ``y_max - y_min`` [m]; ``slip`` imposes a state where there is a limit to reach.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        excess = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
-    excess[slip_limit == 0] = np.inf
-    free = excess > 0
-    return excess, free if slip is None else np.where(np.isinf(excess), free, slip)
+        slip_margin = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
+    slip_margin[slip_limit == 0] = np.inf
+    free = slip_margin > 0
+    return slip_margin, free if slip is None else np.where(np.isinf(slip_margin), free, slip)
 
 
 def full_stick(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, limit_excess
+from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, slip_margins
 from symhbm.model.contacts.coulomb_loops import Loop, apart, images
 from symhbm.model.contacts.coulomb_one_harmonic import locate_one_harmonic
 from symhbm.model.contacts.coulomb_two_reversals import locate_two_reversals
@@ -69,7 +69,7 @@ def locate(
     rows = np.arange(len(coefficients))
     spread = points.value[:, 0] - points.value[rows, points.lowest]
     high, low = points.functions[:, 0], points.functions[rows, points.lowest]
-    excess, state = limit_excess(spread, contact_stiffness, slip_limit, slip)
+    slip_margin, state = slip_margins(spread, contact_stiffness, slip_limit, slip)
     moves, simple = points.count > 0, points.count == 2
 
     matrix, vector = full_stick(basis, high, low, moves), np.zeros(coefficients.shape)
@@ -88,7 +88,7 @@ def locate(
         stick[some] = width.sum(axis=1) / (np.pi if basis.mirrors else 2 * np.pi)
         theta_star[some] = np.where(simple[some], runs.end[:, 0] % (2 * np.pi), np.nan)
         # A contact held in slip short of its limit never leaves its stretch of stick.
-        leaves = runs.used & (excess[some] > 0)[:, None]
+        leaves = runs.used & (slip_margin[some] > 0)[:, None]
         stretches = np.full((2, len(rows), width.shape[1]), np.nan)
         stretches[:, some] = np.where(leaves, (runs.begin, runs.end), np.nan)
         if basis.mirrors:
@@ -97,8 +97,8 @@ def locate(
         matrix=matrix,
         vector=vector,
         slip=state,
-        excess=excess,
-        excess_gradient=(high - low) / np.where(spread > 0, spread, np.inf)[:, None],
+        slip_margin=slip_margin,
+        slip_margin_gradient=(high - low) / np.where(spread > 0, spread, np.inf)[:, None],
         theta_0=theta_0,
         theta_star=theta_star,
         stick_fraction=stick,

@@ -41,7 +41,9 @@ def locate_one_harmonic(
 @lru_cache(maxsize=4)
 def layout(size: int) -> dict[str, slice]:
     """Where the kernel puts what it gives for motions of ``size`` coefficients."""
-    lengths = dict(matrix=size * size, vector=size, excess_gradient=size, slip=1, excess=1)
+    lengths = dict(
+        matrix=size * size, vector=size, slip_margin_gradient=size, slip=1, slip_margin=1
+    )
     lengths |= dict(theta_0=1, theta_star=1, stick_fraction=1, reversals=1)
     lengths |= dict(stick_begin=2, stick_end=2)
     ends = np.cumsum([0, *lengths.values()]).tolist()
@@ -56,7 +58,7 @@ def packed_size(size: int) -> int:
 def unpack(packed: FloatArray, size: int) -> ContactState:
     """What the kernel gives, (n_contacts, packed_size)."""
     part: dict[str, Any] = {name: packed[:, place] for name, place in layout(size).items()}
-    for name in ("excess", "theta_0", "theta_star", "stick_fraction"):
+    for name in ("slip_margin", "theta_0", "theta_star", "stick_fraction"):
         part[name] = part[name][:, 0]
     part["slip"] = part["slip"][:, 0] > 0
     part["reversals"] = part["reversals"][:, 0].astype(int)
@@ -88,9 +90,9 @@ def one_harmonic_kernel(size: int) -> ca.Function:
     # Without limit any motion slips, without motion or spring none does.
     bounded = ca.logic_and(limit > 0, travel > 0)
     logarithm = ca.log(_where(bounded, travel, 1)) - ca.log(_where(bounded, limit, 1))
-    excess = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
+    slip_margin = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
     free = ca.logic_or(imposed < 0, ca.logic_not(bounded))
-    state = _where(free, excess > 0, imposed)
+    state = _where(free, slip_margin > 0, imposed)
     slides = ca.logic_and(state, moves)
     pulls = ca.logic_and(slides, travel > 0)
     share = _where(pulls, ca.fmin(limit / _where(pulls, travel, 1), 1), ca.logic_not(slides))
@@ -127,13 +129,13 @@ def one_harmonic_kernel(size: int) -> ca.Function:
     theta_star = theta_0 + stick
     theta_0 = _where(moves, _positive(theta_0), np.nan)
     # A contact held in slip short of its limit never leaves its stretch of stick.
-    begin = _where(ca.logic_and(slides, excess > 0), theta_0, np.nan)
+    begin = _where(ca.logic_and(slides, slip_margin > 0), theta_0, np.nan)
     parts = dict(
         matrix=ca.vec(matrix),
         vector=vector,
-        excess_gradient=gradient,
+        slip_margin_gradient=gradient,
         slip=state,
-        excess=excess,
+        slip_margin=slip_margin,
         theta_0=theta_0,
         theta_star=_where(
             slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan

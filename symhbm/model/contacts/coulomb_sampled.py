@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, limit_excess
+from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, slip_margins
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
@@ -62,7 +62,7 @@ def locate_sampled(
     y_end = np.take_along_axis(motion.value, motion.end, axis=1)
     lowest = np.argmin(y_end, axis=1)
     spread = motion.value[:, 0] - y_end[rows, lowest]
-    excess, state = limit_excess(spread, contact_stiffness, slip_limit, slip)
+    slip_margin, state = slip_margins(spread, contact_stiffness, slip_limit, slip)
 
     n_stick, sign, origin = _march(motion, lowest, contact_stiffness, slip_limit)
     boundary = np.zeros((len(rows), 2 * motion.end.shape[1] + 1))
@@ -89,8 +89,9 @@ def locate_sampled(
         matrix=matrix,
         vector=vector,
         slip=state,
-        excess=excess,
-        excess_gradient=(high - low) / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
+        slip_margin=slip_margin,
+        slip_margin_gradient=(high - low)
+        / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
         theta_0=np.where(simple, motion.first * step, np.nan),
         theta_star=np.where(
             simple & state, (motion.first + n_stick[:, 0] + 1) % samples * step, np.nan

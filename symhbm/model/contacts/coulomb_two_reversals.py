@@ -143,9 +143,9 @@ def _kernel(basis: FourierBasis) -> ca.Function:
     # Without limit any motion slips, without spring none does.
     bounded = ca.logic_and(limit > 0, travel > 0)
     logarithm = ca.log(_where(bounded, travel, 1)) - ca.log(_where(bounded, 2 * limit, 1))
-    excess = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
+    slip_margin = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
     free = ca.logic_or(imposed < 0, ca.logic_not(bounded))
-    state = _where(free, excess > 0, imposed)
+    state = _where(free, slip_margin > 0, imposed)
     pulls = ca.logic_and(state, travel > 0)
     share = _where(pulls, ca.fmin(2 * limit / _where(pulls, travel, 1), 1), ca.logic_not(state))
     partly = ca.logic_and(share > 0, share < 1)
@@ -179,10 +179,10 @@ def _kernel(basis: FourierBasis) -> ca.Function:
     begin = ends[:2]
     end = [onsets[0], onsets[0] + np.pi if mirrors else onsets[-1]]
     # A contact held in slip short of its limit never leaves its stretch of stick.
-    leaves = ca.logic_and(state, excess > 0)
+    leaves = ca.logic_and(state, slip_margin > 0)
     others = [
         state,
-        excess,
+        slip_margin,
         _positive(first),
         _where(state, _positive(onsets[0]), np.nan),
         _where(state, sum(stick) / (np.pi if mirrors else 2 * np.pi), 1),

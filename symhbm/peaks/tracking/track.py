@@ -132,8 +132,8 @@ def retrack(
 def _margins(conditions: Conditions, bands: Sequence[tuple[float, float]]) -> FloatArray:
     """How far a maximum is from what ends its kind, positive as long as it is of it."""
     summit = conditions.summit
-    excess = conditions.evaluation.friction.excess
-    margins = np.where(summit.slip, excess, -excess)
+    slip_margin = conditions.evaluation.friction.slip_margin
+    margins = np.where(summit.slip, slip_margin, -slip_margin)
     margins[summit.held] = np.inf
     margins[~np.isfinite(margins)] = 1.0
     if summit.kind == MaximumKind.EDGE:
@@ -266,8 +266,8 @@ def _alike(one: Maximum, other: Maximum) -> bool:
 
 def _successors(here: Conditions, aim: Maximum) -> list[Maximum]:
     """The maxima that one may turn into whose contacts are at their limits."""
-    excess = here.evaluation.friction.excess
-    close = {int(j) for j in np.flatnonzero(np.abs(excess) < _NEAR_LIMIT)}
+    slip_margin = here.evaluation.friction.slip_margin
+    close = {int(j) for j in np.flatnonzero(np.abs(slip_margin) < _NEAR_LIMIT)}
     limits = sorted(close | {*here.summit.held})
     if len(limits) > _MOST_TOGETHER:
         states = [(False,) * len(limits), (True,) * len(limits)]

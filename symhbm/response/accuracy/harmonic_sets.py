@@ -49,49 +49,49 @@ class HarmonicSets:
         self._step = self._divisor * (2 if 0 not in complete_harmonics(harmonics, 1) else 1)
         self._tops = [max(harmonics)]
 
-    def harmonics(self, rung: int) -> tuple[int, ...]:
+    def harmonics(self, level: int) -> tuple[int, ...]:
         """The harmonics of a set."""
-        return complete_harmonics(self._first, self.top(rung))
+        return complete_harmonics(self._first, self.top(level))
 
-    def top(self, rung: int) -> int:
+    def top(self, level: int) -> int:
         """The highest harmonic of a set."""
-        while len(self._tops) <= rung:
+        while len(self._tops) <= level:
             last = self._tops[-1]
             steps = max(1, round((_GROWTH - 1) * last / self._step))
             self._tops.append(last + steps * self._step)
-        return self._tops[rung]
+        return self._tops[level]
 
-    def rung(self, harmonic: int) -> int:
+    def level(self, harmonic: int) -> int:
         """The smallest set that holds a harmonic, the last one beyond."""
-        rung = 0
-        while self.top(rung) < harmonic:
-            rung += 1
-        return rung
+        level = 0
+        while self.top(level) < harmonic:
+            level += 1
+        return level
 
-    def larger(self, rung: int) -> int:
+    def larger(self, level: int) -> int:
         """The set that judges another."""
-        return self.rung(_LARGER * self.top(rung) + 3 * self._divisor)
+        return self.level(_LARGER * self.top(level) + 3 * self._divisor)
 
     @property
     def last(self) -> int:
         """The largest set to be used."""
-        return max(0, self.rung(HIGHEST * self._divisor + 1) - 1)
+        return max(0, self.level(HIGHEST * self._divisor + 1) - 1)
 
-    def expected(self, rung: int, error: float, share: FloatArray, accuracy: float) -> int:
+    def expected(self, level: int, error: float, share: FloatArray, accuracy: float) -> int:
         """The smallest set that is expected to make no larger error than ``accuracy``.
 
         ``error`` is that of one set, ``share`` what each harmonic of its larger one adds.
         """
         if error <= accuracy:
-            return rung
-        harmonics = np.array(self.harmonics(self.larger(rung)))
+            return level
+        harmonics = np.array(self.harmonics(self.larger(level)))
         judge = harmonics.max()
-        missing = share[harmonics > self.top(rung)].sum() if len(share) else 0.0
+        missing = share[harmonics > self.top(level)].sum() if len(share) else 0.0
         if not np.isfinite(error) or not missing:
-            return min(rung + 1, self.last)
-        for higher in range(rung + 1, self.last):
+            return min(level + 1, self.last)
+        for higher in range(level + 1, self.last):
             # Beyond the larger set, errors fall with the cube of the highest harmonic.
-            rest = (self.top(rung) / max(judge, self.top(higher))) ** 3
+            rest = (self.top(level) / max(judge, self.top(higher))) ** 3
             rest += share[harmonics > self.top(higher)].sum() / missing
             if error * rest <= accuracy:
                 return higher

@@ -15,13 +15,13 @@ from symhbm.response.accuracy.truncation import SMALLEST
 class Solution:
     """A response (n_unknowns,) [m] at a value of the moving parameter, None if it was not found.
 
-    ``rung`` tells its set of harmonics, ``error`` what the harmonics left out make, ``solves`` the
+    ``level`` tells its set of harmonics, ``error`` what the harmonics left out make, ``solves`` the
     linear solves spent on it, ``tangents`` (2, n_unknowns + 1) the directions of the path before
     and after it, ``events`` what happens there. Across a fold the last entry of tangents is 0.
     """
 
     value: float
-    rung: int
+    level: int
     unknowns: FloatArray | None
     error: float
     solves: int
@@ -29,21 +29,21 @@ class Solution:
     events: tuple[Event, ...] = ()
 
     @classmethod
-    def of(cls, point: PathPoint, rung: int, error: float) -> "Solution":
+    def of(cls, point: PathPoint, level: int, error: float) -> "Solution":
         """The response at a point of a path."""
         tangents = np.stack([point.before, point.after])
         if turns_back(point):
             tangents[:, -1] = 0.0
-        state = point.value, rung, point.unknowns
+        state = point.value, level, point.unknowns
         return cls(*state, error, point.solves, tangents, point.events)
 
     @classmethod
-    def at(cls, value: float, rung: int, station: PathState | None, solves: int) -> "Solution":
+    def at(cls, value: float, level: int, station: PathState | None, solves: int) -> "Solution":
         """The response at a value that was asked for, None if it was not found."""
         if station is None:
-            return cls(value, rung, None, np.nan, solves)
+            return cls(value, level, None, np.nan, solves)
         tangents = np.stack([station.direction] * 2)
-        return cls(value, rung, station.state[:-1], np.nan, solves, tangents)
+        return cls(value, level, station.state[:-1], np.nan, solves, tangents)
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,12 @@ class BranchPart:
     """The points ``first`` to ``last`` of a walk, and the peaks between them.
 
     ``responses`` are those at all points of the walk, some perhaps with more harmonics than its
-    ``rung``; ``between`` those between two of its points, by the number of the first;
+    ``level``; ``between`` those between two of its points, by the number of the first;
     ``peak_errors``, those of ``peaks`` by truncation.
     """
 
     walk: Branch
-    rung: int
+    level: int
     first: int
     last: int
     responses: list[Solution]
@@ -73,7 +73,7 @@ class BranchPart:
 
     def part(self, first: int, last: int) -> "BranchPart":
         """The points ``first`` to ``last`` and the peaks between them."""
-        cut = BranchPart(self.walk, self.rung, first, last, self.responses, [], [])
+        cut = BranchPart(self.walk, self.level, first, last, self.responses, [], [])
         for peak, error in zip(self.peaks, self.peak_errors, strict=True):
             if cut.holds(peak.value):
                 cut.peaks.append(peak)
@@ -94,7 +94,7 @@ def joined(stretches: list[BranchPart]) -> list[Solution]:
     found = [stretch.own() for stretch in stretches]
     for (left, right), (one, other) in zip(pairwise(found), pairwise(stretches), strict=True):
         if left and right and left[-1].value == right[0].value:
-            (left.pop() if other.rung > one.rung else right.pop(0))
+            (left.pop() if other.level > one.level else right.pop(0))
     return [response for part in found for response in part]
 
 

@@ -70,31 +70,31 @@ class Refinement:
         if accuracy is None:
             self._curves[0] = curve_of(problem)
 
-    def curve(self, rung: int) -> ContinuationProblem:
+    def curve(self, level: int) -> ContinuationProblem:
         """The curve with one set of harmonics."""
-        if rung not in self._curves:
-            problem = self._problem.with_harmonics(self._sets.harmonics(rung))
-            self._curves[rung] = self._curve_of(problem)
-        return self._curves[rung]
+        if level not in self._curves:
+            problem = self._problem.with_harmonics(self._sets.harmonics(level))
+            self._curves[level] = self._curve_of(problem)
+        return self._curves[level]
 
     def settle(self, response: Solution) -> Solution:
         """Add harmonics to a response until it is accurate."""
-        value, rung, solves = response.value, response.rung, response.solves
+        value, level, solves = response.value, response.level, response.solves
         unknowns, tangents, events = response.unknowns, response.tangents, response.events
         while unknowns is not None and np.isfinite(self._accuracy):
-            (found,) = self._truncations(rung, [value], [unknowns])
-            response = Solution(value, rung, unknowns, found.error, solves, tangents, events)
-            needed = self._needed(rung, found)
-            if needed == rung:
+            (found,) = self._truncations(level, [value], [unknowns])
+            response = Solution(value, level, unknowns, found.error, solves, tangents, events)
+            needed = self._needed(level, found)
+            if needed == level:
                 break
             larger, frequency = self.curve(needed).at(value)
-            start = embed(self.curve(rung).problem, larger, unknowns)
+            start = embed(self.curve(level).problem, larger, unknowns)
             result = newton(lambda trial, to=larger, at=frequency: to.evaluate(trial, at), start)
             self.solves += result.iterations
             if not result.converged:
                 break
             solves += result.iterations
-            rung, unknowns = needed, result.unknowns
+            level, unknowns = needed, result.unknowns
             tangents = np.stack([np.append(slope_of(result.evaluation), 1.0)] * 2)
         return response
 
@@ -104,13 +104,13 @@ class Refinement:
         before = walk.corrector.solves
         found = solved_between(points, walk.corrector, walk.each)
         for i, stations in found.items():
-            responses = [Solution.at(float(s.state[-1]), stretch.rung, s, n) for s, n in stations]
+            responses = [Solution.at(float(s.state[-1]), stretch.level, s, n) for s, n in stations]
             stretch.between[stretch.first + i] = [self.settle(each) for each in responses]
         self.solves += walk.corrector.solves - before
 
     def cover(
         self,
-        rung: int,
+        level: int,
         band: tuple[float, float],
         max_points: int,
         each: bool,
@@ -120,27 +120,27 @@ class Refinement:
 
         ``max_points`` and ``each`` as of `Branch`; ``guess`` may be a response at the first value.
         """
-        curve = self.curve(rung)
+        curve = self.curve(level)
         if curve.angles is not None:
             return [
-                self._whole(rung, walk) for walk in angle_branches(curve, band, max_points, each)
+                self._whole(level, walk) for walk in angle_branches(curve, band, max_points, each)
             ]
         walk = Branch(curve, band, max_points, each, guess)
         if not np.isfinite(self._accuracy) or not walk.points:
-            return [self._whole(rung, walk)]
+            return [self._whole(level, walk)]
         self.solves += walk.corrector.solves
         self.rejected += walk.rejected
         points, last = walk.points, len(walk.points) - 1
-        found, of_peaks = self._along(rung, points), self._along(rung, walk.peaks)
+        found, of_peaks = self._along(level, points), self._along(level, walk.peaks)
         pairs = zip(points, found, strict=True)
-        responses = [Solution.of(point, rung, here.error) for point, here in pairs]
+        responses = [Solution.of(point, level, here.error) for point, here in pairs]
         peak_errors = [peak.error for peak in of_peaks]
-        whole = BranchPart(walk, rung, 0, last, responses, walk.peaks, peak_errors)
+        whole = BranchPart(walk, level, 0, last, responses, walk.peaks, peak_errors)
         between = self._asked_between(whole, of_peaks)
-        needed = np.maximum(between, [self._needed(rung, here) for here in found])
+        needed = np.maximum(between, [self._needed(level, here) for here in found])
         if curve.single_valued:
-            self._settle_few(whole, needed, between > rung)
-        if np.all(needed == rung):
+            self._settle_few(whole, needed, between > level)
+        if np.all(needed == level):
             return [whole]
         if not curve.single_valued:
             # A path with folds has no parts that end at values.
@@ -149,22 +149,22 @@ class Refinement:
 
         def refined(span: Span) -> list[BranchPart] | None:
             asked = needed[span[0] : span[1] + 1]
-            higher = int(np.quantile(asked[asked > rung], _MOST, method="lower"))
+            higher = int(np.quantile(asked[asked > level], _MOST, method="lower"))
             start, end = (points[i].value for i in span)
             guess = embed(curve.problem, self.curve(higher).problem, points[span[0]].unknowns)
             parts = self.cover(higher, (start, end), max_points, each, guess)
             complete = all(part.walk.status == Status.REACHED_END for part in parts)
             return parts if complete else None
 
-        return self._replaced(whole, needed > rung, refined)
+        return self._replaced(whole, needed > level, refined)
 
-    def _whole(self, rung: int, walk: Branch) -> BranchPart:
+    def _whole(self, level: int, walk: Branch) -> BranchPart:
         """All of a walk, without errors by truncation."""
         self.solves += walk.corrector.solves
         self.rejected += walk.rejected
-        responses = [Solution.of(point, rung, np.nan) for point in walk.points]
+        responses = [Solution.of(point, level, np.nan) for point in walk.points]
         unknown = [np.nan] * len(walk.peaks)
-        return BranchPart(walk, rung, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
+        return BranchPart(walk, level, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
 
     def _settle_few(self, whole: BranchPart, needed: np.ndarray, between: np.ndarray) -> None:
         """Settle points one by one where few in a row ask for more harmonics.
@@ -172,11 +172,11 @@ class Refinement:
         Not so where something ``between`` points asks for them.
         """
         first = 0
-        for i in np.flatnonzero(np.append(needed, whole.rung) == whole.rung).tolist():
+        for i in np.flatnonzero(np.append(needed, whole.level) == whole.level).tolist():
             if i - first <= _FEW and not between[first:i].any():
                 for k in range(first, i):
                     whole.responses[k] = self.settle(whole.responses[k])
-                    needed[k] = whole.rung
+                    needed[k] = whole.level
             first = i + 1
 
     def _replaced(
@@ -221,12 +221,12 @@ class Refinement:
         return first, last
 
     def _truncations(
-        self, rung: int, values: list[float], unknowns: list[FloatArray]
+        self, level: int, values: list[float], unknowns: list[FloatArray]
     ) -> list[Truncation]:
-        judge = self._sets.larger(rung)
+        judge = self._sets.larger(level)
         problems, frequencies, larger = [], [], []
         for value in values:
-            problem, frequency = self.curve(rung).at(value)
+            problem, frequency = self.curve(level).at(value)
             problems.append(problem)
             frequencies.append(frequency)
             larger.append(self.curve(judge).at(value)[0])
@@ -234,15 +234,15 @@ class Refinement:
         self.solves += sum(each.solves for each in found)
         return found
 
-    def _along(self, rung: int, found: Sequence[PathPoint | Peak]) -> list[Truncation]:
+    def _along(self, level: int, found: Sequence[PathPoint | Peak]) -> list[Truncation]:
         """Errors of points or peaks on a curve; nothing is left out where all contacts stick."""
-        curve, result = self.curve(rung), [NONE] * len(found)
+        curve, result = self.curve(level), [NONE] * len(found)
         asked = [i for i, point in enumerate(found) if self._slips(point, curve)]
         values, unknowns = [found[i].value for i in asked], [found[i].unknowns for i in asked]
         if curve.single_valued:
-            errors = self._truncations(rung, values, unknowns)
+            errors = self._truncations(level, values, unknowns)
         else:
-            judge = self.curve(self._sets.larger(rung))
+            judge = self.curve(self._sets.larger(level))
             pairs = zip(unknowns, values, strict=True)
             errors = [distance(curve, judge, *pair) for pair in pairs]
             self.solves += sum(each.solves for each in errors)
@@ -257,25 +257,25 @@ class Refinement:
             return bool(np.all(np.isfinite(point.unknowns)))
         return bool(point.slip.any()) or not curve.single_valued
 
-    def _needed(self, rung: int, found: Truncation) -> int:
-        return self._sets.expected(rung, found.error, found.share, self._accuracy)
+    def _needed(self, level: int, found: Truncation) -> int:
+        return self._sets.expected(level, found.error, found.share, self._accuracy)
 
     def _asked_between(self, whole: BranchPart, of_peaks: list[Truncation]) -> np.ndarray:
         """The set that a peak or a resonance next to each point asks for."""
-        rung, values = whole.rung, np.array([point.value for point in whole.walk.points])
-        asked = np.full(len(values), rung)
+        level, values = whole.level, np.array([point.value for point in whole.walk.points])
+        asked = np.full(len(values), level)
         for peak, here in zip(whole.peaks, of_peaks, strict=True):
             near = np.argsort(np.abs(values - peak.value))[:2]
-            asked[near] = np.maximum(asked[near], self._needed(rung, here))
-        for i, here in enumerate(self._unseen(rung, whole.walk.points)):
+            asked[near] = np.maximum(asked[near], self._needed(level, here))
+        for i, here in enumerate(self._unseen(level, whole.walk.points)):
             asked[i : i + 2] = np.maximum(asked[i : i + 2], here)
         return asked
 
-    def _unseen(self, rung: int, points: list[PathPoint]) -> list[int]:
+    def _unseen(self, level: int, points: list[PathPoint]) -> list[int]:
         """The set with the resonances between points that harmonics left out would excite."""
-        problems, frequencies = zip(*(self.curve(rung).at(p.value) for p in points), strict=True)
+        problems, frequencies = zip(*(self.curve(level).at(p.value) for p in points), strict=True)
         # A parameter that is followed makes the structure stiffer towards one of its ends.
-        harmonics = self._audible(rung, (problems[0], problems[-1]), min(frequencies))
+        harmonics = self._audible(level, (problems[0], problems[-1]), min(frequencies))
         if not len(harmonics):
             return []
         unknowns = [point.unknowns for point in points]
@@ -288,14 +288,14 @@ class Refinement:
         for left, right in pairwise(modes or []):
             heard = np.maximum(left.response, right.response) > self._accuracy
             passed = np.any(heard & (left.detuning * right.detuning < 0), axis=1)
-            asked.append(self._sets.rung(int(harmonics[passed].max())) if passed.any() else rung)
+            asked.append(self._sets.level(int(harmonics[passed].max())) if passed.any() else level)
         return asked
 
     def _audible(
-        self, rung: int, problems: Sequence[HarmonicBalance], slowest: float
+        self, level: int, problems: Sequence[HarmonicBalance], slowest: float
     ) -> np.ndarray:
         """The harmonics left out that reach a mode of one of some problems."""
-        beyond = [n for n in self._sets.harmonics(self._sets.last) if n > self._sets.top(rung)]
+        beyond = [n for n in self._sets.harmonics(self._sets.last) if n > self._sets.top(level)]
         if problems[0].n_dof > LARGEST_SIZE:
             return np.array([])
         try:
