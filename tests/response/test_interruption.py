@@ -46,7 +46,7 @@ def stop(patch, after):
         made.append(problem)
         return compute(problem, task)
 
-    patch.setattr(ensemble, "compute_branch", stopping)
+    patch.setattr(ensemble, "compute_curve", stopping)
 
 
 def interrupted(patch, after, use):

@@ -138,7 +138,7 @@ def quick(monkeypatch):
             found.append(compute(problem, task))
         return found[0]
 
-    monkeypatch.setattr(ensemble, "compute_branch", same)
+    monkeypatch.setattr(ensemble, "compute_curve", same)
 
 
 class _Watched(ThreadPoolExecutor):
@@ -240,7 +240,7 @@ def test_a_set_that_fails_has_what_is_kept(monkeypatch):
             raise ArithmeticError("no number")
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", failing)
+    monkeypatch.setattr(ensemble, "compute_curve", failing)
     with pytest.warns(RuntimeWarning, match="1 of 2 curves are incomplete: .*ArithmeticError"):
         curves = call(blade(), [1.0, 2.0], keep=["peak_amplitude"])
     assert "ArithmeticError" in str(curves.status.values[1])

@@ -100,7 +100,7 @@ def counted(monkeypatch, stop=None):
         made.append(problem.parameters["normal_load"].tolist())
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", counting)
+    monkeypatch.setattr(ensemble, "compute_curve", counting)
     return made
 
 
@@ -378,7 +378,7 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
             assert (part.status == str(sh.Status.NOT_STARTED)).all()
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", busy)
+    monkeypatch.setattr(ensemble, "compute_curve", busy)
     call("path", archive=path).close()
     assert len(told) == 2
     for message in told:
@@ -399,7 +399,7 @@ def test_removed_while_it_is_written(what, tmp_path, monkeypatch):
                 working_file(path).unlink()
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", removing)
+    monkeypatch.setattr(ensemble, "compute_curve", removing)
     with pytest.raises(sh.ArchiveError, match=f"{what}.* was removed, and with it all"):
         call("path", archive=path)
     monkeypatch.undo()

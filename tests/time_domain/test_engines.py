@@ -92,7 +92,7 @@ def test_a_worker_that_dies_costs_only_time(monkeypatch, tmp_path):
             os.kill(os.getpid(), signal.SIGKILL)
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", dying)
+    monkeypatch.setattr(ensemble, "compute_curve", dying)
     with processes("fork") as executor:
         with pytest.warns(RuntimeWarning, match=r"a worker died .* in this process") as told:
             archive = call(executor=executor, archive=tmp_path / "x.nc")
@@ -115,7 +115,7 @@ def test_a_set_that_fails_is_recorded(monkeypatch):
             raise errors[number]
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", failing)
+    monkeypatch.setattr(ensemble, "compute_curve", failing)
     with pytest.warns(RuntimeWarning, match="3 of .* curves are incomplete"):
         alone = call()
     with (
@@ -147,7 +147,7 @@ def test_interrupts_are_not_recorded(monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ensemble, "compute_branch", interrupted)
+    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
     with pytest.raises(KeyboardInterrupt):
         call()
     with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
@@ -169,7 +169,7 @@ def test_an_executor_that_closes_on_the_way(monkeypatch):
         executor.shutdown(wait=False, cancel_futures=True)
         return compute(problem, task)
 
-    monkeypatch.setattr(ensemble, "compute_branch", closing)
+    monkeypatch.setattr(ensemble, "compute_curve", closing)
     with pytest.warns(RuntimeWarning, match="in this process"):
         xr.testing.assert_identical(call(executor=executor), expected())
 
@@ -224,7 +224,7 @@ def test_few_sets_wait(monkeypatch):
             found.append(compute(problem, task))
         return found[0]
 
-    monkeypatch.setattr(ensemble, "compute_branch", quick)
+    monkeypatch.setattr(ensemble, "compute_curve", quick)
     with _Watched(2) as executor:
         loads = np.linspace(1, 2, 500)
         sh.frf(RING, BAND, at=GRID, over={"normal_load": loads}, executor=executor, progress=False)
