@@ -182,7 +182,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             ax.set_xlabel("excitation frequency [Hz]")
             ax.set_title(title)
         axes[0].set_ylabel("amplitude [m]")
-        axes[1].legend(loc="lower center")
+        axes[1].legend(handles=axes[0].get_lines()[:2], loc="lower center")
         whole = dataset.sel(case=[name for name in names if name.startswith("Fig.")])
         ratio = whole.seconds / whole.seconds.sel(law="located")
         for j, law in enumerate(LAWS[1:]):
