@@ -137,7 +137,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
 
 def _exact(problem: sh.HarmonicBalance) -> dict:
     """The exact motion, which has no series to cut."""
-    found = sh.transient(problem, FREQUENCY, n_angles=N_ANGLES, throw=True)
+    found = sh.periodic_motion(problem, FREQUENCY, n_angles=N_ANGLES, throw=True)
     kind, event = found.event_kind.values, found.event_angle.values
     displacement = found.displacement.values[:, 0]
     force = found.friction_force.values[:, 0]

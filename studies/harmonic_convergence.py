@@ -1,7 +1,7 @@
 """How many harmonics are enough: harmonic balance against the exact periodic motion.
 
-The exact amplitudes (data/reference, and `symhbm.transient` where contacts reverse three times per
-half period) are good to 1e-11. The friction force has kinks, so its coefficients fall as n^-2 and
+The exact amplitudes (data/reference, and `symhbm.periodic_motion` where contacts reverse three
+times per half period) are good to 1e-11. The friction force has kinks, so its coefficients fall as n^-2 and
 those of the response as n^-4; the sum of the harmonics left out, and with it the error of a
 truncated set, falls as n^-3.
 """
@@ -46,7 +46,7 @@ def cases() -> list[tuple[str, sh.HarmonicBalance, float, float]]:
             chosen.append((label, problem, point["freq_hz"], float(np.max(point["x_max_abs"]))))
     problem = fig08.problem().with_parameters(engine_order=1, normal_load=10)
     for frequency in SIX_REVERSALS:
-        motion = sh.transient(problem, frequency, throw=True)
+        motion = sh.periodic_motion(problem, frequency, throw=True)
         reversals = int(motion.reversals.max())
         label = f"ring, EO 1, 10 N, {frequency:.2f} Hz, {reversals} reversals"
         chosen.append((label, problem, frequency, float(motion.amplitude.max())))
@@ -74,7 +74,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         {"case": [label for label, *_ in points], "highest_harmonic": list(HIGHEST)},
         {
             "title": "Truncation error of harmonic balance with dry friction",
-            "references": "exact amplitudes: data/reference/exact_values.json, symhbm.transient",
+            "references": "exact amplitudes: data/reference/exact_values.json, periodic_motion",
             "symhbm_schema": 1,
             "symhbm_version": version("symhbm"),
         },

@@ -1,5 +1,6 @@
 """Forced response of bladed disks with dry friction by multi-harmonic balance."""
 
+import warnings
 from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from symhbm.design import minimise_peak
 from symhbm.model import EngineOrder, HarmonicForce, Model, PointForce, bladed_disk, single_blade
 from symhbm.model.condensation import condense
 from symhbm.peaks import peak_curve, sensitivity
-from symhbm.response import follow, frf, recover, resume, solve, transient, verify
+from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
 from symhbm.results.archive import ArchiveError, load, rebuild, save
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ __all__ = [
     "minimise_peak",
     "mistuning",
     "peak_curve",
+    "periodic_motion",
     "plot",
     "rebuild",
     "recover",
@@ -46,7 +48,6 @@ __all__ = [
     "single_blade",
     "solve",
     "statistics",
-    "transient",
     "verify",
 ]
 
@@ -57,6 +58,8 @@ _LAZY = {
     "statistics": "symhbm.ensembles.statistics",
 }
 """Rooms that need matplotlib or scipy.stats, which are slow to import and not needed to compute."""
+_RENAMED = {"transient": "periodic_motion"}
+"""Names of the version before, which this one still knows."""
 
 
 def __dir__() -> list[str]:
@@ -66,4 +69,8 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return import_module(_LAZY[name])
+    if name in _RENAMED:
+        new = _RENAMED[name]
+        warnings.warn(f"symhbm.{name} is now symhbm.{new}", DeprecationWarning, stacklevel=2)
+        return globals()[new]
     raise AttributeError(f"module 'symhbm' has no attribute {name!r}")

@@ -54,8 +54,9 @@ class Model:
     Notes
     -----
     Degrees of freedom without inertia, rotations of lumped masses for example, are let pass here,
-    by `frf`, `follow` and `solve`. `transient`, `condense` and bands found from natural frequencies
-    need a positive definite mass matrix, and refuse others; ``stability`` is unknown without.
+    by `frf`, `follow` and `solve`. `periodic_motion`, `condense` and bands found from natural
+    frequencies need a positive definite mass matrix, and refuse others; ``stability`` is unknown
+    without.
 
     Each contact has one direction and slips by itself. Two of them along two axes of one place are
     no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at

@@ -57,7 +57,7 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     Parameters
     ----------
     dataset
-        A result of `symhbm.transient`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
+        A result of `symhbm.periodic_motion`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
     contact
         The contact to show.
     ax

@@ -2,7 +2,7 @@
 
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
-from symhbm.response.periodic import transient
+from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
 from symhbm.response.run import resume
 from symhbm.response.solve import solve
@@ -12,10 +12,10 @@ __all__ = [
     "FIGURES",
     "follow",
     "frf",
+    "periodic_motion",
     "recover",
     "resume",
     "solve",
     "summary",
-    "transient",
     "verify",
 ]

@@ -12,7 +12,7 @@ from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_dif
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
 from symhbm.results.archive import ArchiveError, rebuild
-from symhbm.time_domain import periodic_motion
+from symhbm.time_domain import exact_motion_of
 
 _OF_POINTS = ("coefficient", "amplitude", *CONTACT)
 _COEFFICIENT = VARIABLES["coefficient"].inner
@@ -200,7 +200,7 @@ class StoredPoints:
             if problem.model.has_cubic_springs:
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
                 near = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
-            motion = periodic_motion(problem, omega, near)
+            motion = exact_motion_of(problem, omega, near)
         except (ValueError, ArithmeticError):
             return np.nan
         if not motion.converged:

@@ -55,7 +55,7 @@ CASES = {
     "follow": lambda: sh.follow(BLADE, "normal_load", (0.5, 50), frequency=19.5),
     "solutions": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21]),
     "point": lambda: sh.solve(RING, 190.0),
-    "motion": lambda: sh.transient(BLADE, 19.5, n_angles=16),
+    "motion": lambda: sh.periodic_motion(BLADE, 19.5, n_angles=16),
 }
 
 

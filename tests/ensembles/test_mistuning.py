@@ -304,6 +304,6 @@ def test_explicit_rings_with_an_accuracy_agree_with_their_exact_motion():
     for sample in over.sample.values:
         mistuned = sh.rebuild(found.sel(sample=sample))
         for frequency in at:
-            exact = sh.transient(mistuned, frequency).amplitude
+            exact = sh.periodic_motion(mistuned, frequency).amplitude
             here = found.amplitude.sel(sample=sample, frequency=frequency)
             assert float(np.abs(here / exact - 1).max()) < accuracy

@@ -35,6 +35,12 @@ def test_examples_run_by_themselves(name, tmp_path, monkeypatch):
 
 
 def test_main_verbs_have_examples():
-    verbs = {"frf", "follow", "solve", "transient", "verify", "minimise_peak", "peak_curve"}
+    verbs = {"frf", "follow", "solve", "periodic_motion", "verify", "minimise_peak", "peak_curve"}
     verbs |= {"sensitivity", "condense", "Model", "single_blade", "bladed_disk", "HarmonicBalance"}
     assert {f"symhbm.{verb}" for verb in verbs} <= {*WITH_EXAMPLES}
+
+
+def test_names_of_the_version_before_still_work():
+    with pytest.warns(DeprecationWarning, match=r"symhbm.transient is now symhbm.periodic_motion"):
+        assert sh.transient is sh.periodic_motion
+    assert "transient" not in dir(sh)

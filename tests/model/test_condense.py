@@ -330,7 +330,7 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
         (lambda p: sh.frf(p, (8, 9), accuracy=1e-2), ValueError, "accuracy=0.01: expected None"),
         (lambda p: sh.frf(p, (8, 9), stability=True), ValueError, "stability=True"),
         (lambda p: sh.frf(p, (8, 9), over={"mass": [1]}), KeyError, "'mass' is no parameter"),
-        (lambda p: sh.transient(p, 8.0), TypeError, "expected one of a whole structure"),
+        (lambda p: sh.periodic_motion(p, 8.0), TypeError, "expected one of a whole structure"),
         (lambda p: sh.peak_curve(p, "normal_load", (1, 2)), TypeError, "whole structure"),
         (lambda p: sh.minimise_peak(p, "normal_load", (1, 2)), TypeError, "whole structure"),
         (lambda p: sh.SwitchingAngles(p), TypeError, "no such CasADi function"),

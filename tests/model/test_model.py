@@ -256,7 +256,7 @@ def test_semidefinite_masses_are_let_pass_where_no_inertia_is_needed():
     assert found.peak_amplitude.values == pytest.approx(expected.peak_amplitude.values, rel=1e-9)
     assert int(sh.solve(rod, 15.0, stability=True).stability) == -1
     refusals = (
-        lambda: sh.transient(rod, 15.0),
+        lambda: sh.periodic_motion(rod, 15.0),
         lambda: sh.minimise_peak(rod, "normal_load", (1, 2), progress=False),
     )
     for call in refusals:
@@ -275,4 +275,4 @@ def test_masses_that_only_round_off_keeps_definite(share):
         return
     singular = sh.Model(np.array(model) / 3 + 1e-17 * np.eye(2), np.eye(2), 1e3 * np.eye(2))
     with pytest.raises(ValueError, match="mass_matrix: expected a positive definite"):
-        sh.transient(sh.HarmonicBalance(singular, sh.PointForce()), 1.0)
+        sh.periodic_motion(sh.HarmonicBalance(singular, sh.PointForce()), 1.0)

@@ -295,7 +295,10 @@ def test_a_mean_that_matters():
     """What the message asks for is not a formality: the mean is a part of the amplitude."""
     held = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts=[(0,)], **CONTACT)
     problem = sh.HarmonicBalance(held, EVEN, tuple(range(12)))
-    found, exact = sh.solve(problem, 15.0, throw=True), sh.transient(problem, 15.0, throw=True)
+    found, exact = (
+        sh.solve(problem, 15.0, throw=True),
+        sh.periodic_motion(problem, 15.0, throw=True),
+    )
     means = [float(r.coefficient.sel(harmonic=0, component="cos").item()) for r in (found, exact)]
     assert means[0] == pytest.approx(means[1], rel=1e-2)
     assert abs(means[1]) > 1e-3 * float(exact.amplitude.max())
@@ -330,7 +333,7 @@ def test_a_body_that_friction_alone_holds(excitation, samples):
 
 
 def test_the_drift_of_a_body_is_no_periodic_motion():
-    motion = sh.transient(free_body(EVEN, (0, 1, 2)), 8.0)
+    motion = sh.periodic_motion(free_body(EVEN, (0, 1, 2)), 8.0)
     assert str(motion.status.values) == sh.Status.NOT_HELD
     assert not motion.converged
 

@@ -68,7 +68,7 @@ def test_area_of_the_loop_is_the_dissipation(name):
 )
 def test_exact_motions(name):
     problem, hertz = POINTS[name]
-    motion = sh.transient(problem, hertz, throw=True)
+    motion = sh.periodic_motion(problem, hertz, throw=True)
     loop = one_loop(motion)
     lost = float(motion.dissipation[0])
     scale = float(np.abs(loop.force).max() * np.ptp(loop.displacement))
@@ -85,7 +85,7 @@ def test_marched_force_of_many_harmonics_is_that_of_the_exact_motion():
     problem, hertz = POINTS["minor loops"]
     many = sh.HarmonicBalance(problem.model, problem.excitation, range(24))
     marched = one_loop(sh.solve(many, hertz, throw=True))
-    exact = sh.transient(problem, hertz, throw=True)
+    exact = sh.periodic_motion(problem, hertz, throw=True)
     turned = marched.angle % (2 * np.pi)
     force = np.interp(exact.angle, turned[np.argsort(turned)], marched.force[np.argsort(turned)])
     # Left out harmonics, and lines between 512 angles.
@@ -148,7 +148,7 @@ def test_paths_and_followed_parameters():
 
 def test_motion_that_was_not_found():
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    motion = sh.transient(sh.HarmonicBalance(blade, sh.PointForce()), 100 / (2 * np.pi))
+    motion = sh.periodic_motion(sh.HarmonicBalance(blade, sh.PointForce()), 100 / (2 * np.pi))
     with pytest.raises(ValueError, match="converged"):
         sh.plot.hysteresis(motion)
     assert plt.get_fignums() == []

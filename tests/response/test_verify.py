@@ -324,7 +324,7 @@ def test_other_datasets():
         verify(1)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="not written by symhbm"):
         verify(xr.Dataset())
-    motion = sh.transient(BLADE, 19.5, n_angles=8)
+    motion = sh.periodic_motion(BLADE, 19.5, n_angles=8)
     with pytest.raises(ValueError, match="expected a result of frf, follow or solve"):
         verify(motion)
     with pytest.raises(ValueError, match="expected what verify returns"):

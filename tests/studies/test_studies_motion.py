@@ -109,9 +109,9 @@ def test_the_series_is_that_of_the_marched_force(loop):
         np.testing.assert_allclose(marched[harmonics], seen[harmonics], rtol=0, atol=1e-6 * largest)
 
 
-def test_exact_loop_is_that_of_the_transient(loop):
+def test_exact_loop_is_that_of_the_periodic_motion(loop):
     problem = fig03.problem().with_parameters(normal_load=3)
-    motion = sh.transient(problem, 20.0, throw=True)
+    motion = sh.periodic_motion(problem, 20.0, throw=True)
     row = loop.sel(motion="exact")
     # The same solution, both to 1e-11.
     assert float(row.dissipation) == pytest.approx(float(motion.dissipation[0]), rel=1e-9)
@@ -160,7 +160,7 @@ def test_wave_is_the_exact_motion_of_the_ring(order, load, frequency):
 
 
 def test_one_harmonic_is_a_third_off():
-    """Engine order 1, 10 N, 63 Hz: the worst point of the reference (tests/test_transient.py)."""
+    """Engine order 1, 10 N, 63 Hz: the worst point of the reference (test_periodic_motion.py)."""
     wave, amplitude, _ = wave_from_one_harmonic(1, 10.0, 63.0)
     # As many digits as were given.
     assert amplitude / wave.amplitude - 1 == pytest.approx(0.35, abs=0.01)

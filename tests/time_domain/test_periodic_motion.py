@@ -19,13 +19,13 @@ EXACT = json.loads(
 def ring():
     """Three reversals per half period: the point where one harmonic is a third off."""
     problem = fig08.problem((1, 3)).with_parameters(normal_load=10)
-    return problem, sh.transient(problem, 63.0, harmonics=(1, 3, 5), throw=True)
+    return problem, sh.periodic_motion(problem, 63.0, harmonics=(1, 3, 5), throw=True)
 
 
 def test_reference_point():
     point = next(p for p in EXACT["single_blade_points"] if p["slip_fraction"][0] > 0)
     problem = fig03.problem().with_parameters(normal_load=point["Fn"])
-    motion = sh.transient(problem, point["freq_hz"], throw=True)
+    motion = sh.periodic_motion(problem, point["freq_hz"], throw=True)
     # The digits of the reference.
     assert float(motion.amplitude[0]) == pytest.approx(point["x_max_abs"][0], rel=1e-10)
     assert 1 - float(motion.stick_fraction[0]) == pytest.approx(point["slip_fraction"][0], rel=1e-8)
@@ -72,7 +72,7 @@ def test_events_and_multipliers(ring):
 
 
 def test_contacts_that_never_slip_are_neutral():
-    motion = sh.transient(fig03.problem().with_parameters(normal_load=500), 20.0, throw=True)
+    motion = sh.periodic_motion(fig03.problem().with_parameters(normal_load=500), 20.0, throw=True)
     assert bool(motion.neutral[0])
     assert int(motion.contact_state[0]) == 0
     assert motion.sizes["event"] == 0
@@ -94,13 +94,13 @@ def test_no_periodic_motion():
     """An undamped resonance: NaN, and a sentence."""
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
     problem = sh.HarmonicBalance(blade, sh.PointForce())
-    motion = sh.transient(problem, 100 / (2 * np.pi))
+    motion = sh.periodic_motion(problem, 100 / (2 * np.pi))
     assert not bool(motion.converged)
     assert np.isnan(motion.amplitude).all()
     assert np.isnan(motion.displacement).all()
     assert str(motion.status.values) != "success"
     with pytest.raises(sh.SolveError, match=r"frequency=15\.9"):
-        sh.transient(problem, 100 / (2 * np.pi), throw=True)
+        sh.periodic_motion(problem, 100 / (2 * np.pi), throw=True)
 
 
 @pytest.mark.parametrize(
@@ -113,19 +113,19 @@ def test_no_periodic_motion():
 )
 def test_bad_input(options, word):
     with pytest.raises(ValueError, match=word):
-        sh.transient(fig03.problem(), **options)
+        sh.periodic_motion(fig03.problem(), **options)
 
 
 def test_a_model_is_no_problem():
     with pytest.raises(TypeError, match="problem="):
-        sh.transient(fig03.problem().model, 20.0)  # type: ignore[arg-type]
+        sh.periodic_motion(fig03.problem().model, 20.0)  # type: ignore[arg-type]
 
 
 def test_start_from_a_response_nearby(ring):
     """Friction alone makes one motion: the start decides how soon it is found."""
     problem, motion = ring
     for start in (motion, sh.solve(problem, 63.0), sh.solve(problem, 62.0)):
-        again = sh.transient(problem, 63.0, harmonics=(1, 3, 5), start=start, throw=True)
+        again = sh.periodic_motion(problem, 63.0, harmonics=(1, 3, 5), start=start, throw=True)
         # A Newton step from 1e-11 of the motion, times ten for the weakest motion of the ring.
         size = float(motion.amplitude.max())
         np.testing.assert_allclose(again.amplitude, motion.amplitude, rtol=0, atol=1e-10 * size)

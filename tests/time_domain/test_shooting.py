@@ -62,7 +62,7 @@ each_case = pytest.mark.parametrize("name", CASES)
 def solved(name):
     build, frequency = CASES[name]
     problem = build()
-    return problem, sh.transient(problem, frequency, harmonics=range(32), throw=True)
+    return problem, sh.periodic_motion(problem, frequency, harmonics=range(32), throw=True)
 
 
 def multipliers(motion):
@@ -83,7 +83,7 @@ def test_all_solutions_of_harmonic_balance(omega):
     assert count == (3 if omega == 1.2 else 1)
     for i in range(count):
         response = grid.isel(frequency=0, solution=i)
-        motion = sh.transient(duffing(), omega / TURN, start=response, throw=True)
+        motion = sh.periodic_motion(duffing(), omega / TURN, start=response, throw=True)
         seventh, ninth = np.linalg.norm(response.coefficient.values[0, -2:], axis=1)
         # The eleventh harmonic, by a decay as from the seventh to the ninth, amplified tenfold
         # where the folds are near; and the integrator's tolerance per step.
@@ -99,7 +99,7 @@ def test_all_solutions_of_harmonic_balance(omega):
 @pytest.mark.parametrize("cubic", [1e-12, -1e-12])
 def test_linear_limit(cubic):
     omega, problem = 1.2, duffing(cubic=cubic, harmonics=(1,))
-    motion = sh.transient(problem, omega / TURN, throw=True)
+    motion = sh.periodic_motion(problem, omega / TURN, throw=True)
     response = 0.18 / (1 - omega**2 + 0.05j * omega)
     # What the spring adds is 1e-12; the integrator keeps 1e-12 per step.
     assert float(motion.amplitude[0]) == pytest.approx(abs(response), rel=1e-11)
@@ -204,7 +204,7 @@ def test_friction_is_that_of_a_slider(name):
     """The law marched over samples of the displacement, which knows no event."""
     problem, _ = solved(name)
     model, count = problem.model, 20_000
-    motion = sh.transient(problem, CASES[name][1], n_angles=count, throw=True)
+    motion = sh.periodic_motion(problem, CASES[name][1], n_angles=count, throw=True)
     limit = model.friction_coefficient * model.normal_load
     friction = motion.friction_force.values
     spring = model.contact_stiffness * (motion.displacement.values @ model.directions.toarray().T)
@@ -226,7 +226,7 @@ def test_friction_is_that_of_a_slider(name):
 )
 def test_weak_springs_leave_the_exact_motion_with_friction(build, frequency):
     """Springs of 1e-14 of the others: the integrator against motions known to round-off."""
-    weak, without = (sh.transient(build(c), frequency, throw=True) for c in (1e-14, 0.0))
+    weak, without = (sh.periodic_motion(build(c), frequency, throw=True) for c in (1e-14, 0.0))
     # 1e-12 per step, some hundred steps.
     for name in ("amplitude", "displacement", "friction_force", "dissipation", "stick_fraction"):
         size = float(np.abs(without[name]).max())
@@ -288,10 +288,10 @@ def test_motion_without_the_symmetry_of_its_force():
         {"coefficient": (("dof", "harmonic", "component"), coefficient)},
         {"harmonic": np.arange(10), "component": ["cos", "sin"]},
     )
-    motion = sh.transient(problem, frequency, start=start, **options)
+    motion = sh.periodic_motion(problem, frequency, start=start, **options)
     start["coefficient"] = start.coefficient * (-1.0) ** (start.harmonic + 1)
-    mirror = sh.transient(problem, frequency, start=start, **options)
-    symmetric = sh.transient(problem, frequency, **options)
+    mirror = sh.periodic_motion(problem, frequency, start=start, **options)
+    symmetric = sh.periodic_motion(problem, frequency, **options)
     assert float(np.abs(motion.coefficient.sel(harmonic=2)).max()) > 0.1
     x = motion.displacement.values[:, 0]
     half = np.roll(x, 256)
@@ -314,7 +314,9 @@ def test_units_do_not_matter():
         cubic_stiffness=0.1 * mass * rate**2 / length**2,
     )
     force = sh.PointForce(amplitude=0.18 * mass * length * rate**2)
-    motion = sh.transient(sh.HarmonicBalance(scaled, force, NINE), 1.2 * rate / TURN, throw=True)
+    motion = sh.periodic_motion(
+        sh.HarmonicBalance(scaled, force, NINE), 1.2 * rate / TURN, throw=True
+    )
     # The steps are the same but for round-off.
     expected = length * float(solved("duffing")[1].amplitude[0])
     assert float(motion.amplitude[0]) == pytest.approx(expected, rel=1e-11)
@@ -327,7 +329,7 @@ def test_round_trip(tmp_path):
     again = sh.rebuild(loaded)
     assert again.parameters["cubic_stiffness"].tolist() == [-1e10]
     assert again.harmonics == problem.harmonics
-    once_more = sh.transient(again, 19.5, harmonics=range(32), start=loaded)
+    once_more = sh.periodic_motion(again, 19.5, harmonics=range(32), start=loaded)
     # From another start Newton's method ends elsewhere within the integrator's tolerance.
     np.testing.assert_allclose(once_more.amplitude, motion.amplitude, rtol=1e-11)
 
@@ -335,13 +337,13 @@ def test_round_trip(tmp_path):
 def test_no_periodic_motion():
     """An undamped resonance whose spring is too weak to bound it: NaN, and a sentence."""
     problem, frequency = duffing(damping=0.0, cubic=1e-30), 1 / TURN
-    motion = sh.transient(problem, frequency)
+    motion = sh.periodic_motion(problem, frequency)
     assert not bool(motion.converged)
     assert str(motion.status.values) != "success"
     assert np.isnan(motion.amplitude).all()
     assert np.isnan(motion.displacement).all()
     with pytest.raises(sh.SolveError, match=r"frequency=0\.159"):
-        sh.transient(problem, frequency, throw=True)
+        sh.periodic_motion(problem, frequency, throw=True)
 
 
 def test_a_start_that_escapes():
@@ -352,11 +354,11 @@ def test_a_start_that_escapes():
     lost = shoot(problem, response.coefficient.values.ravel(), 1.0)
     assert not lost.converged
     assert "grows without bound" in lost.status
-    assert sh.transient(problem, 1 / TURN, start=response).converged
+    assert sh.periodic_motion(problem, 1 / TURN, start=response).converged
 
 
 def test_undamped_resonance_is_bounded_by_a_spring():
-    motion = sh.transient(duffing(damping=0.0, cubic=1.0), 1 / TURN, throw=True)
+    motion = sh.periodic_motion(duffing(damping=0.0, cubic=1.0), 1 / TURN, throw=True)
     # Without damping volume is kept, and work is nothing: to the integrator's tolerance.
     assert np.prod(multipliers(motion)) == pytest.approx(1, rel=1e-10)
     assert abs(float(motion.work)) < 1e-10 * 0.18 * float(motion.amplitude[0])
@@ -384,11 +386,11 @@ ONE = GRID.isel(frequency=0, solution=0)
 @pytest.mark.parametrize("cubic", [0.1, 0.0])
 def test_bad_start(start, error, words, cubic):
     with pytest.raises(error, match=words):
-        sh.transient(duffing(cubic=cubic, harmonics=(1,)), 0.8 / TURN, start=start)
+        sh.periodic_motion(duffing(cubic=cubic, harmonics=(1,)), 0.8 / TURN, start=start)
 
 
 def test_mass_that_is_not_positive_definite():
     model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=1.0)
     problem = sh.HarmonicBalance(model, sh.PointForce())
     with pytest.raises(ValueError, match="mass_matrix"):
-        sh.transient(problem, 1.0, start=sh.solve(duffing(), 1.0).isel(dof=[0, 0]))
+        sh.periodic_motion(problem, 1.0, start=sh.solve(duffing(), 1.0).isel(dof=[0, 0]))

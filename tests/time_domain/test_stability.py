@@ -203,7 +203,7 @@ def test_friction_responses_are_stable_where_it_is_asked():
     assert curve.stability.values.tolist() == [1] * curve.sizes["point"]
     middle = curve.isel(point=curve.sizes["point"] // 2)
     assert middle.contact_state.values == [1]
-    motion = sh.transient(problem, float(middle.frequency))
+    motion = sh.periodic_motion(problem, float(middle.frequency))
     largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
     rate = np.log(float(largest)) * float(middle.frequency)
     # Truncation of the motion moves the events it is judged by.
@@ -218,7 +218,7 @@ def test_instability_beside_odd_harmonics():
     model = sh.Model([[1.0]], [[0.2]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
     problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=6.0), (1, 3, 5, 7, 9))
     point = sh.solve(problem, 1 / TURN)
-    motion = sh.transient(problem, 1 / TURN, start=point)
+    motion = sh.periodic_motion(problem, 1 / TURN, start=point)
     largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
     # At one radian per second; five harmonics leave 3e-3 of the rate.
     rate = np.log(float(largest)) / TURN

@@ -13,7 +13,7 @@ Balanced = tuple[HarmonicBalance, FloatArray]
 """A problem and its unknowns (n_unknowns,) [m]."""
 
 
-def periodic_motion(
+def exact_motion_of(
     problem: HarmonicBalance, frequency: float, near: Balanced | None = None
 ) -> ExactMotion:
     """Find the periodic motion at an angular ``frequency`` [rad/s], exact for friction alone.

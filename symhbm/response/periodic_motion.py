@@ -18,12 +18,12 @@ from symhbm.numerics import (
     unknowns_of,
 )
 from symhbm.results import schema
-from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, periodic_motion
+from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, exact_motion_of
 
 _KINDS = {"slip": "onset of slip", "stick": "end of slip"}
 
 
-def transient(
+def periodic_motion(
     problem: HarmonicBalance,
     frequency: float,
     *,
@@ -49,9 +49,9 @@ def transient(
     n_angles
         Number of equidistant angles of the period at which the motion is given.
     start
-        A response nearby: one point of a result of `frf`, `follow`, `solve` or `transient`. Cubic
-        springs make several motions, stable or not, and the start chooses among them; by default
-        it is what `solve` finds. Friction alone makes one.
+        A response nearby: one point of a result of `frf`, `follow`, `solve` or `periodic_motion`.
+        Cubic springs make several motions, stable or not, and the start chooses among them; by
+        default it is what `solve` finds. Friction alone makes one.
     throw
         Raise SolveError where no periodic motion was found.
 
@@ -77,7 +77,7 @@ def transient(
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
-    >>> motion = sh.transient(problem, 19.5)
+    >>> motion = sh.periodic_motion(problem, 19.5)
     >>> motion.amplitude.values.round(8)
     array([0.0003079])
     """
@@ -86,7 +86,7 @@ def transient(
     n_angles = check.integer("n_angles", n_angles, minimum=1)
     orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
     near = None if start is None else _response(problem, start)
-    motion = periodic_motion(problem, RADIANS * frequency, near)
+    motion = exact_motion_of(problem, RADIANS * frequency, near)
     status = motion.status
     if status == Status.NO_MOTION and not is_held(problem):
         status = Status.NOT_HELD
