@@ -1,9 +1,9 @@
 """How many harmonics are enough: harmonic balance against the exact periodic motion.
 
 The exact amplitudes (data/reference, and `symhbm.periodic_motion` where contacts reverse three
-times per half period) are good to 1e-11. The friction force has kinks, so its coefficients fall as n^-2 and
-those of the response as n^-4; the sum of the harmonics left out, and with it the error of a
-truncated set, falls as n^-3.
+times per half period) are good to 1e-11. The friction force has kinks, so its coefficients fall as
+n^-2 and those of the response as n^-4; the sum of the harmonics left out, and with it the error of
+a truncated set, falls as n^-3.
 """
 
 import json
