@@ -1,5 +1,5 @@
 """The command line ``symhbm``."""
 
-from symhbm.cli.transfer import main
+from symhbm.cli.group import main
 
 __all__ = ["main"]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.pieces import ALIKE, completeness, largest, moving, read, set_dimensions
+from symhbm.cli.blocks import ALIKE, completeness, largest, moving, read, set_dimensions
 from symhbm.continuation import Status
 from symhbm.results import LARGEST_OF, Description
 

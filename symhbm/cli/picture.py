@@ -7,12 +7,18 @@ from typing import Any
 import xarray as xr
 
 import symhbm as sh
-from symhbm.cli.pieces import INNER, set_dimensions
+from symhbm.cli.blocks import INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.continuation import Status
 from symhbm.results import Description
 
-KINDS = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
+
+def kinds() -> tuple[str, ...]:
+    """Names of the pictures of `symhbm.plot`: of all that it offers, what draws into axes."""
+    offered = {name: getattr(sh.plot, name) for name in sh.plot.__all__}
+    functions = {name: value for name, value in offered.items() if inspect.isfunction(value)}
+    drawn = [name for name, f in functions.items() if "ax" in inspect.signature(f).parameters]
+    return tuple(name.replace("_", "-") for name in drawn)
 
 
 def draw(

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.pieces import INNER, moving
+from symhbm.cli.blocks import INNER, moving
 from symhbm.numerics import check
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"

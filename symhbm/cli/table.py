@@ -7,7 +7,7 @@ from typing import Any, TextIO
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.pieces import INNER, moving, pieces, set_dimensions
+from symhbm.cli.blocks import INNER, moving, pieces, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
 from symhbm.results import Description, check_held, left_out

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.cli.pieces import pieces
+from symhbm.cli.blocks import blocks
 from symhbm.results.archive.working_files import Store
 
 ROOT = Path(__file__).parent.parent.parent
@@ -241,23 +241,23 @@ def test_info_of_mistuned_blades_statistics_and_verifications(tmp_path):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_large_archives_are_read_in_pieces(archive, monkeypatch, case):
+def test_large_archives_are_read_in_blocks(archive, monkeypatch, case):
     path = archive(case)
     whole = run("info", path), run("export", path, "--variables", "all")
     assert whole[0][0] == whole[1][0] == 0
-    monkeypatch.setattr("symhbm.cli.pieces._LARGEST_PIECE", 97)
+    monkeypatch.setattr("symhbm.cli.blocks._LARGEST_BLOCK", 97)
     assert (run("info", path), run("export", path, "--variables", "all")) == whole
 
 
 @given(st.lists(st.integers(1, 6), max_size=4), st.integers(1, 9), st.integers(1, 40))
-def test_pieces_hold_every_row_once_and_in_order(shape, width, budget):
+def test_blocks_hold_every_row_once_and_in_order(shape, width, budget):
     array = np.arange(int(np.prod(shape))).reshape(shape)
     dims = [f"d{i}" for i in range(len(shape))]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("symhbm.cli.pieces._LARGEST_PIECE", budget)
+        patch.setattr("symhbm.cli.blocks._LARGEST_BLOCK", budget)
         found = []
-        for piece in pieces(dict(zip(dims, shape, strict=True)), dims, width):
-            part = array[tuple(piece.get(dim, slice(None)) for dim in dims)]
+        for block in blocks(dict(zip(dims, shape, strict=True)), dims, width):
+            part = array[tuple(block.get(dim, slice(None)) for dim in dims)]
             assert part.size * width <= max(budget, width)
             found += part.ravel().tolist()
     assert found == list(range(array.size))
@@ -371,7 +371,7 @@ def test_plot(archive, tmp_path, monkeypatch):
     seen = []
 
     def drawn(kind):
-        def draw(part, *, contact=None, dof=None):
+        def draw(part, *, contact=None, dof=None, ax=None):
             seen.append((kind, part, contact, dof))
             return sh.plot.drawing.plt.figure(figsize=(1, 1))
 
@@ -434,7 +434,7 @@ def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypat
     path = sh.save(unfinished(dataset("grid")), tmp_path / "grid.nc")
     seen = []
 
-    def blades(values):
+    def blades(values, ax=None):
         seen.append(values)
         return sh.plot.drawing.plt.figure(figsize=(1, 1))
 

@@ -17,7 +17,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from studies.closed_form import one_blade
-from symhbm.cli.commands import main
+from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.amplitude_curve import amplitude_between
 from symhbm.results import tables

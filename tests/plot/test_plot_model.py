@@ -18,7 +18,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 import symhbm as sh
-from symhbm.cli.commands import main
+from symhbm.cli import main
 from symhbm.cli.picture import draw
 from symhbm.plot.layout import HALF, spread
 from symhbm.plot.masses import COLORS

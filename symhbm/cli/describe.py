@@ -6,8 +6,8 @@ import textwrap
 import numpy as np
 import xarray as xr
 
+from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
-from symhbm.cli.pieces import INNER, moving, read
 from symhbm.model import PARAMETERS
 from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
 

@@ -1,0 +1,1 @@
+"""The commands of ``symhbm``, one file each; a new file is a new command."""

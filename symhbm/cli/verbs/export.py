@@ -1,0 +1,76 @@
+"""The command ``symhbm export``."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from symhbm.cli.arguments import archive_argument, select_option
+from symhbm.cli.blocks import completeness
+from symhbm.cli.selection import select
+from symhbm.cli.table import TABLES, rows, write
+from symhbm.cli.terminal import check_place, opened, say, whole
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--table",
+    type=click.Choice(TABLES),
+    default="points",
+    show_default=True,
+    help="What a row is: a point, a peak, an event, or a parameter set with its status.",
+)
+@select_option
+@click.option(
+    "--variables",
+    metavar="NAME,NAME",
+    help="Variables to write. By default all that belong to the rows but the Fourier "
+    "coefficients; all means these as well.",
+)
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="File to write, whole or not at all; by default standard output.",
+)
+def export(
+    archive: Path,
+    table: str,
+    choices: tuple[str, ...],
+    variables: str | None,
+    output: Path | None,
+) -> None:
+    """Write a table of ARCHIVE as comma-separated values.
+
+    The first line names the columns with their units, as in "amplitude_3 [m]" for blade 3 or
+    "coefficient_dof0_h1_cos [m]" for a Fourier coefficient; columns that place a row (parameter
+    values, frequency) come first. Numbers have all their digits, a value that is not known is
+    an empty field. pandas, Excel and numpy.genfromtxt(..., delimiter=",") read it.
+
+    \b
+    Examples:
+      symhbm export blade.nc --output blade.csv
+      symhbm export blade.nc --table peaks
+      symhbm export disk.nc --select sample=0 --select frequency=200:220 --variables amplitude
+    """
+    wanted = None if variables is None else [name.strip() for name in variables.split(",")]
+    check_place(output)
+    with opened(archive) as dataset:
+        selection = select(dataset, choices)
+        lines: Iterator[Any] = rows(selection, table, wanted)
+        if output is None:
+            written = write(lines, sys.stdout)
+        else:
+            with whole(output) as file:
+                written = write(lines, file)
+            click.echo(output)
+        complete, waiting, failed = completeness(selection.dataset)
+    incomplete = waiting + failed.total()
+    if written == 0:
+        say("symhbm export: no rows, the table has its header alone")
+    if incomplete and table != "sets":
+        total = complete + incomplete
+        say(f"symhbm export: {incomplete} of {total} curves are incomplete, --table sets says why")

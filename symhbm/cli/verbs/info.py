@@ -1,0 +1,33 @@
+"""The command ``symhbm info``."""
+
+from pathlib import Path
+
+import click
+
+from symhbm.cli.arguments import archive_argument
+from symhbm.cli.describe import describe
+from symhbm.cli.terminal import opened, size
+
+
+@click.command()
+@archive_argument
+def info(archive: Path) -> None:
+    """Tell what is in ARCHIVE, in words.
+
+    Says what was computed (structure, parameters, excitation, harmonics), how much of it is
+    complete and what failed and why, what came out (highest peak, events, contacts that slip,
+    dissipation), and how far to trust it (largest residual, truncation error). An unfinished
+    run, ARCHIVE.partial, tells how many curves are still to come.
+
+    Peaks are local maxima over the band; the largest response is told as well where it is none,
+    as at an end of the band. "mistuned" and "swept" mark parameters that differ between blades
+    or contacts, and between curves.
+
+    \b
+    Examples:
+      symhbm info blade.nc
+      symhbm info disk.nc.partial
+    """
+    with opened(archive) as dataset:
+        click.echo(f"{'archive':<23} {archive}, {size(archive.stat().st_size)}")
+        click.echo(describe(dataset))

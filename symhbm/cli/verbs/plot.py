@@ -1,0 +1,81 @@
+"""The command ``symhbm plot``."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from symhbm.cli.arguments import archive_argument, select_option
+from symhbm.cli.picture import draw, kinds
+from symhbm.cli.terminal import check_place, final_name, opened
+
+_PICTURES = ("png", "pdf", "svg")
+
+
+class _Kind(click.ParamType):
+    """The kinds of pictures, which are looked up late: Matplotlib is slow to import."""
+
+    name = "kind"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
+        return click.Choice(kinds()).get_metavar(param, ctx)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        return click.Choice(kinds()).convert(value, param, ctx)
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--kind",
+    type=_Kind(),
+    help="What to draw. By default hysteresis for a motion in time, envelope for an ensemble, "
+    "disk for one point of a disk, else response.",
+)
+@select_option
+@click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")
+@click.option("--contact", type=int, help="The contact to show, from 0.")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help=f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE.",
+)
+def plot(
+    archive: Path,
+    kind: str | None,
+    choices: tuple[str, ...],
+    dof: int | None,
+    contact: int | None,
+    output: Path | None,
+) -> None:
+    """Draw a picture of ARCHIVE and print its path.
+
+    \b
+      response    amplitude over the frequency (or what was followed), a line per parameter set
+      envelope    an ensemble of responses as bands
+      disk        the response around the disk
+      blades      the response of every blade
+      hysteresis  friction force over relative displacement
+      stick-map   where contacts stick and where they slip
+      model       the structure and the force on it
+
+    \b
+    Examples:
+      symhbm plot blade.nc
+      symhbm plot blade.nc --select normal_load=1,3 --output loads.pdf
+      symhbm plot disk.nc --kind response --select sample=0 --dof 3
+    """
+    if output is not None and output.suffix.lstrip(".").lower() not in _PICTURES:
+        raise ValueError(f"--output {output}: expected a name ending in .{', .'.join(_PICTURES)}")
+    check_place(output)
+    with opened(archive) as dataset:
+        options = {k: v for k, v in (("dof", dof), ("contact", contact)) if v is not None}
+        # The picture goes to a file, whatever screen there is.
+        os.environ["MPLBACKEND"] = "agg"
+        kind, figure = draw(dataset, kind, choices, options)
+    output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
+    figure.savefig(output)
+    figure.clear()
+    click.echo(output)

@@ -1,0 +1,66 @@
+"""The command ``symhbm resume``."""
+
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import click
+
+import symhbm as sh
+from symhbm.cli.arguments import archive_argument
+from symhbm.cli.blocks import completeness
+from symhbm.cli.terminal import final_name, opened
+from symhbm.results.archive import SUFFIX
+from symhbm.workers import attend
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Processes that compute; by default one for each core.",
+)
+@click.option("--no-progress", is_flag=True, help="Show no bar.")
+def resume(archive: Path, workers: int | None, no_progress: bool) -> None:
+    """Finish the interrupted run that should have become ARCHIVE.
+
+    Whatever was complete is kept, the other curves are computed as they would have been. ARCHIVE
+    is the name that was asked for, or that of the working file beside it, ARCHIVE.partial. The
+    run may be interrupted and resumed again at any time.
+
+    \b
+    Examples:
+      symhbm resume disk.nc
+      symhbm resume disk.nc.partial --workers 4
+    """
+    target = archive.with_name(final_name(archive))
+    working = target.with_name(target.name + SUFFIX)
+    if not working.exists():
+        if not target.exists():
+            raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")
+        click.echo(f"{target}: complete, there is nothing to resume, nothing was computed")
+        return
+    with opened(working) as dataset:
+        complete, waiting, failed = completeness(dataset)
+    total = complete + waiting + failed.total()
+    count = min(workers or os.cpu_count() or 1, waiting)
+    progress = not no_progress and sys.stderr.isatty()
+    pool = ProcessPoolExecutor(count, initializer=attend) if count > 1 else None
+    try:
+        with sh.resume(target, executor=pool, progress=progress) as dataset:
+            _, left, failed = completeness(dataset)
+    except KeyboardInterrupt as interrupt:
+        if not hasattr(interrupt, "__notes__"):
+            interrupt.add_note(f"symhbm: interrupted; what is complete is kept in {working}")
+        raise
+    finally:
+        if pool is not None:
+            pool.shutdown(cancel_futures=True)
+    click.echo(
+        f"{total - waiting} of {total} curves were there, {waiting - left} computed, "
+        f"{failed.total()} of all are incomplete"
+    )
+    click.echo(target)
