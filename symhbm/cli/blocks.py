@@ -1,4 +1,4 @@
-"""Datasets in pieces: what runs over what, and variables that need not fit into memory."""
+"""Dimensions of a dataset, and reading of variables block by block."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,8 +12,8 @@ from symhbm.results import Description
 INNER = ("dof", "contact", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
 ALIKE = 1e-9
-"""Relative difference below which values that round-off tells apart are the same."""
-_LARGEST_PIECE = 2**21
+"""Relative difference of values that differ by round-off alone."""
+_LARGEST_BLOCK = 2**21
 """Values read at once."""
 
 
@@ -36,13 +36,13 @@ def completeness(dataset: xr.Dataset) -> tuple[int, int, Counter[str]]:
     return complete, waiting, failed
 
 
-def pieces(sizes: dict[str, int], dims: Sequence[str], width: int) -> Iterator[dict[str, slice]]:
+def blocks(sizes: dict[str, int], dims: Sequence[str], width: int) -> Iterator[dict[str, slice]]:
     """Slices of ``dims`` in the order of rows, each of at most some million values.
 
     ``width`` is the number of values of a row.
     """
     shape = [sizes[dim] for dim in dims]
-    budget = max(1, _LARGEST_PIECE // max(1, width))
+    budget = max(1, _LARGEST_BLOCK // max(1, width))
     cut = next((i for i in range(len(shape)) if np.prod(shape[i + 1 :]) <= budget), len(shape))
     if cut == len(shape):
         yield {}
@@ -57,20 +57,20 @@ def pieces(sizes: dict[str, int], dims: Sequence[str], width: int) -> Iterator[d
 def read(
     dataset: xr.Dataset, name: str, inner: tuple[str, ...] = ()
 ) -> Iterator[tuple[dict[str, int], np.ndarray]]:
-    """Where a piece of a variable begins, and its values, with the dimensions ``inner`` last."""
+    """Start and values of each block of a variable, with the dimensions ``inner`` last."""
     variable = dataset[name].variable
     outer = [str(dim) for dim in variable.dims if dim not in inner]
     width = int(np.prod([variable.sizes[dim] for dim in inner]))
-    for piece in pieces({str(d): n for d, n in variable.sizes.items()}, outer, width):
-        begin = {dim: part.start for dim, part in piece.items()}
-        yield begin, variable.isel(piece).transpose(*outer, *inner).values
+    for block in blocks({str(d): n for d, n in variable.sizes.items()}, outer, width):
+        begin = {dim: cut.start for dim, cut in block.items()}
+        yield begin, variable.isel(block).transpose(*outer, *inner).values
 
 
 def largest(
     dataset: xr.Dataset, name: str, array: xr.DataArray | None = None
 ) -> tuple[float, dict[str, int]] | None:
-    """Largest value of a variable and where it is, None where there is none."""
-    found: tuple[float, dict[str, int]] | None = None
+    """Largest value of a variable and its position, None where all values are NaN."""
+    best: tuple[float, dict[str, int]] | None = None
     holder = dataset if array is None else array.to_dataset(name=name)
     dims = [str(dim) for dim in holder[name].dims]
     for begin, values in read(holder, name):
@@ -80,7 +80,7 @@ def largest(
         first = np.argmax(values >= np.nanmax(values) * (1 - ALIKE))
         index = np.unravel_index(first, values.shape)
         value = float(values[index])
-        if found is None or value > found[0] * (1 + ALIKE):
-            place = {d: int(i) + begin.get(d, 0) for d, i in zip(dims, index, strict=True)}
-            found = value, place
-    return found
+        if best is None or value > best[0] * (1 + ALIKE):
+            position = {d: int(i) + begin.get(d, 0) for d, i in zip(dims, index, strict=True)}
+            best = value, position
+    return best

@@ -1,4 +1,4 @@
-"""What an archive holds, in words."""
+"""Text on an archive: its origin, its structure, its parameters and its results."""
 
 import json
 import textwrap
@@ -14,7 +14,7 @@ from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
 _WIDTH, _MARGIN = 100, 24
 _MOST_LISTED = 8
 _OF_FORCE = ("force_amplitude", "engine_order")
-_OWN_ATTRIBUTES = {
+_DESCRIBED_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
     *("problem", "swept", "followed", "accuracy", "left_out", "verification"),
 }
@@ -23,14 +23,14 @@ _OWN_ATTRIBUTES = {
 def describe(dataset: xr.Dataset) -> str:
     """Text on a dataset of this library: problem, what was computed, how complete, what came out.
 
-    Variables are read one at a time and in pieces, so a lazily opened archive may be larger than
+    Variables are read one at a time, block by block: a lazily opened archive may be larger than
     the memory.
     """
     lines = []
     for name, text in _lines(dataset):
         wrapped = textwrap.wrap(text, _WIDTH - _MARGIN, break_on_hyphens=False) or [""]
-        for first, part in zip([name, *[""] * len(wrapped)], wrapped, strict=False):
-            lines.append(f"{first:<{_MARGIN - 1}} {part}".rstrip())
+        for label, line in zip([name, *[""] * len(wrapped)], wrapped, strict=False):
+            lines.append(f"{label:<{_MARGIN - 1}} {line}".rstrip())
     return "\n".join(lines)
 
 
@@ -46,18 +46,21 @@ def _lines(dataset: xr.Dataset) -> Lines:
 
 
 def _origin(dataset: xr.Dataset) -> Lines:
-    about = dataset.attrs
-    yield "title", str(about.get("title", "none"))
+    attributes = dataset.attrs
+    yield "title", str(attributes.get("title", "none"))
     made = {"symhbm": "symhbm_version", "CasADi": "casadi_version", "schema": "symhbm_schema"}
-    yield "made by", ", ".join(f"{what} {about[k]}" for what, k in made.items() if k in about)
-    if "references" in about:
-        yield "reference", str(about["references"])
+    yield (
+        "made by",
+        ", ".join(f"{maker} {attributes[k]}" for maker, k in made.items() if k in attributes),
+    )
+    if "references" in attributes:
+        yield "reference", str(attributes["references"])
 
 
 def _problem(dataset: xr.Dataset) -> Lines:
-    about = Description(dataset).problem
-    n_dof, contacts = about["n_dof"], about["contacts"]
-    what = "blade" if about["lumped"] else "degree of freedom"
+    problem = Description(dataset).problem
+    n_dof, contacts = problem["n_dof"], problem["contacts"]
+    body = "blade" if problem["lumped"] else "degree of freedom"
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
     between = sum(len(dofs) == 2 for dofs in contacts)
     kinds = {"between two of them": between, "to the ground": len(contacts) - between}
@@ -66,7 +69,7 @@ def _problem(dataset: xr.Dataset) -> Lines:
     )
     if n_dof > 2 and sorted(map(sorted, contacts)) == sorted(ring):
         where = "each between two neighbours in a ring"
-    text = f"{count(n_dof, what)}, {count(len(contacts), 'contact')}"
+    text = f"{count(n_dof, body)}, {count(len(contacts), 'contact')}"
     yield "structure", f"{text} {where}".rstrip()
     sectors = dataset.get("n_sectors")
     if sectors is not None and (sectors > 1).any():
@@ -76,14 +79,14 @@ def _problem(dataset: xr.Dataset) -> Lines:
         yield "solved", f"one of {solved} sectors that move alike{which}"
     for name in PARAMETERS:
         if name in dataset.variables and name not in _OF_FORCE:
-            text = _parameter(dataset, name, what)
+            text = _parameter(dataset, name, body)
             if name != "cubic_stiffness" or text != "0 N m-3":
                 yield f"  {name}", text
-    force = about["excitation"]
+    force = problem["excitation"]
     kind = force["type"]
-    amplitude = _parameter(dataset, "force_amplitude", what)
+    amplitude = _parameter(dataset, "force_amplitude", body)
     where = {
-        "PointForce": f"point force on {what} {force.get('dof')}",
+        "PointForce": f"point force on {body} {force.get('dof')}",
         "EngineOrder": "engine order, a travelling wave over the blades",
     }.get(kind, kind)
     on = [str(force["harmonic"])] if "harmonic" in force else []
@@ -92,15 +95,15 @@ def _problem(dataset: xr.Dataset) -> Lines:
     yield "excitation", f"{where}{harmonic}"
     yield "  force_amplitude", amplitude
     if "engine_order" in dataset.variables:
-        yield "  engine_order", _parameter(dataset, "engine_order", what)
-    listed = ", ".join(map(str, about["harmonics"]))
+        yield "  engine_order", _parameter(dataset, "engine_order", body)
+    listed = ", ".join(map(str, problem["harmonics"]))
     if "accuracy" in dataset.attrs:
         listed = (
             f"as many as each point takes for an accuracy of {dataset.attrs['accuracy']:g}; "
             f"those of all points are {listed}"
         )
     yield "harmonics", listed
-    samples = about.get("samples")
+    samples = problem.get("samples")
     if np.any(dataset.get("contact_stiffness", np.ones(1))):
         solver = json.loads(dataset.attrs.get("followed", "{}")).get("angles")
         law = "located switching angles, no sampling"
@@ -113,28 +116,28 @@ def _problem(dataset: xr.Dataset) -> Lines:
 
 def _drawn(variable: xr.DataArray) -> str:
     """How the values of a parameter were drawn."""
-    about = json.loads(variable.attrs.get(DRAWN, "{}"))
-    if "seed" not in about:
+    draw = json.loads(variable.attrs.get(DRAWN, "{}"))
+    if "seed" not in draw:
         return ""
-    spreads = [key for key in about if key.startswith(("relative", "coefficient"))]
-    width = [f"{key} {about[key]:g}" for key in spreads if isinstance(about[key], float)]
-    return f"; {', '.join([about['distribution'], *width, 'seed ' + str(about['seed'])])}"
+    spreads = [key for key in draw if key.startswith(("relative", "coefficient"))]
+    width = [f"{key} {draw[key]:g}" for key in spreads if isinstance(draw[key], float)]
+    return f"; {', '.join([draw['distribution'], *width, 'seed ' + str(draw['seed'])])}"
 
 
-def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
+def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
     """Values of a parameter with their unit, and how they differ."""
     variable = dataset[name]
     unit = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
     values = variable.values
     finite = values[np.isfinite(values)]
     outer = [str(dim) for dim in variable.dims if dim not in INNER]
-    of = {"dof": f"{what}s", "contact": "contacts"}
-    each = [of[str(dim)] for dim in variable.dims if dim in of]
+    of = {"dof": f"{body}s", "contact": "contacts"}
+    owners = [of[str(dim)] for dim in variable.dims if dim in of]
     if not finite.size:
         return "none"
     spread = f"{short(finite.min())} to {short(finite.max())}{unit}"
-    differs = each and np.any(values != values[..., :1])
-    pattern = f", differing between {each[0]}" if differs else ""
+    differs = owners and np.any(values != values[..., :1])
+    pattern = f", differing between {owners[0]}" if differs else ""
     nominal = ""
     if f"{name}_nominal" in dataset.variables:
         standard = np.unique(dataset[f"{name}_nominal"].values)
@@ -142,8 +145,8 @@ def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
         nominal = f", nominal value {standard}{unit}"
     if name == moving(dataset) and variable.ndim:
         index = Description(dataset).request["index"]
-        place = "" if index is None else f" at one place ({index})"
-        return f"followed{place}, {spread}{nominal}"
+        entry = "" if index is None else f" at one place ({index})"
+        return f"followed{entry}, {spread}{nominal}"
     if outer == [name]:
         if finite.size <= _MOST_LISTED:
             spread = f"{', '.join(map(short, finite))}{unit}"
@@ -157,24 +160,28 @@ def _parameter(dataset: xr.Dataset, name: str, what: str) -> str:
 
 
 def _others(dataset: xr.Dataset) -> Lines:
-    """What is not the library's own result, and all of it where there is no status."""
-    known = {*VARIABLES, *PARAMETERS, *(f"{p}_{n}" for p in ("peak", "event") for n in PARAMETERS)}
-    known |= {f"{name}_nominal" for name in PARAMETERS} | {"n_sectors", "harmonic"}
-    known |= {f"{name}_{part}" for name in MATRICES for part in ("row", "column", "value")}
+    """Variables and attributes of the user; all variables where there is no status."""
+    described = {
+        *VARIABLES,
+        *PARAMETERS,
+        *(f"{p}_{n}" for p in ("peak", "event") for n in PARAMETERS),
+    }
+    described |= {f"{name}_nominal" for name in PARAMETERS} | {"n_sectors", "harmonic"}
+    described |= {f"{name}_{part}" for name in MATRICES for part in ("row", "column", "value")}
     if "status" not in dataset.variables:
-        known -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
+        described -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())
         yield "dimensions", sizes or "none"
     for name, variable in dataset.variables.items():
-        if str(name) in known or name in ("dof", "contact", "component"):
+        if str(name) in described or name in ("dof", "contact", "component"):
             continue
-        about = variable.attrs
-        unit = "" if about.get("units", "1") == "1" else f" {about['units']}"
-        text = [f"{about['long_name']}"] if about.get("long_name", name) != name else []
+        attributes = variable.attrs
+        unit = "" if attributes.get("units", "1") == "1" else f" {attributes['units']}"
+        text = [f"{attributes['long_name']}"] if attributes.get("long_name", name) != name else []
         text += [f"along {', '.join(map(str, variable.dims))}"] if variable.dims else []
         yield f"{name}", ", ".join([*text, _spread(dataset, str(name)) + unit])
     for name, value in dataset.attrs.items():
-        if name not in _OWN_ATTRIBUTES:
+        if name not in _DESCRIBED_ATTRIBUTES:
             yield str(name), textwrap.shorten(str(value), 2 * _WIDTH, placeholder=" ...")
 
 
@@ -185,10 +192,10 @@ def _spread(dataset: xr.Dataset, name: str) -> str:
         more = ", ..." if len(values) > _MOST_LISTED else ""
         return ", ".join(values[:_MOST_LISTED]) + more
     for _, values in read(dataset, name):
-        there = values[~np.isnan(values)]
-        size, missing = size + values.size, missing + values.size - there.size
-        if there.size:
-            low, high = min(low, there.min()), max(high, there.max())
+        numbers = values[~np.isnan(values)]
+        size, missing = size + values.size, missing + values.size - numbers.size
+        if numbers.size:
+            low, high = min(low, numbers.min()), max(high, numbers.max())
     if missing == size:
         return f"{size} values, none known" if size else "no values"
     text = f"{short(low)} to {short(high)}" if high > low else short(low)

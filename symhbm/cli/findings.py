@@ -1,4 +1,4 @@
-"""What was computed and what came out, in words."""
+"""Text on a result: what was computed, peaks, contacts, accuracy."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ Lines = Iterator[tuple[str, str]]
 
 
 def findings(dataset: xr.Dataset) -> Lines:
-    """Labels and texts on a result: completeness, peaks, contacts, and how far to trust it."""
+    """Labels and texts on a result: completeness, peaks, contacts and errors."""
     yield from _computed(dataset)
     yield from _peaks(dataset)
     yield from _contacts(dataset)
@@ -28,10 +28,10 @@ def short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def count(number: int, what: str) -> str:
+def count(number: int, noun: str) -> str:
     """A number of things."""
-    plural = what.replace("degree", "degrees") if what.startswith("degree") else f"{what}s"
-    return f"{number} {what if number == 1 else plural}"
+    plural = noun.replace("degree", "degrees") if noun.startswith("degree") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
 
 
 def _computed(dataset: xr.Dataset) -> Lines:
@@ -41,14 +41,14 @@ def _computed(dataset: xr.Dataset) -> Lines:
     on_path = "point" in dataset.dims and band.ndim > 0
     finite = band[np.isfinite(band)]
     if "followed" in dataset.attrs:
-        what = "frequency response" if along == "frequency" else f"response over {along}"
+        subject = "frequency response" if along == "frequency" else f"response over {along}"
         ends = Description(dataset).request.get("band") or _ends(band, finite)
-        text = f"{what} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
+        text = f"{subject} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
         text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
         if along not in dataset.variables:
-            text = f"{what} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
+            text = f"{subject} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
         elif not band.ndim:
-            text = f"{what}, at {short(band)} {unit}".rstrip()
+            text = f"{subject}, at {short(band)} {unit}".rstrip()
         if along != "frequency" and "frequency" in dataset.variables:
             text += f", at {short(dataset['frequency'].values)} Hz"
     elif "angle" in dataset.dims:
@@ -60,14 +60,14 @@ def _computed(dataset: xr.Dataset) -> Lines:
     yield from _completeness(dataset, on_path)
     if "stability" in dataset.variables:
         counts = {"stable": 0, "unstable": 0, "unknown": 0}
-        for piece, known in _solved(dataset, "stability"):
+        for block, converged in _solved(dataset, "stability"):
             for word, value in (("stable", 1), ("unstable", 0), ("unknown", -1)):
-                counts[word] += int(np.count_nonzero((piece == value) & known))
+                counts[word] += int(np.count_nonzero((block == value) & converged))
         yield "stability", ", ".join(f"{n} {word}" for word, n in counts.items() if n) or "none"
 
 
 def _ends(band: np.ndarray, finite: np.ndarray) -> tuple[float, float]:
-    """First and last value of a band, as far as its points go."""
+    """First and last value of the points of a band."""
     if not finite.size:
         return np.nan, np.nan
     several = band.ndim and band.shape[-1] > 1
@@ -94,7 +94,7 @@ def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
     for text, number in failed.most_common():
         yield "", f"{number}: {text}"
     if "converged" in dataset.variables and "followed" in dataset.attrs:
-        solved = sum(int(np.count_nonzero(piece)) for _, piece in read(dataset, "converged"))
+        solved = sum(int(np.count_nonzero(block)) for _, block in read(dataset, "converged"))
         points = _n_points(dataset, on_path)
         several = " (each solution at a value counts)" if "solution" in dataset.dims else ""
         missing = points - solved
@@ -121,27 +121,31 @@ def _peaks(dataset: xr.Dataset) -> Lines:
         if "peak_kind" in dataset.variables:
             kinds = Counter(map(str, dataset["peak_kind"].values.ravel().tolist()))
             kinds.pop("", None)
-            each = Description(dataset).per_dof
-            yield "peaks", _counted(kinds) + f" (of every {_body(dataset)})" * each
+            per_dof = Description(dataset).per_dof
+            yield "peaks", _counted(kinds) + f" (of every {_body(dataset)})" * per_dof
         amplitude = dataset["peak_amplitude"].copy()
         amplitude = amplitude.where(np.isfinite(amplitude))
         top = largest(dataset, "peak_amplitude", amplitude)
         if top is not None:
-            value, place = top
-            at = dataset.isel(place)
+            value, index = top
+            at = dataset.isel(index)
             words = [_decibel(value)]
             if f"peak_{along}" in at.variables:
-                about = at[f"peak_{along}"]
-                words.append(f"at {short(about.values)} {about.attrs.get('units', '')}".rstrip())
+                moved = at[f"peak_{along}"]
+                words.append(f"at {short(moved.values)} {moved.attrs.get('units', '')}".rstrip())
             words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
-            words += [*_kept(dataset), *_set_words(dataset, place)]
+            words += [*_kept(dataset), *_set_words(dataset, index)]
             yield "highest peak", ", ".join(words)
     if "amplitude" in dataset.variables:
-        found = largest(dataset, "amplitude")
+        response = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
-        if found is not None and (top is None or found[0] > top[0] * (1 + ALIKE)):
-            words = [_decibel(found[0]), *_place(dataset, "amplitude", found[1]), *_kept(dataset)]
+        if response is not None and (top is None or response[0] > top[0] * (1 + ALIKE)):
+            words = [
+                _decibel(response[0]),
+                *_location(dataset, "amplitude", response[1]),
+                *_kept(dataset),
+            ]
             yield "largest response", ", ".join(words)
     if "event_kind" in dataset.variables:
         events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
@@ -168,15 +172,15 @@ def _contacts(dataset: xr.Dataset) -> Lines:
         yield "contacts", "; ".join(words)
     if "contact_model_valid" in dataset.variables:
         broken = 0
-        for valid, known in _solved(dataset, "contact_model_valid"):
-            broken += int(np.count_nonzero(~valid & known))
+        for valid, converged in _solved(dataset, "contact_model_valid"):
+            broken += int(np.count_nonzero(~valid & converged))
         if broken:
             yield "", f"the friction law does not hold for the motion at {broken} points"
     if "dissipation" in dataset.variables:
-        found = largest(dataset, "dissipation")
-        if found is not None:
-            words = [f"at most {found[0]:.4g} J per cycle"]
-            yield "dissipation", ", ".join(words + _place(dataset, "dissipation", found[1]))
+        dissipated = largest(dataset, "dissipation")
+        if dissipated is not None:
+            words = [f"at most {dissipated[0]:.4g} J per cycle"]
+            yield "dissipation", ", ".join(words + _location(dataset, "dissipation", dissipated[1]))
 
 
 def _trust(dataset: xr.Dataset) -> Lines:
@@ -188,11 +192,11 @@ def _trust(dataset: xr.Dataset) -> Lines:
         "sampling_error": "sampling error",
         "periodicity": "periodicity",
     }
-    for name, what in worst.items():
-        found = largest(dataset, name) if name in dataset.variables else None
-        if found is not None:
-            words = [f"at most {found[0]:.1e}", *_place(dataset, name, found[1])]
-            yield what, ", ".join(words)
+    for name, label in worst.items():
+        maximum = largest(dataset, name) if name in dataset.variables else None
+        if maximum is not None:
+            words = [f"at most {maximum[0]:.1e}", *_location(dataset, name, maximum[1])]
+            yield label, ", ".join(words)
     report = Description(dataset).verification
     if report is not None:
         verdict = "passed" if report["passed"] else "a bound is broken"
@@ -202,29 +206,29 @@ def _trust(dataset: xr.Dataset) -> Lines:
 
 
 def _solved(dataset: xr.Dataset, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pieces of a variable of points, and which of its values belong to converged ones."""
+    """Blocks of a variable of points, and a mask of its converged values."""
     if "converged" not in dataset.variables:
         for _, values in read(dataset, name):
             yield values, values >= 0
         return
     converged = dataset["converged"].transpose(*dataset[name].dims).to_dataset(name="converged")
-    for (_, values), (_, known) in zip(
+    for (_, values), (_, mask) in zip(
         read(dataset, name), read(converged, "converged"), strict=True
     ):
-        yield values, known
+        yield values, mask
 
 
-def _place(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str]:
-    """Where an entry of a variable is: frequency, blade or contact, parameters."""
+def _location(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str]:
+    """Location of an entry of a variable: frequency, blade or contact, parameters."""
     along = moving(dataset)
     words = []
     for label in (f"peak_{along}" if "peak" in index else along, "angle"):
         if label not in dataset.variables or not dataset[label].ndim:
             continue
         if set(dataset[label].dims) <= set(index):
-            about = dataset[label]
-            value = about.isel({dim: index[str(dim)] for dim in about.dims}).values
-            words.append(f"at {short(value)} {about.attrs.get('units', '')}".rstrip())
+            variable = dataset[label]
+            value = variable.isel({dim: index[str(dim)] for dim in variable.dims}).values
+            words.append(f"at {short(value)} {variable.attrs.get('units', '')}".rstrip())
     if "dof" in index:
         words.append(f"{_body(dataset)} {dataset['dof'].values[index['dof']]}")
     if "contact" in index:
@@ -234,16 +238,16 @@ def _place(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str]:
 
 def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
     """The parameter set of an entry."""
-    place = {dim: index[dim] for dim in set_dimensions(dataset) if dim in index}
+    set_index = {dim: index[dim] for dim in set_dimensions(dataset) if dim in index}
     words = []
-    for dim, position in place.items():
+    for dim, position in set_index.items():
         label = dataset[dim].values[position] if dim in dataset.variables else position
         words.append(f"{dim}={short(label)}")
     for name in Description(dataset).swept:
-        if name in place or name not in dataset.variables or not dataset[name].ndim:
+        if name in set_index or name not in dataset.variables or not dataset[name].ndim:
             continue
-        if set(dataset[name].dims) <= set(place):
-            value = dataset[name].isel({d: place[str(d)] for d in dataset[name].dims}).values
+        if set(dataset[name].dims) <= set(set_index):
+            value = dataset[name].isel({d: set_index[str(d)] for d in dataset[name].dims}).values
             words.append(f"{name}={short(value)}")
     return words
 
@@ -253,7 +257,7 @@ def _body(dataset: xr.Dataset) -> str:
 
 
 def _kept(dataset: xr.Dataset) -> list[str]:
-    """Among what a response of a condensed structure is the largest."""
+    """The degrees of freedom among which a response of a condensed structure is the largest."""
     return [f"of the {dataset.attrs[LARGEST_OF]}"] if LARGEST_OF in dataset.attrs else []
 
 

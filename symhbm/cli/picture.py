@@ -1,4 +1,4 @@
-"""A picture of a part of a dataset, by the name of its kind."""
+"""Figures of selected parts of a dataset, by kind."""
 
 import inspect
 from collections.abc import Sequence
@@ -12,21 +12,28 @@ from symhbm.cli.selection import select
 from symhbm.continuation import Status
 from symhbm.results import Description
 
+_FIRST = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
+"""The order in which kinds are listed; others follow by name."""
 
-def kinds() -> tuple[str, ...]:
-    """Names of the pictures of `symhbm.plot`: of all that it offers, what draws into axes."""
+
+def kinds() -> list[str]:
+    """Names of the pictures of `symhbm.plot`: its functions that draw into axes."""
     offered = {name: getattr(sh.plot, name) for name in sh.plot.__all__}
     functions = {name: value for name, value in offered.items() if inspect.isfunction(value)}
-    drawn = [name for name, f in functions.items() if "ax" in inspect.signature(f).parameters]
-    return tuple(name.replace("_", "-") for name in drawn)
+    names = {
+        name.replace("_", "-")
+        for name, function in functions.items()
+        if "ax" in inspect.signature(function).parameters
+    }
+    return [name for name in _FIRST if name in names] + sorted(names.difference(_FIRST))
 
 
 def draw(
     dataset: xr.Dataset, kind: str | None, choices: Sequence[str], options: dict[str, int]
 ) -> tuple[str, Any]:
-    """Kind and figure of what is selected; by default the kind that suits it.
+    """Kind and figure of the selected part; by default the kind that suits it.
 
-    ``options`` go to the function that draws. Raises ValueError where that does not take them.
+    ``options`` go to the function that draws. Raises ValueError for an option it does not take.
     """
     selection = select(dataset, choices)
     part = selection.limited(selection.dataset)
@@ -79,5 +86,5 @@ def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
     if not largest.where(complete).notnull().any():
         raise nothing_to_draw(dataset)
-    about = {"long_name": "largest displacement of all points", "units": "m"}
-    return largest.where(complete).assign_attrs(about)
+    attributes = {"long_name": "largest displacement of all points", "units": "m"}
+    return largest.where(complete).assign_attrs(attributes)

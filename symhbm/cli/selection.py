@@ -1,4 +1,4 @@
-"""Parts of a dataset: what ``NAME=VALUE`` selects."""
+"""Selection of parts of a dataset by texts ``NAME=VALUE``."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -15,14 +15,14 @@ _MOST_LISTED = 12
 
 
 class Selection(NamedTuple):
-    """A part of a dataset, and the range of the moving parameter that is wanted of it."""
+    """A part of a dataset, and the selected range of the moving parameter."""
 
     dataset: xr.Dataset
     low: float = -np.inf
     high: float = np.inf
 
     def limited(self, dataset: xr.Dataset) -> xr.Dataset:
-        """A dataset whose points, peaks and events beyond the range are as if they were not."""
+        """A dataset with missing values for the points, peaks and events outside the range."""
         if self.low == -np.inf and self.high == np.inf:
             return dataset
         name, dataset = moving(dataset), dataset.copy()
@@ -52,14 +52,14 @@ def select(dataset: xr.Dataset, choices: Iterable[str]) -> Selection:
         For another form of text, or where nothing is selected.
     """
     selection = Selection(dataset)
-    given = set()
+    names = set()
     for choice in choices:
         name, sign, text = (part.strip() for part in choice.partition("="))
         if not (sign and name and text):
             raise ValueError(f"--select {choice}: expected {_FORMS}")
-        if name in given:
+        if name in names:
             raise ValueError(f"--select {choice}: {name!r} is selected twice, expected {_FORMS}")
-        given.add(name)
+        names.add(name)
         selection = _chosen(selection, name, text)
     return selection
 
@@ -83,7 +83,7 @@ def _chosen(selection: Selection, name: str, text: str) -> Selection:
         low, high = _range(name, text)
         values = dataset[name].values
         if not np.any((values >= low) & (values <= high)):
-            raise ValueError(f"--select {name}={text}: no points there, {_there(values)}")
+            raise ValueError(f"--select {name}={text}: no points there, {_available(values)}")
         return Selection(dataset, low, high)
     low, high = -np.inf, np.inf
     labels = dataset[name].values if name in dataset.variables else np.arange(dataset.sizes[name])
@@ -91,12 +91,12 @@ def _chosen(selection: Selection, name: str, text: str) -> Selection:
     if ":" in text:
         low, high = _range(name, text)
         if labels.dtype.kind not in "iuf":
-            raise ValueError(f"--select {name}={text}: expected {_there(labels)}")
+            raise ValueError(f"--select {name}={text}: expected {_available(labels)}")
         index = np.flatnonzero((labels >= low) & (labels <= high))
         if not len(index):
-            raise ValueError(f"--select {name}={text}: nothing in this range, {_there(labels)}")
+            raise ValueError(f"--select {name}={text}: nothing in this range, {_available(labels)}")
     else:
-        index = np.concatenate([_found(name, part.strip(), labels) for part in text.split(",")])
+        index = np.concatenate([_positions(name, part.strip(), labels) for part in text.split(",")])
     if dim not in dataset.variables:
         dataset = dataset.assign_coords({dim: np.arange(dataset.sizes[dim])})
     selection = selection._replace(dataset=dataset.isel({dim: index}))
@@ -106,19 +106,21 @@ def _chosen(selection: Selection, name: str, text: str) -> Selection:
     return selection._replace(low=float(low), high=float(high))
 
 
-def _found(name: str, text: str, labels: np.ndarray) -> np.ndarray:
-    """Positions of the labels that a text means."""
+def _positions(name: str, text: str, labels: np.ndarray) -> np.ndarray:
+    """Positions of the labels that equal a text."""
     if labels.dtype.kind in "iufb":
         try:
             wanted = float(text)
         except ValueError:
             raise ValueError(f"--select {name}={text}: expected a number or {_FORMS}") from None
-        found = np.flatnonzero(np.isclose(labels.astype(float), wanted, rtol=_ROUND_OFF, atol=0))
+        positions = np.flatnonzero(
+            np.isclose(labels.astype(float), wanted, rtol=_ROUND_OFF, atol=0)
+        )
     else:
-        found = np.flatnonzero(labels.astype(str) == text)
-    if not len(found):
-        raise ValueError(f"--select {name}={text}: no such value, {_there(labels)}")
-    return found
+        positions = np.flatnonzero(labels.astype(str) == text)
+    if not len(positions):
+        raise ValueError(f"--select {name}={text}: no such value, {_available(labels)}")
+    return positions
 
 
 def _range(name: str, text: str) -> tuple[float, float]:
@@ -133,8 +135,8 @@ def _range(name: str, text: str) -> tuple[float, float]:
     return low, high
 
 
-def _there(labels: np.ndarray) -> str:
-    """What there is to select."""
+def _available(labels: np.ndarray) -> str:
+    """Text on the labels that can be selected."""
     if labels.dtype.kind == "f":
         labels = labels[np.isfinite(labels)]
     if labels.ndim == 1 and len(labels) <= _MOST_LISTED:

@@ -7,7 +7,7 @@ from typing import Any, TextIO
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.blocks import INNER, moving, pieces, set_dimensions
+from symhbm.cli.blocks import INNER, blocks, moving, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
 from symhbm.results import Description, check_held, left_out
@@ -20,7 +20,7 @@ Row = Sequence[Any]
 def rows(
     selection: Selection, table: str = "points", variables: Sequence[str] | None = None
 ) -> Iterator[Row]:
-    """Header and rows of a table of a selected part, read in pieces; a missing number is None.
+    """Header and rows of a table of a selected part, block by block; a missing number is None.
 
     ``variables`` are the names of the columns beside the coordinates; by default all that the table
     has but the Fourier coefficients, and ``["all"]`` means these, too.
@@ -33,7 +33,7 @@ def rows(
         Where the archive has no such table, or a variable does not fit it.
     """
     dataset = selection.dataset
-    known = [str(name) for name in dataset.variables]
+    stored = [str(name) for name in dataset.variables]
     for name in variables or ():
         if name != "all":
             check_held(dataset, name, what="archive")
@@ -46,7 +46,7 @@ def rows(
     names = [name for name in names if name not in columns]
     prefix = {"peaks": "peak_", "events": "event_"}.get(table, "")
     marker = f"{prefix}{moving(dataset)}" if {"point", "peak", "event"} & set(along) else ""
-    needed = {*columns, *names, marker, "n_solutions"} & set(known)
+    needed = {*columns, *names, marker, "n_solutions"} & set(stored)
     return _rows(selection, along, [*columns, *names], needed, marker)
 
 
@@ -72,11 +72,11 @@ def _rows(
     yield [title for name in names for title in _titles(dataset, name, inner[name])]
     sizes = {str(dim): size for dim, size in dataset.sizes.items()}
     width = sum(int(np.prod([sizes[dim] for dim in dims])) for dims in inner.values())
-    for piece in pieces(sizes, along, width):
-        part = dataset[[*needed]].isel(piece)
+    for block in blocks(sizes, along, width):
+        part = dataset[[*needed]].isel(block)
         for dim in along:
             if dim not in part.variables and dim in part.dims:
-                start = piece[dim].start if dim in piece else 0
+                start = block[dim].start if dim in block else 0
                 part[dim] = (dim, start + np.arange(part.sizes[dim]))
         part = selection.limited(part.load())
         shape = tuple(part.sizes.get(dim, 1) for dim in along)
@@ -107,27 +107,29 @@ def _spread(
     shape: tuple[int, ...],
     inner: Sequence[str],
 ) -> np.ndarray:
-    """Values of a variable over all dimensions of the rows, its own entries flat along the last."""
+    """Values of a variable over all dimensions of the rows, its inner entries along the last."""
     variable = part[name].variable
-    there = [dim for dim in along if dim in variable.dims]
-    values = variable.transpose(*there, *inner).values
+    present = [dim for dim in along if dim in variable.dims]
+    values = variable.transpose(*present, *inner).values
     values = values.reshape(
-        *(part.sizes[dim] if dim in there else 1 for dim in along), -1 if values.size else 0
+        *(part.sizes[dim] if dim in present else 1 for dim in along), -1 if values.size else 0
     )
     return np.broadcast_to(values, (*shape, values.shape[-1]))
 
 
 def _along(dataset: xr.Dataset, table: str) -> list[str]:
     """The dimensions of the rows."""
-    own = {"peaks": ["peak"], "events": ["event"], "sets": []}
+    inner_axes = {"peaks": ["peak"], "events": ["event"], "sets": []}
     sets = set_dimensions(dataset)
-    if table in own:
-        missing = [dim for dim in own[table] if dim not in dataset.dims]
+    if table in inner_axes:
+        missing = [dim for dim in inner_axes[table] if dim not in dataset.dims]
         if missing or "status" not in dataset.variables:
-            kept = not any(name.startswith(f"{own[table][0]}_") for name in left_out(dataset))
+            kept = not any(
+                name.startswith(f"{inner_axes[table][0]}_") for name in left_out(dataset)
+            )
             why = "" if kept else ", they were left out by keep="
             raise ValueError(f"--table {table}: the archive has no {table}{why}")
-        return [*sets, *own[table]]
+        return [*sets, *inner_axes[table]]
     if "status" in dataset.variables:
         axes = dict.fromkeys(("point", moving(dataset), "angle", "solution"))
         return [*sets, *(axis for axis in axes if axis in dataset.dims and axis not in sets)]
@@ -149,12 +151,12 @@ def _variables(
     if wanted is not None and "all" not in wanted:
         return named
     swept = Description(dataset).swept
-    given = {*PARAMETERS, *(f"{name}_nominal" for name in PARAMETERS)}
+    parameters = {*PARAMETERS, *(f"{name}_nominal" for name in PARAMETERS)}
     chosen = []
     for name in map(str, dataset.data_vars):
         outer = {dim for dim in dataset[name].dims if dim not in INNER}
         of_set = table == "sets" and name in swept and outer <= set(along)
-        belongs = outer == set(along) and (name not in given or name in swept)
+        belongs = outer == set(along) and (name not in parameters or name in swept)
         if (belongs or of_set) and (wanted is not None or "harmonic" not in dataset[name].dims):
             chosen.append(name)
     return chosen

@@ -1,4 +1,4 @@
-"""What every command shares: errors in one line, archives opened late, files written whole."""
+"""Input and output of all commands: errors in one line, archives, files written whole."""
 
 import os
 import sys
@@ -25,7 +25,7 @@ class _Failure(click.ClickException):
 
 
 class Program(click.Group):
-    """Says every error and warning in one line: the usage is what --help is for."""
+    """Group of commands that prints each error and each warning in one line, without usage."""
 
     def main(self, *args: Any, **kwargs: Any) -> NoReturn:
         """Run a command and exit with its code."""
@@ -33,7 +33,7 @@ class Program(click.Group):
         try:
             code = super().main(*args, **kwargs)
         except click.Abort as abort:
-            # What is safe is said by whoever was interrupted.
+            # The notes of the interrupted command tell which results are kept.
             say("\n".join(getattr(abort.__cause__, "__notes__", ["symhbm: interrupted"])))
             code = _INTERRUPTED
         except click.ClickException as error:
@@ -55,7 +55,7 @@ class Program(click.Group):
                 code = super().invoke(ctx)
             sys.stdout.flush()
         except BrokenPipeError:
-            # Who reads has seen enough. What is left in the buffer must go nowhere, too.
+            # The reader closed the pipe: the rest of the buffer is discarded, too.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return _PIPE
         except (OSError, LookupError, RuntimeError, TypeError, ValueError) as error:
@@ -78,7 +78,7 @@ class Program(click.Group):
 
 @contextmanager
 def opened(archive: Path) -> Iterator[xr.Dataset]:
-    """An archive, read as late as possible."""
+    """An archive whose variables are read on demand."""
     if archive.is_dir():
         raise ValueError(f"ARCHIVE {archive}: a directory, expected a file")
     working = archive.with_name(archive.name + SUFFIX)
@@ -90,7 +90,7 @@ def opened(archive: Path) -> Iterator[xr.Dataset]:
 
 @contextmanager
 def whole(path: Path) -> Iterator[TextIO]:
-    """A text file that is there once it is complete."""
+    """A text file that appears once it is complete."""
     part = path.with_name(f".symhbm-{os.getpid()}.part")
     try:
         with part.open("w", encoding="utf-8", newline="") as file:
@@ -116,7 +116,7 @@ def final_name(archive: Path) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line beside the output."""
+    """Print a line to standard error."""
     click.echo(text, err=True)
 
 

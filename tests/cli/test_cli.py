@@ -189,11 +189,11 @@ def interrupted(target, monkeypatch, at=GRID, **options):
     """A run of three curves that was stopped after two of them."""
     add = Store.add
 
-    def stopping(store, found):
-        for each in found:
+    def stopping(store, results):
+        for result in results:
             if len(store.done) == 2:
                 raise KeyboardInterrupt
-            add(store, [each])
+            add(store, [result])
 
     with monkeypatch.context() as patch:
         patch.setattr(Store, "add", stopping)
@@ -255,12 +255,12 @@ def test_blocks_hold_every_row_once_and_in_order(shape, width, budget):
     dims = [f"d{i}" for i in range(len(shape))]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("symhbm.cli.blocks._LARGEST_BLOCK", budget)
-        found = []
+        rows = []
         for block in blocks(dict(zip(dims, shape, strict=True)), dims, width):
             part = array[tuple(block.get(dim, slice(None)) for dim in dims)]
             assert part.size * width <= max(budget, width)
-            found += part.ravel().tolist()
-    assert found == list(range(array.size))
+            rows += part.ravel().tolist()
+    assert rows == list(range(array.size))
 
 
 def test_an_exported_path_is_the_path_to_the_last_digit(archive):
@@ -368,11 +368,11 @@ def test_plot(archive, tmp_path, monkeypatch):
         code, out, err = run("plot", path, "--select", "normal_load=0.5,3", "--output", output)
         assert (code, out, err) == (0, f"{output}\n", "")
         assert output.read_bytes().startswith(start)
-    seen = []
+    calls = []
 
     def drawn(kind):
         def draw(part, *, contact=None, dof=None, ax=None):
-            seen.append((kind, part, contact, dof))
+            calls.append((kind, part, contact, dof))
             return sh.plot.drawing.plt.figure(figsize=(1, 1))
 
         return draw
@@ -382,18 +382,18 @@ def test_plot(archive, tmp_path, monkeypatch):
     for case, kind in (("grid", "envelope"), ("point", "disk"), ("motion", "hysteresis")):
         code, out, err = run("plot", archive(case), "--contact", "0")
         assert (code, out, err) == (0, f"{path.with_name(f'{case}_{kind}.png')}\n", "")
-        assert (seen[-1][0], seen[-1][2]) == (kind, 0)
+        assert (calls[-1][0], calls[-1][2]) == (kind, 0)
     code, out, err = run("plot", archive("grid"), "--select", "sample=5", "--kind", "stick-map")
     assert code == 0
-    assert seen[-1][0] == "stick_map"
-    assert "sample" not in seen[-1][1].dims
+    assert calls[-1][0] == "stick_map"
+    assert "sample" not in calls[-1][1].dims
     # One sample of an ensemble is a response like any other.
     assert run("plot", archive("grid"), "--select", "sample=5", "--dof", "2")[1].endswith(
         "grid_response.png\n"
     )
     assert run("plot", archive("grid"), "--kind", "blades")[0] == 0
     largest = dataset("grid").amplitude.max("frequency")
-    np.testing.assert_array_equal(seen[-1][1], largest)
+    np.testing.assert_array_equal(calls[-1][1], largest)
 
 
 @pytest.mark.parametrize("kind", ["envelope", "disk", "blades", "hysteresis", "stick-map"])
@@ -432,15 +432,15 @@ def test_info_of_sectors(tmp_path):
 
 def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypatch):
     path = sh.save(unfinished(dataset("grid")), tmp_path / "grid.nc")
-    seen = []
+    calls = []
 
     def blades(values, ax=None):
-        seen.append(values)
+        calls.append(values)
         return sh.plot.drawing.plt.figure(figsize=(1, 1))
 
     monkeypatch.setattr(sh.plot, "blades", blades)
     assert run("plot", path, "--kind", "blades")[0] == 0
-    assert np.isnan(seen[0].values).all(axis=1).tolist() == [False, False, True]
+    assert np.isnan(calls[0].values).all(axis=1).tolist() == [False, False, True]
 
 
 def test_resume(tmp_path, monkeypatch):
