@@ -1,6 +1,6 @@
-"""Contacts: hysteresis loops, and where they stick."""
+"""Hysteresis loops of contacts."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.model.contacts import stick_intervals
+from symhbm.model.contacts import HysteresisLoop, hysteresis_loops
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
@@ -23,27 +23,6 @@ from symhbm.plot.drawing import (
 from symhbm.results import Description
 
 N_ANGLES = 512
-
-
-class Loop(NamedTuple):
-    """Hysteresis loop of one contact over a period, closed.
-
-    ``angle`` (n,) [rad], ``displacement`` (n,) [m], ``force`` (n,) [N]; ``onset`` and ``end``
-    number the points where slip begins and ends. ``limit`` is ``mu F_n`` [N].
-    """
-
-    angle: FloatArray
-    displacement: FloatArray
-    force: FloatArray
-    onset: np.ndarray
-    end: np.ndarray
-    limit: float
-
-    @property
-    def area(self) -> float:
-        """Enclosed area [J]: exact, as the force is linear in the displacement between events."""
-        middle = (self.force[1:] + self.force[:-1]) / 2
-        return float((middle * np.diff(self.displacement)).sum())
 
 
 def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
@@ -68,20 +47,20 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     TypeError, KeyError, ValueError
         For a dataset without the motion, one without a converged point, and bad arguments.
     """
-    loops, dataset, dims = hysteresis_loops(dataset, contact)
-    found = [loop for loop in loops.values() if loop is not None]
-    if not found:
+    loops, dataset, dims = loops_of(dataset, contact)
+    drawn = [loop for loop in loops.values() if loop is not None]
+    if not drawn:
         raise nothing_to_draw(dataset)
-    largest = max(float(np.abs(loop.displacement).max()) for loop in found)
+    largest = max(float(np.abs(loop.displacement).max()) for loop in drawn)
     factor, unit = scaled(largest, "m")
     family = Family(dataset, dims)
     with canvas(ax) as ax:
         for member in family:
-            loop = loops.get(tuple(member.place[dim] for dim in dims))
+            loop = loops.get(tuple(member.position[dim] for dim in dims))
             if loop is None:
                 continue
             x = factor * loop.displacement
-            few = len(found) <= MOST_LEGEND_ENTRIES
+            few = len(drawn) <= MOST_LEGEND_ENTRIES
             width = 1.4 if few else 0.8
             ax.plot(x, loop.force, color=member.color, linestyle=member.style, linewidth=width)
             if few:
@@ -90,13 +69,13 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
                 ax.plot(x[loop.end], loop.force[loop.end], "o", markerfacecolor="white", **look)
         notes = []
         if len(loops) == 1:
-            ax.fill(factor * found[0].displacement, found[0].force, color="0.94", zorder=0)
-            for level in (-found[0].limit, found[0].limit):
+            ax.fill(factor * drawn[0].displacement, drawn[0].force, color="0.94", zorder=0)
+            for level in (-drawn[0].limit, drawn[0].limit):
                 ax.axhline(level, color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
-            lost, joule = scaled(found[0].area, "J")
-            notes.append(f"contact {contact}: {lost * found[0].area:.4g} {joule} per cycle")
-        if len(found) < len(loops):
-            missing = len(loops) - len(found)
+            lost, joule = scaled(drawn[0].area, "J")
+            notes.append(f"contact {contact}: {lost * drawn[0].area:.4g} {joule} per cycle")
+        if len(drawn) < len(loops):
+            missing = len(loops) - len(drawn)
             notes.append(f"left out, not converged: {missing} of {len(loops)} points")
         ax.set_title("\n".join(notes))
         ax.set_xlabel(f"relative displacement [{unit}]")
@@ -105,12 +84,13 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     return figure_of(ax)
 
 
-def hysteresis_loops(
+def loops_of(
     dataset: xr.Dataset, contact: int = 0
-) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
-    """Loops by their place in the dimensions listed, None where nothing converged.
+) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
+    """Loops by their indices along the listed dimensions, None where a point did not converge.
 
-    Also returns the dataset, without what pads its paths. Arguments and errors as of `hysteresis`.
+    Also returns the dataset without the padding of its paths. Arguments and errors as of
+    `hysteresis`.
     """
     check_variables(dataset, "frequency", "contact_stiffness", "friction_coefficient")
     check_variables(dataset, "normal_load")
@@ -132,28 +112,28 @@ def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:
     return first if len(dofs) == 1 else first - values.isel(dof=dofs[1], drop=True)
 
 
-def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> Loop | None:
+def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> HysteresisLoop | None:
     """Loop of a motion stored over its period, with its events among the points."""
-    angle, turn = dataset["angle"].values, 2 * np.pi
-    omega = turn * float(dataset["frequency"])
+    angle, period = dataset["angle"].values, 2 * np.pi
+    omega = period * float(dataset["frequency"])
     y = _relative(dataset["displacement"], dofs).values
     slope = _relative(dataset["velocity"], dofs).values / omega
     force = dataset["friction_force"].isel(contact=contact).values
     if not np.isfinite(y).all():
         return None
-    closed = np.append(angle, angle[0] + turn)
+    closed = np.append(angle, angle[0] + period)
     motion = CubicHermiteSpline(closed, np.append(y, y[0]), np.append(slope, slope[0]))
     parameters = (dataset[name].values for name in ("friction_coefficient", "normal_load"))
     limit = float(np.prod([value[contact] for value in parameters]))
-    mine = dataset["event_contact"].values == contact
-    event = angle[0] + (dataset["event_angle"].values[mine] - angle[0]) % turn
-    begins = dataset["event_kind"].values[mine] == "onset of slip"
+    of_contact = dataset["event_contact"].values == contact
+    event = angle[0] + (dataset["event_angle"].values[of_contact] - angle[0]) % period
+    begins = dataset["event_kind"].values[of_contact] == "onset of slip"
     # At its events the slider is at its limit, on the side of the force nearby.
     side = np.sign(np.interp(event, closed, np.append(force, force[0])))
     points = np.concatenate([closed, event])
     order = np.argsort(points, kind="stable")
     position = np.argsort(order)[len(closed) :]
-    return Loop(
+    return HysteresisLoop(
         points[order],
         np.concatenate([y, y[:1], motion(event)])[order],
         np.concatenate([force, force[:1], side * limit])[order],
@@ -165,13 +145,13 @@ def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> Loop | N
 
 def _marched_loops(
     dataset: xr.Dataset, contact: int, dofs: list[int]
-) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
-    about = moving(dataset)
+) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
+    parameter = moving(dataset)
     if dataset.sizes.get("solution") == 1:
         dataset = dataset.isel(solution=0)
-    if "point" in dataset["coefficient"].dims and dataset[about.name].dims == ("point",):
-        dataset = dataset.isel(point=np.isfinite(dataset[about.name].values))
-        dataset = dataset.swap_dims(point=about.name)
+    if "point" in dataset["coefficient"].dims and dataset[parameter.name].dims == ("point",):
+        dataset = dataset.isel(point=np.isfinite(dataset[parameter.name].values))
+        dataset = dataset.swap_dims(point=parameter.name)
     coefficient = _relative(dataset["coefficient"], dofs)
     dims = [str(dim) for dim in coefficient.dims if dim not in ("harmonic", "component")]
     values = coefficient.transpose(*dims, "harmonic", "component").values
@@ -184,24 +164,21 @@ def _marched_loops(
         _of_contact(dataset, name, contact, like, dims)
         for name in ("contact_stiffness", "friction_coefficient", "normal_load")
     )
-    there = dataset[about.name].notnull()
+    is_solution = dataset[parameter.name].notnull()
     if "solution" in dims and "n_solutions" in dataset:
         number = xr.DataArray(np.arange(dataset.sizes["solution"]), dims="solution")
-        there = there & (number < dataset["n_solutions"])
-    known = np.flatnonzero(np.isfinite(motions).all(axis=1))
-    limit = (friction * load)[known]
-    stiffness, motions = stiffness[known], motions[known]
-    owner, begin, end = stick_intervals(basis, motions, stiffness, limit)
-    found: list[Loop | None] = [None] * len(flat)
-    for row, number in enumerate(known):
-        mine = owner == row
-        found[number] = _march(
-            basis, motions[row], float(stiffness[row]), float(limit[row]), begin[mine], end[mine]
-        )
-    # What only fills up a table is no point.
-    is_point = there.broadcast_like(like).transpose(*dims).values.ravel()
-    every = zip(np.ndindex(*shape), found, is_point, strict=True)
-    return {place: loop for place, loop, point in every if point}, dataset, dims
+        is_solution = is_solution & (number < dataset["n_solutions"])
+    finite = np.flatnonzero(np.isfinite(motions).all(axis=1))
+    limit = (friction * load)[finite]
+    stiffness, motions = stiffness[finite], motions[finite]
+    loops: list[HysteresisLoop | None] = [None] * len(flat)
+    marched = hysteresis_loops(basis, motions, stiffness, limit, N_ANGLES)
+    for number, loop in zip(finite, marched, strict=True):
+        loops[number] = loop
+    # The padding of a table is no point.
+    is_point = is_solution.broadcast_like(like).transpose(*dims).values.ravel()
+    every = zip(np.ndindex(*shape), loops, is_point, strict=True)
+    return {index: loop for index, loop, point in every if point}, dataset, dims
 
 
 def _of_contact(
@@ -215,37 +192,3 @@ def _of_contact(
     if "contact" in value.dims:
         value = value.isel(contact=contact, drop=True)
     return value.broadcast_like(like).transpose(*dims).values.ravel()
-
-
-def _march(
-    basis: FourierBasis,
-    motion: FloatArray,
-    stiffness: float,
-    limit: float,
-    begin: FloatArray,
-    end: FloatArray,
-) -> Loop:
-    """Loop of a motion (n_components,) that sticks from each ``begin`` to each ``end`` [rad]."""
-    turn = 2 * np.pi
-    first = begin[0] if len(begin) else 0.0
-    angle = first + turn * np.arange(N_ANGLES + 1) / N_ANGLES
-    angle = np.sort(np.concatenate([angle, begin, end]))
-    y = basis.values(angle) @ motion
-    if not len(begin):
-        # A force that never reaches its limit is centred between its extremes.
-        force = stiffness * (y - (y.max() + y.min()) / 2) if limit > 0 else np.zeros(len(y))
-        none = np.empty(0, dtype=int)
-        return Loop(angle, y, force, none, none, limit)
-    start = basis.values(begin) @ motion
-    side = -np.sign(basis.values(begin, 2) @ motion)
-    run = np.searchsorted(begin, angle, side="right") - 1
-    sticks = angle <= end[run]
-    # Slip goes on in the direction in which it ends.
-    force = np.where(
-        sticks,
-        side[run] * limit + stiffness * (y - start[run]),
-        limit * np.roll(side, -1)[run],
-    )
-    # The last angle is the first of the next turn.
-    force[-1] = force[0]
-    return Loop(angle, y, force, np.searchsorted(angle, end), np.searchsorted(angle, begin), limit)

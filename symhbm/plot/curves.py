@@ -23,7 +23,7 @@ from symhbm.plot.drawing import (
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
 
 _LEADS = 1e-6
-"""Relative distance from the largest response within which a peak is one of it."""
+"""Relative distance within which a peak belongs to the largest response."""
 MARKERS = {"smooth": "o", "corner": "^", "fold": "s"}
 
 
@@ -71,41 +71,46 @@ def response(
     >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("response.png")
     """
-    about, dof = check_curves(dataset, dof)
+    parameter, dof = check_curves(dataset, dof)
     check_anything(dataset, "amplitude")
-    swept = [str(d) for d in dataset["amplitude"].dims if d not in (about.along, "dof", "solution")]
+    swept = [
+        str(d) for d in dataset["amplitude"].dims if d not in (parameter.along, "dof", "solution")
+    ]
     n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])
     with canvas(ax) as ax:
         look: Any = {} if "sample" not in swept else dict(linewidth=0.6, alpha=0.45)
         for member in family:
             for sample in range(n_samples):
-                place = member.place | ({"sample": sample} if "sample" in swept else {})
-                curve = dataset.isel(place)
+                position = member.position | ({"sample": sample} if "sample" in swept else {})
+                curve = dataset.isel(position)
                 if "solution" in curve["amplitude"].dims:
-                    _dots(ax, curve, about, dof, member.color)
-                    marks = marks_of(located_peaks(curve, about), about, dof)
+                    _dots(ax, curve, parameter, dof, member.color)
+                    marks = marks_of(located_peaks(curve, parameter), parameter, dof)
                 else:
-                    picture = picture_of(curve, about, dof)
+                    picture = picture_of(curve, parameter, dof)
                     _draw(ax, picture.line, member.color, look | dict(linestyle=member.style))
                     marks = picture.marks
                 if peaks and "sample" not in swept:
                     _marks(ax, marks, member.color)
-        label_axes(ax, dataset, about.name, dof)
+        label_axes(ax, dataset, parameter.name, dof)
         family.explain(ax)
     return figure_of(ax)
 
 
 def check_curves(dataset: xr.Dataset, dof: int | None) -> tuple[Moving, int | None]:
-    """What moves in a dataset of curves, and the degree of freedom; raises as `response`."""
+    """The moving parameter of a dataset of curves, and the degree of freedom.
+
+    Raises as `response`.
+    """
     check_variables(dataset, "amplitude", "frequency")
-    about = moving(dataset)
-    if about.along not in dataset["amplitude"].dims:
+    parameter = moving(dataset)
+    if parameter.along not in dataset["amplitude"].dims:
         raise KeyError("the dataset holds one point; a response curve has many")
     check.known("dof", [str(d) for d in dataset["amplitude"].dims], "dimension of the dataset")
     if dof is not None:
         dof = check.integer("dof", dof, 0, dataset.sizes["dof"] - 1)
-    return about, dof
+    return parameter, dof
 
 
 def shown_amplitude(dataset: xr.Dataset, dof: int | None) -> xr.DataArray:
@@ -119,38 +124,43 @@ Marks = list[tuple[str, float, float]]
 
 
 class Picture(NamedTuple):
-    """What is drawn of one curve."""
+    """Line and marks of one curve."""
 
     line: Line
     marks: Marks
 
 
-def picture_of(curve: xr.Dataset, about: Moving, dof: int | None) -> Picture:
-    """What is drawn of one curve, of one degree of freedom or the largest response."""
-    line, peaks = line_of(curve, about, dof), located_peaks(curve, about)
+def picture_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Picture:
+    """Line and marks of one curve, of one degree of freedom or of the largest response."""
+    line, peaks = line_of(curve, parameter, dof), located_peaks(curve, parameter)
     if line.is_function:
         line = line.ascending()
         if dof is None:
             line = line.through(peaks)
         else:
             line = line.through([peak._replace(dof=0) for peak in peaks if peak.dof == dof])
-    marks = marks_of(peaks, about, dof, line)
-    if about.along == "point" and f"event_{about.name}" in curve and "event_kind" in curve:
+    marks = marks_of(peaks, parameter, dof, line)
+    if parameter.along == "point" and f"event_{parameter.name}" in curve and "event_kind" in curve:
         level = decibel(line.amplitude.max(axis=1, initial=0.0))
-        events = zip(curve["event_kind"].values, curve[f"event_{about.name}"].values, strict=True)
+        events = zip(
+            curve["event_kind"].values, curve[f"event_{parameter.name}"].values, strict=True
+        )
         folds = [float(at) for kind, at in events if kind == "fold"]
         marks += [("fold", at, float(level[np.abs(line.value - at).argmin()])) for at in folds]
     return Picture(line, marks)
 
 
-def marks_of(peaks: list[Peak], about: Moving, dof: int | None, line: Line | None = None) -> Marks:
-    """Marks of the peaks of what is shown, one for those of several degrees of freedom.
+def marks_of(
+    peaks: list[Peak], parameter: Moving, dof: int | None, line: Line | None = None
+) -> Marks:
+    """Marks of the peaks that are shown, one where several degrees of freedom peak together.
 
-    Of the peaks of each degree of freedom those that are the largest response of all on a ``line``.
+    Without ``dof``, peaks of each degree of freedom count where they are the largest response on a
+    ``line``.
     """
     if dof is not None:
-        peaks = [peak for peak in peaks if about.each and peak.dof == dof]
-    elif about.each:
+        peaks = [peak for peak in peaks if parameter.per_dof and peak.dof == dof]
+    elif parameter.per_dof:
         top = np.full(len(peaks), np.inf)
         if line is not None and line.is_function:
             top = line.read(np.array([peak.value for peak in peaks]))
@@ -168,18 +178,18 @@ def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any]) -> None:
     solid |= not len(unstable)
     ax.plot(value, np.where(solid, level, np.nan), color=color, **look)
     if dotted.any():
-        faint: Any = look | dict(linestyle=":", linewidth=1.0)
-        ax.plot(value, np.where(dotted, level, np.nan), color=color, **faint)
+        dots: Any = look | dict(linestyle=":", linewidth=1.0)
+        ax.plot(value, np.where(dotted, level, np.nan), color=color, **dots)
 
 
-def _dots(ax: Axes, curve: xr.Dataset, about: Moving, dof: int | None, color: Any) -> None:
+def _dots(ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color: Any) -> None:
     """Draw every solution at each value; hollow circles are unstable."""
-    amplitude = shown_amplitude(curve, dof).transpose(about.along, "solution")
+    amplitude = shown_amplitude(curve, dof).transpose(parameter.along, "solution")
     level = decibel(amplitude.values)
     unstable = np.zeros(level.shape, dtype=bool)
     if "stability" in curve.variables:
-        unstable = curve["stability"].transpose(about.along, "solution").values == 0
-    value = curve[about.name].values
+        unstable = curve["stability"].transpose(parameter.along, "solution").values == 0
+    value = curve[parameter.name].values
     ax.plot(value, np.where(unstable, np.nan, level), ".", color=color, markersize=3.5)
     hollow = np.where(unstable, level, np.nan)
     ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")

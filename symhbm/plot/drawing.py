@@ -1,4 +1,4 @@
-"""What figures share: style, colours, labels, and how a dataset falls into curves."""
+"""Style, colours and labels of figures, and families of curves in a dataset."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -37,7 +37,7 @@ STYLE: Any = {
     "mathtext.fontset": "dejavusans",
 }
 SYMBOLS = {"frequency": ("$f$", "Hz")}
-SYMBOLS |= {name: (about.symbol, about.unit) for name, about in PARAMETERS.items()}
+SYMBOLS |= {name: (parameter.symbol, parameter.unit) for name, parameter in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 WIDE = 30
@@ -57,14 +57,14 @@ def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
     with plt.rc_context(STYLE):
-        own = None
+        created = None
         if ax is None:
-            own, ax = plt.subplots(layout="constrained", figsize=size)
+            created, ax = plt.subplots(layout="constrained", figsize=size)
         try:
             yield ax
         except BaseException:
-            if own is not None:
-                plt.close(own)
+            if created is not None:
+                plt.close(created)
             raise
 
 
@@ -127,18 +127,18 @@ def one_solution(dataset: xr.Dataset) -> xr.Dataset:
 
 
 class Moving(NamedTuple):
-    """The parameter that moves along a curve, the dimension it moves along, and which peaks."""
+    """Moving parameter of a curve, its dimension, and whether peaks are those of every DOF."""
 
     name: str
     along: str
-    each: bool
+    per_dof: bool
 
 
 def moving(dataset: xr.Dataset) -> Moving:
-    """What moves in a result of `symhbm.frf` or `symhbm.follow`; the frequency in all others."""
-    about = Description(dataset)
-    along = "point" if "point" in dataset.dims else about.moving
-    return Moving(about.moving, along, about.per_dof)
+    """The moving parameter of a result of `symhbm.frf` or `symhbm.follow`, else the frequency."""
+    description = Description(dataset)
+    along = "point" if "point" in dataset.dims else description.moving
+    return Moving(description.moving, along, description.per_dof)
 
 
 def decibel(amplitude: Any) -> Any:
@@ -163,11 +163,11 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
 def axis_label(name: str) -> str:
     """Meaning, symbol and unit of a parameter, or the name of a dimension of the user's own."""
     symbol, unit = SYMBOLS.get(name, ("", ""))
-    about = VARIABLES["frequency"].long_name if name == "frequency" else name.replace("_", " ")
-    about = PARAMETERS[name].meaning if name in PARAMETERS else about
+    meaning = VARIABLES["frequency"].long_name if name == "frequency" else name.replace("_", " ")
+    meaning = PARAMETERS[name].meaning if name in PARAMETERS else meaning
     if name == "engine_order":
         symbol = ""
-    text = f"{about} {symbol}".strip()
+    text = f"{meaning} {symbol}".strip()
     return f"{text} [{unit}]" if unit else text
 
 
@@ -193,9 +193,9 @@ def numbers_along(dataset: xr.Dataset, dim: str) -> np.ndarray:
 
 
 class Member(NamedTuple):
-    """One curve of a family: its place in the dataset, and how it looks."""
+    """One curve of a family: its position in the dataset, and its colour, style and label."""
 
-    place: dict[str, int]
+    position: dict[str, int]
     color: Any
     style: Any
     label: str
@@ -224,16 +224,18 @@ class Family:
         colors = shades(int(np.prod(sizes)))
         others: dict[tuple[int, ...], int] = {}
         for number, index in enumerate(np.ndindex(*sizes)):
-            place = dict(zip(self._dims, index, strict=True))
+            position = dict(zip(self._dims, index, strict=True))
             color, turn = colors[number], number
             if self._ramp is not None:
-                color = FAMILY(self._norm(self._values[place[self._ramp]]))
-                key = tuple(i for dim, i in place.items() if dim != self._ramp)
+                color = FAMILY(self._norm(self._values[position[self._ramp]]))
+                key = tuple(i for dim, i in position.items() if dim != self._ramp)
                 turn = others.setdefault(key, len(others))
             label = ", ".join(
-                value_label(self._dataset, dim, i) for dim, i in place.items() if dim != self._ramp
+                value_label(self._dataset, dim, i)
+                for dim, i in position.items()
+                if dim != self._ramp
             )
-            yield Member(place, color, LINE_STYLES[turn % len(LINE_STYLES)], label)
+            yield Member(position, color, LINE_STYLES[turn % len(LINE_STYLES)], label)
 
     def explain(self, ax: Axes) -> None:
         """Add the legend, or the colour bar and a legend of line styles."""

@@ -68,10 +68,10 @@ def envelope(
         For a dataset that is no ensemble of curves, one that folds, one without a converged point,
         and bad arguments.
     """
-    about, dof = check_curves(dataset, dof)
+    parameter, dof = check_curves(dataset, dof)
     check.known("sample", [str(dim) for dim in dataset.dims], "dimension of the dataset")
     dataset = one_solution(dataset)
-    check_dims(dataset["amplitude"], ("sample", about.along, "dof"), "one ensemble")
+    check_dims(dataset["amplitude"], ("sample", parameter.along, "dof"), "one ensemble")
     check_anything(dataset, "amplitude")
     edges = check.array("quantiles", quantiles, "non-negative")
     if edges.shape != (2,) or not edges[0] < edges[1] <= 1:
@@ -79,13 +79,13 @@ def envelope(
             f"quantiles={check.shown(quantiles)}: expected a lower and an upper one from 0 to 1"
         )
     samples = check.integer("samples", samples, 0, dataset.sizes["sample"])
-    reference = None if tuned is None else _tuned(tuned, about, dof)
-    value, amplitude = _on_common_grid(dataset, about, dof)
-    known = np.isfinite(amplitude).any(axis=0)
+    reference = None if tuned is None else _tuned(tuned, parameter, dof)
+    value, amplitude = _on_common_grid(dataset, parameter, dof)
+    covered = np.isfinite(amplitude).any(axis=0)
     rows = np.full((5, len(value)), np.nan)
-    if known.any():
+    if covered.any():
         at = [0.0, edges[0], 0.5, edges[1], 1.0]
-        rows[:, known] = np.nanquantile(amplitude[:, known], at, axis=0)
+        rows[:, covered] = np.nanquantile(amplitude[:, covered], at, axis=0)
     lowest, low, middle, high, highest = decibel(rows)
     with canvas(ax) as ax:
         text = f"smallest to largest of {len(amplitude)}"
@@ -99,33 +99,33 @@ def envelope(
         ax.plot(value, middle, color="black", label="median")
         if reference is not None:
             ax.plot(*reference, color=TUNED, linestyle=(0, (5, 1.5)), label="tuned")
-        left_out = _left_out(amplitude, about.along != "point")
+        left_out = _left_out(amplitude, parameter.along != "point")
         if left_out:
             ax.plot([], [], " ", label=left_out)
-        label_axes(ax, dataset, about.name, dof)
+        label_axes(ax, dataset, parameter.name, dof)
         ax.legend(**OUTSIDE)
     return figure_of(ax)
 
 
 def _on_common_grid(
-    dataset: xr.Dataset, about: Moving, dof: int | None
+    dataset: xr.Dataset, parameter: Moving, dof: int | None
 ) -> tuple[FloatArray, FloatArray]:
     """Values (n,) and amplitudes (n_samples, n) [m]; NaN where a sample has none."""
-    if about.along != "point":
-        amplitude = shown_amplitude(dataset, dof).transpose("sample", about.along)
-        return dataset[about.name].values, amplitude.values
-    every = dataset[about.name].values
+    if parameter.along != "point":
+        amplitude = shown_amplitude(dataset, dof).transpose("sample", parameter.along)
+        return dataset[parameter.name].values, amplitude.values
+    every = dataset[parameter.name].values
     low, high = np.nanmin(every), np.nanmax(every)
-    wide = about.name != "frequency" and is_wide(every[np.isfinite(every)])
+    wide = parameter.name != "frequency" and is_wide(every[np.isfinite(every)])
     value = (np.geomspace if wide else np.linspace)(low, high, N_VALUES)
     value[[0, -1]] = low, high
-    lines = [_function(dataset.isel(sample=i), about, dof) for i in range(len(every))]
+    lines = [_function(dataset.isel(sample=i), parameter, dof) for i in range(len(every))]
     return value, np.array([line.read(value) for line in lines])
 
 
-def _function(curve: xr.Dataset, about: Moving, dof: int | None) -> Line:
+def _function(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
     """The line of a curve that does not fold."""
-    line = picture_of(curve, about, dof).line
+    line = picture_of(curve, parameter, dof).line
     if not line.is_function:
         raise ValueError(
             "dataset: expected curves that do not fold, which have one amplitude at each value; "
@@ -134,18 +134,20 @@ def _function(curve: xr.Dataset, about: Moving, dof: int | None) -> Line:
     return line
 
 
-def _tuned(tuned: xr.Dataset, about: Moving, dof: int | None) -> tuple[FloatArray, FloatArray]:
+def _tuned(tuned: xr.Dataset, parameter: Moving, dof: int | None) -> tuple[FloatArray, FloatArray]:
     """Values and levels [dB] of the curve to compare with."""
     try:
-        other, dof = check_curves(tuned, dof)
-        check_dims(tuned["amplitude"], (other.along, "dof", "solution"), "one curve")
+        tuned_parameter, dof = check_curves(tuned, dof)
+        check_dims(tuned["amplitude"], (tuned_parameter.along, "dof", "solution"), "one curve")
         check_anything(tuned, "amplitude")
         tuned = one_solution(tuned)
     except (KeyError, TypeError, ValueError) as error:
         raise type(error)(f"tuned: {error.args[0]}") from None
-    if other.name != about.name:
-        raise ValueError(f"tuned: expected a curve over {about.name}, got one over {other.name}")
-    return picture_of(tuned, other, dof).line.polyline()[:2]
+    if tuned_parameter.name != parameter.name:
+        raise ValueError(
+            f"tuned: expected a curve over {parameter.name}, got one over {tuned_parameter.name}"
+        )
+    return picture_of(tuned, tuned_parameter, dof).line.polyline()[:2]
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:
@@ -190,50 +192,50 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
     several = "sample" in values.dims
     table = values.transpose(..., dim).values.astype(float).reshape(-1, values.sizes[dim])
     finite = np.isfinite(table)
-    known = np.array(finite.all(axis=1) if several else finite.any(axis=1))
-    if not known.any():
+    complete = np.array(finite.all(axis=1) if several else finite.any(axis=1))
+    if not complete.any():
         raise ValueError("values: expected finite numbers, all samples hold NaN or infinity")
     units = str(values.attrs.get("units", "1"))
     units = "" if units == "1" else units
     factor = 1.0
     if units in ("m", "N", "J"):
         factor, units = scaled(float(np.abs(table[finite]).max()), units)
-    place = np.arange(table.shape[1])
+    x = np.arange(table.shape[1])
     with canvas(ax) as ax:
         if several:
-            _boxes(ax, place, factor * table, known, values)
+            _boxes(ax, x, factor * table, complete, values)
         else:
-            ax.bar(place, np.where(finite[0], factor * table[0], np.nan), width=0.7, color="0.35")
-            for blank in place[~finite[0]]:
+            ax.bar(x, np.where(finite[0], factor * table[0], np.nan), width=0.7, color="0.35")
+            for blank in x[~finite[0]]:
                 ax.annotate("?", (blank, 0), ha="center", va="bottom")
-        about = str(values.attrs.get("long_name", values.name or "value"))
-        ax.set_ylabel(f"{about} [{units}]" if units else about)
+        label = str(values.attrs.get("long_name", values.name or "value"))
+        ax.set_ylabel(f"{label} [{units}]" if units else label)
         ax.set_xlabel("contact" if dim == "contact" else "blade")
-        step = -(-len(place) // 26)
-        labels = values[dim].values if dim in values.coords else place
-        ax.set_xticks(place[::step], labels[::step])
+        step = -(-len(x) // 26)
+        labels = values[dim].values if dim in values.coords else x
+        ax.set_xticks(x[::step], labels[::step])
         ax.grid(axis="x", visible=False)
-        if table[known].min() < 0 < table[known].max():
+        if table[complete].min() < 0 < table[complete].max():
             ax.axhline(0, color="0.3", linewidth=0.8)
     return figure_of(ax)
 
 
 def _boxes(
-    ax: Axes, place: np.ndarray, table: FloatArray, known: np.ndarray, values: xr.DataArray
+    ax: Axes, x: np.ndarray, table: FloatArray, complete: np.ndarray, values: xr.DataArray
 ) -> None:
-    low, first, middle, third, high = np.quantile(table[known], [0, 0.25, 0.5, 0.75, 1], axis=0)
+    low, first, middle, third, high = np.quantile(table[complete], [0, 0.25, 0.5, 0.75, 1], axis=0)
     look: Any = dict(width=0.7, linewidth=0)
-    text = f"smallest to largest of {known.sum()}"
-    ax.bar(place, high - low, bottom=low, color="0.87", label=text, **look)
-    ax.bar(place, third - first, bottom=first, color="0.6", label="25 to 75 %", **look)
+    text = f"smallest to largest of {complete.sum()}"
+    ax.bar(x, high - low, bottom=low, color="0.87", label=text, **look)
+    ax.bar(x, third - first, bottom=first, color="0.6", label="25 to 75 %", **look)
     look = dict(color="black", markersize=13, markeredgewidth=1.8)
-    ax.plot(place, middle, linestyle="", marker="_", label="median", **look)
-    worst = int(np.argmax(np.where(known, np.nan_to_num(np.abs(table)).max(axis=1), -1)))
+    ax.plot(x, middle, linestyle="", marker="_", label="median", **look)
+    worst = int(np.argmax(np.where(complete, np.nan_to_num(np.abs(table)).max(axis=1), -1)))
     name = values["sample"].values[worst] if "sample" in values.coords else worst
     label = f"sample {name}, the largest"
-    ax.plot(place, table[worst], "o:", color=TUNED, markersize=3.5, linewidth=0.8, label=label)
-    if not known.all():
-        ax.plot([], [], " ", label=f"left out, NaN: {(~known).sum()} of {len(known)}")
+    ax.plot(x, table[worst], "o:", color=TUNED, markersize=3.5, linewidth=0.8, label=label)
+    if not complete.all():
+        ax.plot([], [], " ", label=f"left out, NaN: {(~complete).sum()} of {len(complete)}")
     ax.use_sticky_edges = False
     ax.margins(y=0.04)
     handles, labels = ax.get_legend_handles_labels()

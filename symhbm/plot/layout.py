@@ -1,4 +1,4 @@
-"""Where the masses of a drawing stand, and which way what holds them goes."""
+"""Positions of the masses in a drawing, and directions of elements to the ground."""
 
 from typing import NamedTuple
 
@@ -14,17 +14,21 @@ from symhbm.plot.network import Network
 HALF = 0.2
 """Half of the side of a mass."""
 REACH = 0.95
-"""Length of what goes to the ground."""
+"""Length of an element to the ground."""
 LONGEST_LINE = 8
 """Largest number of masses side by side."""
 _PIVOTS = 40
-"""Degrees of freedom that others are placed by: more do not change a picture."""
+"""Reference degrees of freedom of a layout: more do not change a picture."""
 
 
 class Layout(NamedTuple):
-    """Places (n_dof, 2) and directions (n_dof, 2) to the ground, of contacts there, of forces."""
+    """Positions (n_dof, 2) of masses, and directions (n_dof, 2).
 
-    places: FloatArray
+    ``inward`` is to the ground, ``outward`` of contacts to the ground, ``onward`` of forces;
+    ``hub`` is the radius of the circle in the middle, None without one.
+    """
+
+    positions: FloatArray
     inward: FloatArray
     outward: FloatArray
     onward: FloatArray
@@ -32,7 +36,7 @@ class Layout(NamedTuple):
 
 
 def layout_of(model: Model, parts: Network, pairs: NDArray[np.intp], detailed: bool) -> Layout:
-    """A row or a ring for few masses, a ring for blades, else as far apart as there are links."""
+    """A row or a ring for few masses, a ring for blades, else distances by numbers of links."""
     n = model.n_dof
     step = np.abs(pairs[:, 0] - pairs[:, 1])
     side = np.tile([0.0, 1.0], (n, 1))
@@ -42,12 +46,12 @@ def layout_of(model: Model, parts: Network, pairs: NDArray[np.intp], detailed: b
     neighbours = bool(np.all((step == 1) | (step == n - 1))) and n > 2
     closed = neighbours and (model.lumped or bool(np.any(step == n - 1)))
     if detailed and parts.linear and not closed and np.all(step == 1) and n <= LONGEST_LINE:
-        places = np.zeros((n, 2))
-        places[:, 0] = 1.15 * np.arange(n)
-        return Layout(places, -side, side, side[:, ::-1], None)
+        positions = np.zeros((n, 2))
+        positions[:, 0] = 1.15 * np.arange(n)
+        return Layout(positions, -side, side, side[:, ::-1], None)
     if not (detailed or closed or not parts.linear):
-        places = 0.35 * float(np.sqrt(n)) * spread(n, pairs)
-        return Layout(places, -side, side, side[:, ::-1], None)
+        positions = 0.35 * float(np.sqrt(n)) * spread(n, pairs)
+        return Layout(positions, -side, side, side[:, ::-1], None)
     turn = np.pi / 2 - 2 * np.pi * np.arange(n) / n
     outward = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     onward = np.stack([np.sin(turn), -np.cos(turn)], axis=-1)
@@ -59,7 +63,7 @@ def layout_of(model: Model, parts: Network, pairs: NDArray[np.intp], detailed: b
 
 
 def spread(n_dof: int, pairs: NDArray[np.intp]) -> FloatArray:
-    """Places (n_dof, 2) that are as far from each other as there are links between them.
+    """Positions (n_dof, 2) whose distances follow the numbers of links between them.
 
     Distances to a few degrees of freedom, each the farthest one from those before, give the two
     directions in which they differ most.
@@ -76,12 +80,12 @@ def spread(n_dof: int, pairs: NDArray[np.intp]) -> FloatArray:
         pivot = int(np.argmax(nearest))
     distance = np.stack(rows, axis=-1)
     within = distance[np.isfinite(distance)]
-    # What nothing joins is put aside.
+    # Parts without a link to the others stand aside.
     distance[~np.isfinite(distance)] = 1.2 * within.max() + 1
     square = distance**2
     centred = square - square.mean(axis=0) - square.mean(axis=1, keepdims=True) + square.mean()
     left, size, _ = np.linalg.svd(-centred / 2, full_matrices=False)
-    places = np.zeros((n_dof, 2))
+    positions = np.zeros((n_dof, 2))
     count = min(2, len(size))
-    places[:, :count] = left[:, :count] * size[:count]
-    return places / (np.abs(places).max() or 1.0)
+    positions[:, :count] = left[:, :count] * size[:count]
+    return positions / (np.abs(positions).max() or 1.0)

@@ -1,4 +1,4 @@
-"""What is drawn of one curve: its amplitudes on their slopes, through its corners and its peaks."""
+"""Lines of response curves: amplitudes with their slopes, through corners and located peaks."""
 
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -23,9 +23,9 @@ _MAX_HALVINGS = 8
 _SAME = 1e-12
 """Relative distance at which two values are one."""
 _TIED = 1e-9
-"""Relative distance of amplitudes that peak together."""
+"""Relative difference of amplitudes that peak together."""
 _BESIDE = 1e-3
-"""Share of a stretch over which a slope is read off."""
+"""Share of a segment over which a slope is read off."""
 
 
 class Peak(NamedTuple):
@@ -77,13 +77,13 @@ class Line:
         line, finite = self, [peak for peak in peaks if np.isfinite(peak.amplitude)]
         for value, together in groupby(sorted(finite, key=lambda p: p.value), lambda p: p.value):
             i = int(np.searchsorted(line.value, value))
-            known = np.any(np.abs(line.value - value) <= _SAME * np.abs(value))
-            if 0 < i < len(line.value) and not known:
+            present = np.any(np.abs(line.value - value) <= _SAME * np.abs(value))
+            if 0 < i < len(line.value) and not present:
                 line = line._with(i, value, [*together])
         return line
 
     def _with(self, i: int, value: float, peaks: list[Peak]) -> "Line":
-        """The line with a point before its point ``i``: what does not peak is read off there."""
+        """The line with a point before its point ``i``, interpolated where no peak is located."""
         width = self.value[i] - self.value[i - 1]
         share = (value - self.value[i - 1]) / width
         shares = np.clip(share + np.array([-_BESIDE, 0.0, _BESIDE]), 0.0, 1.0)
@@ -101,11 +101,11 @@ class Line:
             np.insert(self.unstable, i, unstable),
         )
 
-    def _between(self, place: np.ndarray, share: FloatArray) -> FloatArray:
-        """Amplitudes (n, n_dof) at shares (n,) of the way from the points ``place`` to the next."""
-        width = (self.value[place + 1] - self.value[place])[:, None]
-        left, right = self.amplitude[place], self.amplitude[place + 1]
-        first, last = width * self.after[place], width * self.before[place + 1]
+    def _between(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
+        """Amplitudes (n, n_dof) at shares (n,) of segments (n,), numbered by their first points."""
+        width = (self.value[segment + 1] - self.value[segment])[:, None]
+        left, right = self.amplitude[segment], self.amplitude[segment + 1]
+        first, last = width * self.after[segment], width * self.before[segment + 1]
         with np.errstate(divide="ignore", invalid="ignore"):
             rise = np.log(right / left)
             beyond = np.where(np.isfinite(last), last / right, rise)
@@ -118,56 +118,58 @@ class Line:
         result = np.full(len(value), np.nan)
         if len(self.value) > 1:
             inside = np.flatnonzero((value >= self.value[0]) & (value <= self.value[-1]))
-            place = np.searchsorted(self.value, value[inside], "right") - 1
-            place = np.minimum(place, len(self.value) - 2)
-            width = self.value[place + 1] - self.value[place]
-            share = (value[inside] - self.value[place]) / width
-            result[inside] = self._between(place, share).max(axis=1)
+            segment = np.searchsorted(self.value, value[inside], "right") - 1
+            segment = np.minimum(segment, len(self.value) - 2)
+            width = self.value[segment + 1] - self.value[segment]
+            share = (value[inside] - self.value[segment]) / width
+            result[inside] = self._between(segment, share).max(axis=1)
         return result
 
     def polyline(self) -> tuple[FloatArray, FloatArray, np.ndarray]:
         """Values (n,) and levels (n,) [dB] of straight lines, and which (n - 1,) are unstable."""
-        n_stretches = max(len(self.value) - 1, 0)
-        place = np.repeat(np.arange(n_stretches), 2)
-        begin = np.tile([0.0, 0.5], n_stretches)
-        low, high = self._level(place, begin), self._level(place, begin + 0.5)
+        n_segments = max(len(self.value) - 1, 0)
+        segment = np.repeat(np.arange(n_segments), 2)
+        begin = np.tile([0.0, 0.5], n_segments)
+        low, high = self._level(segment, begin), self._level(segment, begin + 0.5)
         straight, length = [], 0.5
         for halving in range(_MAX_HALVINGS + 1):
             length /= 2
-            middle = self._level(place, begin + length)
+            middle = self._level(segment, begin + length)
             with np.errstate(invalid="ignore"):
                 bent = np.abs(middle - (low + high) / 2) > _STRAIGHT
             bent &= halving < _MAX_HALVINGS
-            straight.append((place[~bent], begin[~bent], low[~bent]))
-            place, low, middle, high = (part[bent] for part in (place, low, middle, high))
+            straight.append((segment[~bent], begin[~bent], low[~bent]))
+            segment, low, middle, high = (part[bent] for part in (segment, low, middle, high))
             begin = np.concatenate([begin[bent], begin[bent] + length])
-            place, low = np.concatenate([place, place]), np.concatenate([low, middle])
+            segment, low = np.concatenate([segment, segment]), np.concatenate([low, middle])
             high = np.concatenate([middle, high])
-        place, begin, low = (np.concatenate(part) for part in zip(*straight, strict=True))
-        order = np.lexsort((begin, place))
-        place, begin, low = place[order], begin[order], low[order]
-        value = self.value[place] + begin * (self.value[place + 1] - self.value[place])
+        segment, begin, low = (np.concatenate(part) for part in zip(*straight, strict=True))
+        order = np.lexsort((begin, segment))
+        segment, begin, low = segment[order], begin[order], low[order]
+        value = self.value[segment] + begin * (self.value[segment + 1] - self.value[segment])
         end = decibel(self.amplitude[-1:].max(axis=1, initial=0.0))
-        unstable = self.unstable[place] | self.unstable[place + 1]
+        unstable = self.unstable[segment] | self.unstable[segment + 1]
         return np.append(value, self.value[-1:]), np.append(low, end), unstable
 
-    def _level(self, place: np.ndarray, share: FloatArray) -> FloatArray:
-        return decibel(self._between(place, share).max(axis=1))
+    def _level(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
+        return decibel(self._between(segment, share).max(axis=1))
 
 
 def _other_slope(rise: FloatArray, slope: FloatArray) -> FloatArray:
-    """Slope at one end of a stretch from that at the other: of a parabola, if that is monotone."""
+    """Slope at one end of a segment from that at the other: of a parabola, if it is monotone."""
     return rise * np.clip(2 - slope / np.where(rise == 0, 1.0, rise), 0.0, 2.0)
 
 
-def line_of(curve: xr.Dataset, about: Moving, dof: int | None) -> Line:
+def line_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
     """The line of one curve, of one degree of freedom or of all, without padding."""
-    value = curve[about.name].values
+    value = curve[parameter.name].values
     inside = np.isfinite(value)
     columns = slice(None) if dof is None else slice(dof, dof + 1)
 
     def of_points(name: str) -> FloatArray:
-        return curve[name].transpose(about.along, "dof").values[inside][:, columns].astype(float)
+        return (
+            curve[name].transpose(parameter.along, "dof").values[inside][:, columns].astype(float)
+        )
 
     unstable = np.zeros(int(inside.sum()), dtype=bool)
     if "stability" in curve.variables:
@@ -186,16 +188,16 @@ def _monotone(line: Line) -> Line:
     """An ascending line with the slopes that keep it monotone between its points."""
     slope = np.full(line.amplitude.shape, np.nan)
     for column, amplitude in zip(slope.T, line.amplitude.T, strict=True):
-        known = amplitude > 0
-        if known.sum() > 1:
-            level = PchipInterpolator(line.value[known], np.log(amplitude[known]))
-            column[known] = level.derivative()(line.value[known]) * amplitude[known]
+        positive = amplitude > 0
+        if positive.sum() > 1:
+            level = PchipInterpolator(line.value[positive], np.log(amplitude[positive]))
+            column[positive] = level.derivative()(line.value[positive]) * amplitude[positive]
     return replace(line, before=slope, after=slope)
 
 
-def located_peaks(curve: xr.Dataset, about: Moving) -> list[Peak]:
+def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
     """The located peaks of a curve, one for each degree of freedom where several peak together."""
-    keys = [f"peak_{key}" for key in ("kind", about.name, "amplitude", "dof")]
+    keys = [f"peak_{key}" for key in ("kind", parameter.name, "amplitude", "dof")]
     if not all(key in curve.variables and "peak" in curve[key].dims for key in keys):
         return []
     rows = [*zip(*(curve[key].values for key in keys), strict=True)]
@@ -204,7 +206,7 @@ def located_peaks(curve: xr.Dataset, about: Moving) -> list[Peak]:
         for i, (kind, at, top, dof) in enumerate(rows)
         if kind
     ]
-    if about.each or "peak_coefficient" not in curve.variables:
+    if parameter.per_dof or "peak_coefficient" not in curve.variables:
         return [peak for _, peak in peaks]
     coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
     harmonics = tuple(curve["harmonic"].values.tolist())

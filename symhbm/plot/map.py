@@ -1,4 +1,4 @@
-"""Maps of where contacts stick."""
+"""Maps of the share of a period that contacts stick."""
 
 import numpy as np
 import xarray as xr
@@ -58,27 +58,27 @@ def stick_map(
         and bad arguments.
     """
     check_variables(dataset, "stick_fraction", "frequency")
-    about = moving(dataset)
-    for dim in (about.along, "contact"):
+    parameter = moving(dataset)
+    for dim in (parameter.along, "contact"):
         dims = [str(d) for d in dataset["stick_fraction"].dims]
         check.known(dim, dims, "dimension of stick_fraction")
     dataset = one_solution(dataset)
     check_anything(dataset, "stick_fraction")
-    over = _swept(dataset, about, over)
+    over = _swept(dataset, parameter, over)
     fraction, title = _chosen(dataset, contact)
     values = numbers_along(dataset, over)
     order = np.argsort(values, kind="stable")
     if np.any(np.diff(values[order]) == 0):
         raise ValueError(f"over={over!r}: expected different values, some are there twice")
-    table = fraction.transpose(over, about.along).values[order]
-    moved = dataset[about.name]
-    if about.along == "point":
-        each = moved.broadcast_like(fraction).transpose(over, "point").values[order]
-        moved_values, table = _on_common_grid(each, table)
+    table = fraction.transpose(over, parameter.along).values[order]
+    moved = dataset[parameter.name]
+    if parameter.along == "point":
+        paths = moved.broadcast_like(fraction).transpose(over, "point").values[order]
+        moved_values, table = _on_common_grid(paths, table)
     else:
         moved_values = moved.values
     y = values[order]
-    wide_x = about.name != "frequency" and is_wide(moved_values)
+    wide_x = parameter.name != "frequency" and is_wide(moved_values)
     wide_y = over in dataset.coords and is_wide(y)
     with canvas(ax) as ax:
         ax.patch.set(facecolor="0.93", edgecolor="0.6", hatch="////", linewidth=0)
@@ -91,7 +91,7 @@ def stick_map(
             ax.set_xscale("log")
         if wide_y:
             ax.set_yscale("log")
-        ax.set_xlabel(axis_label(about.name))
+        ax.set_xlabel(axis_label(parameter.name))
         ax.set_ylabel(axis_label(over))
         labels = dataset[over].values[order] if over in dataset.coords else y
         if labels.dtype.kind in "iu" and not wide_y:
@@ -106,14 +106,14 @@ def stick_map(
     return figure_of(ax)
 
 
-def _swept(dataset: xr.Dataset, about: Moving, over: str | None) -> str:
-    dims = [str(d) for d in dataset["stick_fraction"].dims if d not in (about.along, "contact")]
+def _swept(dataset: xr.Dataset, parameter: Moving, over: str | None) -> str:
+    dims = [str(d) for d in dataset["stick_fraction"].dims if d not in (parameter.along, "contact")]
     if over is None:
         if not dims:
             raise ValueError("over=None: expected a dataset of several parameter sets, this is one")
         over = dims[0]
     check.known(over, dims, "swept dimension of the dataset")
-    check_dims(dataset["stick_fraction"], (about.along, "contact", over), "one swept dimension")
+    check_dims(dataset["stick_fraction"], (parameter.along, "contact", over), "one swept dimension")
     return over
 
 
@@ -175,10 +175,10 @@ def _edges(centre: FloatArray, logarithmic: bool) -> FloatArray:
 
 def _outline(ax: Axes, x: FloatArray, y: FloatArray, table: FloatArray) -> None:
     """Line along the edges between cells that slip and cells that do not; ``x``, ``y``: edges."""
-    known, slips = np.isfinite(table), table < 1
-    row, column = np.nonzero((slips[:, 1:] != slips[:, :-1]) & known[:, 1:] & known[:, :-1])
+    filled, slips = np.isfinite(table), table < 1
+    row, column = np.nonzero((slips[:, 1:] != slips[:, :-1]) & filled[:, 1:] & filled[:, :-1])
     upright = np.stack([x[column + 1], y[row], x[column + 1], y[row + 1]], axis=-1)
-    row, column = np.nonzero((slips[1:] != slips[:-1]) & known[1:] & known[:-1])
+    row, column = np.nonzero((slips[1:] != slips[:-1]) & filled[1:] & filled[:-1])
     level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
     lines = list(np.concatenate([upright, level]).reshape(-1, 2, 2))
     for color, width in (("white", 2.6), ("black", 1.0)):

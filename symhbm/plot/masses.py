@@ -1,4 +1,4 @@
-"""Masses and what joins them, drawn with symbols where there are few, with dots where many."""
+"""Drawings of masses and the elements between them: symbols for few, dots for many."""
 
 import re
 from typing import Any
@@ -40,21 +40,21 @@ _NAMES = {
 def draw_symbols(
     ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
 ) -> None:
-    """Masses, and symbols of what joins them; the first of each kind is named."""
+    """Draw masses, and symbols of the elements between them; the first of each kind is named."""
     alone = model.n_dof == 1 and parts.linear
     between: dict[tuple[int, int], list[tuple[str, int]]] = {}
     inner: dict[int, list[tuple[str, int]]] = {}
     outer: dict[int, list[tuple[str, int]]] = {}
-    for kind, each in (("spring", parts.springs), ("damper", parts.dampers)):
-        for i, j in each.pairs.tolist():
-            if not each.reason:
+    for kind, links in (("spring", parts.springs), ("damper", parts.dampers)):
+        for i, j in links.pairs.tolist():
+            if not links.reason:
                 between.setdefault((i, j), []).append((kind, -1))
             elif (i, j) not in between:
                 between[i, j] = [("line", -1)]
-        for i in np.flatnonzero(each.ground).tolist():
+        for i in np.flatnonzero(links.ground).tolist():
             inner.setdefault(i, []).append((kind, -1))
-    for number, (dofs, own) in enumerate(zip(model.contacts, kinds, strict=True)):
-        elements = [(kind, number) for kind in own]
+    for number, (dofs, contact_kinds) in enumerate(zip(model.contacts, kinds, strict=True)):
+        elements = [(kind, number) for kind in contact_kinds]
         if len(dofs) == 2:
             between.setdefault((min(dofs), max(dofs)), []).extend(elements)
         else:
@@ -62,27 +62,27 @@ def draw_symbols(
             (inner if same else outer).setdefault(dofs[0], []).extend(elements)
     named: set[str] = set()
     texts = _values_beside(model)
-    middle = layout.places.mean(axis=0)
+    middle = layout.positions.mean(axis=0)
     for (i, j), elements in between.items():
-        start, end = layout.places[i], layout.places[j]
+        start, end = layout.positions[i], layout.positions[j]
         along = (end - start) / np.linalg.norm(end - start)
         away = (start + end) / 2 - middle
         if np.linalg.norm(away) < 1e-9 or abs(away @ along) > 0.99 * np.linalg.norm(away):
             away = np.array([0.0, 1.0])
         ends = start + HALF * along, end - HALF * along
-        _place(ax, elements, *ends, away, named, texts)
-    for table, ways in ((inner, layout.inward), (outer, layout.outward)):
+        _draw_elements(ax, elements, *ends, away, named, texts)
+    for table, directions in ((inner, layout.inward), (outer, layout.outward)):
         for i, elements in table.items():
-            start = layout.places[i] + HALF * ways[i]
-            end = layout.places[i] + (HALF + REACH) * ways[i]
-            _place(ax, elements, start, end, _beside(layout, i), named, texts)
+            start = layout.positions[i] + HALF * directions[i]
+            end = layout.positions[i] + (HALF + REACH) * directions[i]
+            _draw_elements(ax, elements, start, end, _beside(layout, i), named, texts)
             if layout.hub is None or table is outer or not parts.linear:
                 half = 0.12 * len(elements) + 0.1
-                _add(ax, ground(end, ways[i], max(half, 0.6) if alone else half), "0.25", 0.9)
-    for i, place in enumerate(layout.places):
+                _add(ax, ground(end, directions[i], max(half, 0.6) if alone else half), "0.25", 0.9)
+    for i, centre in enumerate(layout.positions):
         massless = parts.linear and parts.mass[i] == 0
         box = FancyBboxPatch(
-            (place[0] - HALF, place[1] - HALF),
+            (centre[0] - HALF, centre[1] - HALF),
             2 * HALF,
             2 * HALF,
             boxstyle="round,pad=0,rounding_size=0.04",
@@ -93,14 +93,14 @@ def draw_symbols(
         )
         ax.add_patch(box)
         label = "$m$" if alone else str(_name(model, i))
-        ax.text(place[0], place[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
+        ax.text(centre[0], centre[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
         if not alone and texts.get(("blade", i)):
             _write(
-                ax, place + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
+                ax, centre + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
             )
 
 
-def _place(
+def _draw_elements(
     ax: Axes,
     elements: list[tuple[str, int]],
     start: FloatArray,
@@ -109,14 +109,16 @@ def _place(
     named: set[str],
     texts: dict[tuple[str, int], str],
 ) -> None:
-    """Draw elements side by side, and what is to be read beside them."""
+    """Draw elements side by side, with their names and values."""
     drawn, bars, middles = side_by_side([kind for kind, _ in elements], start, end)
     across = np.array([start[1] - end[1], end[0] - start[0]]) / np.linalg.norm(end - start)
     turn = 1.0 if across @ away >= 0 else -1.0
     offsets = (middles - (start + end) / 2) @ across
     together: list[str] = []
-    for (kind, number), own, middle, offset in zip(elements, drawn, middles, offsets, strict=True):
-        _add(ax, own, COLORS[kind], 1.1)
+    for (kind, number), lines, middle, offset in zip(
+        elements, drawn, middles, offsets, strict=True
+    ):
+        _add(ax, lines, COLORS[kind], 1.1)
         text = _NAMES.get(kind, "") if kind not in named else ""
         named.add(kind)
         beside = texts.get((kind, number), "") if len(elements) <= MOST_VALUES else ""
@@ -124,32 +126,32 @@ def _place(
         if len(elements) > 2:
             together += [text] if text else []
         elif text:
-            way = across * (np.sign(offset) if abs(offset) > 0.01 else turn)
+            direction = across * (np.sign(offset) if abs(offset) > 0.01 else turn)
             gap = 0.2 if kind == "friction" else 0.15
-            _write(ax, middle + gap * way, way, text, COLORS[kind])
+            _write(ax, middle + gap * direction, direction, text, COLORS[kind])
     if together:
-        way = across * turn
+        direction = across * turn
         gap = np.abs(offsets).max() + 0.2
-        _write(ax, (start + end) / 2 + gap * way, way, "\n".join(together), "0.2")
+        _write(ax, (start + end) / 2 + gap * direction, direction, "\n".join(together), "0.2")
     _add(ax, bars, "0.2", 1.1)
 
 
 def _beside(layout: Layout, dof: int) -> FloatArray:
-    """Where names of what goes to the ground stand: below where a force is above."""
-    return np.array([0.0, -1.0]) if len(layout.places) == 1 else layout.onward[dof]
+    """Direction to the names of elements to the ground: below, where a force is above."""
+    return np.array([0.0, -1.0]) if len(layout.positions) == 1 else layout.onward[dof]
 
 
-def _write(ax: Axes, at: FloatArray, way: FloatArray, text: str, color: str) -> None:
-    """Text that begins at a place and goes on in a direction."""
-    ha = "left" if way[0] > 0.4 else "right" if way[0] < -0.4 else "center"
+def _write(ax: Axes, at: FloatArray, direction: FloatArray, text: str, color: str) -> None:
+    """Write a text that begins at a point and goes on in a direction."""
+    ha = "left" if direction[0] > 0.4 else "right" if direction[0] < -0.4 else "center"
     # Room for the text within the axes.
-    ax.update_datalim([at + 0.35 * way])
-    va = "bottom" if way[1] > 0.4 else "top" if way[1] < -0.4 else "center"
+    ax.update_datalim([at + 0.35 * direction])
+    va = "bottom" if direction[1] > 0.4 else "top" if direction[1] < -0.4 else "center"
     ax.text(at[0], at[1], text, ha=ha, va=va, fontsize=7.5, color=color, zorder=6, linespacing=1.15)
 
 
 def _values_beside(model: Model) -> dict[tuple[str, int], str]:
-    """What stands beside single masses and contacts: the values of parameters that differ."""
+    """Texts beside single masses and contacts: values of parameters that differ."""
     owners = {
         "contact_stiffness": "friction",
         "friction_coefficient": "friction",
@@ -171,45 +173,45 @@ def _values_beside(model: Model) -> dict[tuple[str, int], str]:
 def draw_dots(
     ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
 ) -> None:
-    """Dots and lines; contacts in colour."""
-    places = layout.places
+    """Draw dots and lines; contacts in colour."""
+    positions = layout.positions
     size = float(np.clip(900 / model.n_dof, 1.5, 14))
     handles = []
     pairs = np.unique(np.concatenate([parts.springs.pairs, parts.dampers.pairs]), axis=0)
     if len(pairs):
         words = "coupling" if parts.springs.reason or parts.dampers.reason else "springs or dampers"
-        lines = LineCollection(list(places[pairs]), colors="0.7", linewidths=0.7, zorder=1)
+        lines = LineCollection(list(positions[pairs]), colors="0.7", linewidths=0.7, zorder=1)
         lines.set_rasterized(len(pairs) > 5000)
         ax.add_collection(lines)
         handles.append(Line2D([], [], color="0.7", label=f"{words} between pairs, {len(pairs)}"))
-    held = (parts.springs.ground > 0) | (parts.dampers.ground > 0)
+    grounded = (parts.springs.ground > 0) | (parts.dampers.ground > 0)
     for chosen, face, words in (
-        (~held, "0.35", "degrees of freedom"),
-        (held, "white", "held to the ground"),
+        (~grounded, "0.35", "degrees of freedom"),
+        (grounded, "white", "held to the ground"),
     ):
         if chosen.any():
             style: Any = dict(marker="o", linestyle="", color="0.35", markerfacecolor=face)
             label = f"{words}, {int(chosen.sum())}"
-            own = Line2D(*places[chosen].T, markersize=np.sqrt(size) + 0.5, zorder=2, **style)
-            own.set_rasterized(model.n_dof > 5000)
-            ax.add_line(own)
+            dots = Line2D(*positions[chosen].T, markersize=np.sqrt(size) + 0.5, zorder=2, **style)
+            dots.set_rasterized(model.n_dof > 5000)
+            ax.add_line(dots)
             handles.append(Line2D([], [], markersize=5, label=label, **style))
     words = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
     for kind in words:
-        numbers = [j for j, own in enumerate(kinds) if kind in own]
+        numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
         joins = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 2])
         alone = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 1])
         if len(joins):
-            about: Any = dict(
+            look: Any = dict(
                 colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
             )
-            ax.add_collection(LineCollection(list(places[joins]), **about))
+            ax.add_collection(LineCollection(list(positions[joins]), **look))
             label = f"{words[kind]} between, {len(joins)}"
             handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
         if len(alone):
             mark = "v" if kind != "cubic" else "1"
             style = dict(marker=mark, linestyle="", color=COLORS[kind], markersize=7)
-            ax.add_line(Line2D(*places[alone[:, 0]].T, zorder=4, **style))
+            ax.add_line(Line2D(*positions[alone[:, 0]].T, zorder=4, **style))
             label = f"{words[kind]} to the ground, {len(alone)}"
             handles.append(Line2D([], [], label=label, **style))
     ax.legend(handles=handles, **OUTSIDE)
@@ -232,7 +234,7 @@ def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> N
         if np.array_equal(out, on):
             out = np.array([0.0, 1.0])
         away = HALF + 0.1 if detailed else 0.1
-        start = layout.places[i] + away * out - 0.22 * on
+        start = layout.positions[i] + away * out - 0.22 * on
         end = start + (0.45 * size[i] / top) * on
         ax.annotate(
             "",

@@ -1,4 +1,4 @@
-"""Models as masses that springs, dampers and contacts join, where they are that."""
+"""Models as networks of masses, springs, dampers and contacts."""
 
 from typing import Any, NamedTuple
 
@@ -28,7 +28,7 @@ class Links(NamedTuple):
 
 
 class Network(NamedTuple):
-    """What there is to draw of a model; ``linear`` is False for a condensed one."""
+    """Elements of a model; ``linear`` is False for a condensed one, which has no linear ones."""
 
     mass: FloatArray
     springs: Links
@@ -81,7 +81,7 @@ def network(model: Model) -> Network:
 
 
 def kinds_of_contacts(model: Model) -> list[list[str]]:
-    """What each contact is: ``friction``, ``cubic``, both, or ``opened`` where it does nothing."""
+    """Kinds of each contact: ``friction``, ``cubic``, both, or ``opened`` where it has no force."""
     limit = model.friction_coefficient * model.normal_load
     rubs = (limit > 0) & (model.contact_stiffness > 0)
     kinds = [
@@ -92,7 +92,7 @@ def kinds_of_contacts(model: Model) -> list[list[str]]:
 
 
 def joined(model: Model, parts: Network) -> NDArray[np.intp]:
-    """Pairs of degrees of freedom that anything joins, (n, 2), the lower one first."""
+    """Pairs of degrees of freedom with an element between them, (n, 2), the lower one first."""
     touched = [sorted(dofs) for dofs in model.contacts if len(dofs) == 2]
     contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)
     every = np.concatenate([parts.springs.pairs, parts.dampers.pairs, contacts])

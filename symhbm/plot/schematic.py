@@ -25,7 +25,7 @@ _WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "ope
 
 
 class _Force(NamedTuple):
-    """Size on each degree of freedom (n_dof,) [N], what it is, on how many that are not kept."""
+    """Size on each degree of freedom (n_dof,) [N], its text, and how many excited are not kept."""
 
     size: FloatArray
     text: str
@@ -69,25 +69,25 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
     ... )
     >>> sh.plot.model(disk, force=sh.EngineOrder(3)).savefig("disk.png")
     """
-    drawn, pushes = _given(structure, force)
+    drawn, load = _model_and_force(structure, force)
     parts = network(drawn)
     pairs = joined(drawn, parts)
     kinds = kinds_of_contacts(drawn)
     detailed = _is_small(drawn, len(pairs))
     layout = layout_of(drawn, parts, pairs, detailed)
-    with canvas(ax, _size(layout.places, detailed)) as ax:
+    with canvas(ax, _size(layout.positions, detailed)) as ax:
         if not parts.linear:
             draw_hub(ax, layout, "linear\nstructure")
         elif layout.hub and detailed and (parts.springs.ground.any() or parts.dampers.ground.any()):
             draw_hub(ax, layout, "disk" if drawn.lumped else "ground")
         draw = draw_symbols if detailed else draw_dots
         draw(ax, drawn, parts, kinds, layout)
-        if pushes is not None:
-            draw_forces(ax, layout, pushes.size, detailed)
+        if load is not None:
+            draw_forces(ax, layout, load.size, detailed)
         lines = [*_linear_values(parts), *_contact_values(drawn, kinds)]
-        told = [f"Not drawn: {what}." for what in _not_drawn(drawn, parts, pushes)]
-        told = [*([] if pushes is None else [pushes.text]), *told]
-        lines += [textwrap.fill(line, _WRAP) for line in told]
+        notes = [f"Not drawn: {item}." for item in _not_drawn(drawn, parts, load)]
+        notes = [*([] if load is None else [load.text]), *notes]
+        lines += [textwrap.fill(line, _WRAP) for line in notes]
         ax.autoscale_view()
         ax.set_xlabel("\n".join(lines), fontsize=8.5)
         head = repr(drawn).partition("\n")[0].partition(": ")[2]
@@ -108,10 +108,10 @@ def _is_small(model: Model, n_pairs: int) -> bool:
     return model.n_dof <= MOST_MASSES and n_pairs <= 2 * model.n_dof and not crowded
 
 
-def _given(structure: Any, force: Any) -> tuple[Model, _Force | None]:
+def _model_and_force(structure: Any, force: Any) -> tuple[Model, _Force | None]:
     """The model, and the force on it."""
-    given = structure if isinstance(structure, Model) else getattr(structure, "model", None)
-    if not isinstance(given, Model):
+    model = structure if isinstance(structure, Model) else getattr(structure, "model", None)
+    if not isinstance(model, Model):
         raise TypeError(
             f"structure={check.shown(structure)}: expected a Model, or a HarmonicBalance, "
             "which rebuild makes of a dataset"
@@ -119,20 +119,20 @@ def _given(structure: Any, force: Any) -> tuple[Model, _Force | None]:
     name, holder = ("structure", structure) if force is None else ("force", force)
     excitation = getattr(holder, "excitation", None if force is None else force)
     if excitation is None:
-        return given, None
+        return model, None
     if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
         raise TypeError(
             f"{name}={check.shown(holder)}: expected an excitation or a HarmonicBalance"
         )
-    return given, _force(given, excitation, getattr(holder, "basis", None))
+    return model, _force(model, excitation, getattr(holder, "basis", None))
 
 
 def _force(model: Model, excitation: Excitation, basis: FourierBasis | None) -> _Force:
     if basis is None:
         tables = (getattr(excitation, name, {}) for name in ("cosine", "sine"))
-        own = {harmonic for table in tables for harmonic in table}
-        own |= {1, getattr(excitation, "harmonic", 1)}
-        basis = FourierBasis(check_harmonics(own))
+        harmonics = {harmonic for table in tables for harmonic in table}
+        harmonics |= {1, getattr(excitation, "harmonic", 1)}
+        basis = FourierBasis(check_harmonics(harmonics))
     whole = model.structure if isinstance(model, CondensedModel) else model
     shape = np.linalg.norm(excitation.shape(whole.n_dof, basis), axis=1)
     size = abs(excitation.amplitude) * shape
@@ -173,16 +173,16 @@ def _linear_values(parts: Network) -> list[str]:
     massless = int((parts.mass == 0).sum())
     without = f", {_counted(massless, 'degree')} of freedom without it (dashed)"
     lines = [f"mass $m$ = {_span(parts.mass)} kg{without if massless else ''}"]
-    for letter, unit, name, each in (
+    for letter, unit, name, links in (
         ("k", "N/m", "spring", parts.springs),
         ("c", "N s/m", "damper", parts.dampers),
     ):
-        held = each.ground[each.ground > 0]
-        values = each.ground[:0] if each.reason else each.values
-        for own, where in ((held, "to the ground"), (values, "between")):
-            if len(own):
-                plural = name + "s" * (len(own) > 1)
-                lines.append(f"{plural} {where} ${letter}$ = {_span(own)} {unit}")
+        grounded = links.ground[links.ground > 0]
+        values = links.ground[:0] if links.reason else links.values
+        for numbers, where in ((grounded, "to the ground"), (values, "between")):
+            if len(numbers):
+                plural = name + "s" * (len(numbers) > 1)
+                lines.append(f"{plural} {where} ${letter}$ = {_span(numbers)} {unit}")
     return lines
 
 
@@ -193,39 +193,39 @@ def _contact_values(model: Model, kinds: list[list[str]]) -> list[str]:
         ("cubic", ("cubic_stiffness",)),
         ("opened", ()),
     ):
-        own = [j for j, each in enumerate(kinds) if kind in each]
+        chosen = [j for j, entry in enumerate(kinds) if kind in entry]
         texts = [
-            f"{SYMBOLS[name][0]} = {_span(getattr(model, name)[own])} {SYMBOLS[name][1]}".strip()
+            f"{SYMBOLS[name][0]} = {_span(getattr(model, name)[chosen])} {SYMBOLS[name][1]}".strip()
             for name in names
-            if own
+            if chosen
         ]
-        if own:
-            told = f": {', '.join(texts)}" if texts else ", without force"
-            lines.append(_counted(len(own), _WORDS[kind]) + told)
+        if chosen:
+            notes = f": {', '.join(texts)}" if texts else ", without force"
+            lines.append(_counted(len(chosen), _WORDS[kind]) + notes)
     return lines
 
 
 def _not_drawn(model: Model, parts: Network, force: _Force | None) -> list[str]:
-    """What there is beside what the picture shows."""
-    told = []
+    """Properties of a model that the picture does not show."""
+    notes = []
     if isinstance(model, CondensedModel):
-        told.append(f"mass, damping and stiffness of all {model.n_whole} degrees of freedom")
+        notes.append(f"mass, damping and stiffness of all {model.n_whole} degrees of freedom")
     if parts.springs.reason:
-        told.append(
+        notes.append(
             f"springs; the stiffness matrix {parts.springs.reason} and is no network of them, "
             "grey lines are what it couples"
         )
     if parts.dampers.reason:
-        told.append(f"viscous dampers; the damping matrix {parts.dampers.reason}")
+        notes.append(f"viscous dampers; the damping matrix {parts.dampers.reason}")
     if parts.inertial_pairs:
-        told.append(f"coupling of {_counted(parts.inertial_pairs, 'pair')} by inertia")
+        notes.append(f"coupling of {_counted(parts.inertial_pairs, 'pair')} by inertia")
     if force is not None and force.inside:
-        told.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
-    return told
+        notes.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
+    return notes
 
 
-def _counted(count: Any, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+def _counted(count: Any, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _span(values: FloatArray) -> str:

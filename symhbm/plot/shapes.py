@@ -36,7 +36,7 @@ DOMINANT = 0.5
 
 
 class _Shape(NamedTuple):
-    """Coefficients (n_blades, n_harmonics, 2) [m] of one response, and what it is."""
+    """Coefficients (n_blades, n_harmonics, 2) [m] of one response, and its text."""
 
     coefficient: FloatArray
     text: str
@@ -135,11 +135,11 @@ def _diameter(coefficient: FloatArray) -> str:
 
 
 def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int], list[int]]:
-    """Where blades are along ``dof``, in their order around the disk, and what they are called."""
+    """Positions of the blades along ``dof`` in their order around the disk, and their names."""
     check.known("dof", [str(d) for d in dataset["coefficient"].dims], "dimension of coefficient")
     n_dof = dataset.sizes["dof"]
     if blades is None:
-        chosen = _known_blades(dataset)
+        chosen = _blades_of_problem(dataset)
         names = list(range(len(chosen)))
     elif isinstance(blades, str) or not isinstance(blades, Iterable):
         raise TypeError(f"blades={check.shown(blades)}: expected a sequence of integers")
@@ -153,12 +153,12 @@ def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int
     return chosen, names
 
 
-def _known_blades(dataset: xr.Dataset) -> list[int]:
-    """Where the blades are along ``dof`` that model or excitation tell."""
-    about = Description(dataset)
-    force, condensed = about.problem.get("excitation", {}), about.condensed
-    size = (condensed or about.problem).get("n_dof", 0)
-    if about.lumped:
+def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
+    """Positions along ``dof`` of the blades that the model or the excitation names."""
+    description = Description(dataset)
+    force, condensed = description.problem.get("excitation", {}), description.condensed
+    size = (condensed or description.problem).get("n_dof", 0)
+    if description.lumped:
         blades = range(size)
     elif force.get("type") == "EngineOrder":
         blades = range(size) if force["blades"] is None else force["blades"]
@@ -168,15 +168,15 @@ def _known_blades(dataset: xr.Dataset) -> list[int]:
             "disk, as neither the model nor the force tells which they are"
         )
     label = "dof" if condensed is None else "structure_dof"
-    place = {int(dof): i for i, dof in enumerate(dataset[label].values)}
-    missing = [dof for dof in blades if dof not in place]
+    position = {int(dof): i for i, dof in enumerate(dataset[label].values)}
+    missing = [dof for dof in blades if dof not in position]
     if missing:
         kept = "dofs= of condense keeps them" if condensed else "select all of them"
         raise ValueError(
             f"dataset: expected all {len(blades)} blades, {len(missing)} are not in it (degrees of "
             f"freedom {check.shown(missing)}); {kept}, or blades= tells which to draw"
         )
-    return [place[dof] for dof in blades]
+    return [position[dof] for dof in blades]
 
 
 def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Shape:
@@ -188,53 +188,53 @@ def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Sh
     check_dims(curve["coefficient"], (along, *inner), "one parameter set")
     is_curve = along in curve["coefficient"].dims
     if peak is not None or (frequency is None and is_curve):
-        found = _peak(curve, name, peak)
-        if found is not None:
-            return found
+        shape = _peak(curve, name, peak)
+        if shape is not None:
+            return shape
     points = curve if is_curve else curve.expand_dims("point")
     along = along if is_curve else "point"
     coefficient = points["coefficient"].transpose(along, *inner).values
     value = np.broadcast_to(points[name].values, coefficient.shape[:1])
-    known = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
-    if not len(known):
+    finite = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
+    if not len(finite):
         raise nothing_to_draw(dataset)
     note = ""
     if frequency is not None:
         frequency = check.scalar("frequency", frequency, "positive")
-        hertz = np.broadcast_to(points["frequency"].values, value.shape)[known]
+        hertz = np.broadcast_to(points["frequency"].values, value.shape)[finite]
         if not hertz.min() <= frequency <= hertz.max():
             raise ValueError(
                 f"frequency={frequency:g}: expected a value within the converged points, "
                 f"{hertz.min():g} to {hertz.max():g} Hz"
             )
-        at = known[np.argmin(np.abs(hertz - frequency))]
+        at = finite[np.argmin(np.abs(hertz - frequency))]
     else:
-        at = known[np.argmax(np.abs(coefficient[known]).max(axis=(1, 2, 3)))]
+        at = finite[np.argmax(np.abs(coefficient[finite]).max(axis=(1, 2, 3)))]
         note = ", largest point" if is_curve else ""
     return _Shape(coefficient[at], _text(dataset, name, float(value[at])) + note)
 
 
 def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
-    """A peak by number, by default the highest; None where that is asked for and there is none."""
+    """A peak by its number, by default the highest; None where a curve has no highest peak."""
     needed = ("peak_coefficient", "peak_amplitude", f"peak_{name}")
-    if peak is None and not all(each in curve for each in needed):
+    if peak is None and not all(key in curve for key in needed):
         return None
     check_variables(curve, *needed)
     if "peak" not in curve["peak_coefficient"].dims:
         curve = curve.expand_dims("peak")
     coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
     value = curve[f"peak_{name}"].values
-    known = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
+    finite = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
     if peak is None:
-        if not len(known):
+        if not len(finite):
             return None
-        at = known[np.argmax(curve["peak_amplitude"].values[known])]
-        note = "highest peak" if len(known) > 1 else "peak"
+        at = finite[np.argmax(curve["peak_amplitude"].values[finite])]
+        note = "highest peak" if len(finite) > 1 else "peak"
     else:
-        if not len(known):
+        if not len(finite):
             raise ValueError(f"peak={check.shown(peak)}: expected None, the curve has no peak")
-        at = check.integer("peak", peak, 0, int(known[-1]))
-        if at not in known:
+        at = check.integer("peak", peak, 0, int(finite[-1]))
+        if at not in finite:
             raise ValueError(f"peak={peak}: expected a bounded peak, this one has no shape")
         note = f"peak {at}"
     return _Shape(coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}")
@@ -249,7 +249,7 @@ def _text(dataset: xr.Dataset, name: str, value: float) -> str:
 
 def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray) -> None:
     n_blades = len(instant)
-    turn = _places(n_blades)
+    turn = _blade_angles(n_blades)
     radius = TIP + OFFSET * instant
     half = min(0.36 * 2 * np.pi / n_blades * HUB, 0.07)
     along = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
@@ -282,11 +282,11 @@ def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarr
 def _number(ax: Axes, names: list[int]) -> None:
     step = -(-len(names) // 40)
     radius = TIP + OFFSET + 0.14
-    for number, turn in list(zip(names, _places(len(names)), strict=True))[::step]:
-        place = radius * np.cos(turn), radius * np.sin(turn)
-        ax.text(*place, str(number), ha="center", va="center", fontsize=8, color="0.25")
+    for number, turn in list(zip(names, _blade_angles(len(names)), strict=True))[::step]:
+        point = radius * np.cos(turn), radius * np.sin(turn)
+        ax.text(*point, str(number), ha="center", va="center", fontsize=8, color="0.25")
 
 
-def _places(n_blades: int) -> FloatArray:
+def _blade_angles(n_blades: int) -> FloatArray:
     """Angles of the blades: the first on top, the others clockwise."""
     return np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades

@@ -85,7 +85,7 @@ SYMBOLS: dict[str, Callable[[float], Lines]] = {
 def side_by_side(
     kinds: Sequence[str], start: FloatArray, end: FloatArray
 ) -> tuple[list[Lines], Lines, FloatArray]:
-    """Elements between two places, the bars that hold them, and the middle of each.
+    """Elements between two points, the bars that hold them, and the middle of each.
 
     Returns the lines of each element, those of the bars, and the middles (n_elements, 2).
     """
@@ -115,7 +115,7 @@ def ground(at: FloatArray, direction: FloatArray, half: float) -> Lines:
 
 
 def turned(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Points (n, 2) along and across the way from ``start`` to ``end``, in the plane."""
+    """Points (n, 2) along and across the line from ``start`` to ``end``, in the plane."""
     along = (end - start) / np.linalg.norm(end - start)
     across = np.array([-along[1], along[0]])
     return start + points[:, :1] * along + points[:, 1:] * across

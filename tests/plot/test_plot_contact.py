@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.plot.contact import hysteresis_loops
+from symhbm.plot.contact import loops_of
 
 EVEN = sh.HarmonicBalance(
     fig03.problem().model.with_parameters(normal_load=2.0),
@@ -38,7 +38,7 @@ def _close():
 
 
 def one_loop(dataset, contact=0):
-    loops, _, dims = hysteresis_loops(dataset, contact)
+    loops, _, dims = loops_of(dataset, contact)
     assert dims == []
     return loops[()]
 
@@ -112,7 +112,7 @@ def test_loop_of_one_point_is_drawn():
 
 def test_families():
     grid = sh.frf(fig03.problem(), (10, 30), at=[12, 15, 20], over={"normal_load": [1, 3]})
-    loops, _, dims = hysteresis_loops(grid)
+    loops, _, dims = loops_of(grid)
     assert dims == ["normal_load", "frequency"]
     areas = np.array([loop.area for loop in loops.values()]).reshape(2, 3)
     np.testing.assert_allclose(areas, grid.dissipation[..., 0], rtol=1e-9, atol=1e-15)
@@ -128,14 +128,14 @@ def test_families():
 
 def test_paths_and_followed_parameters():
     paths = sh.frf(fig03.problem(), (14, 18), over={"normal_load": [1, 100]})
-    loops, _, _ = hysteresis_loops(paths)
+    loops, _, _ = loops_of(paths)
     # What only pads the shorter path is no point.
     assert len(loops) == int(np.isfinite(paths.frequency).sum()) < paths.frequency.size
     assert None not in loops.values()
     ring = fig08.problem().with_parameters(engine_order=3)
     followed = sh.follow(ring, "normal_load", (1, 50), frequency=211.4, contact=2)
     for contact in (2, 3):
-        loops, shown, dims = hysteresis_loops(followed, contact)
+        loops, shown, dims = loops_of(followed, contact)
         assert dims == ["normal_load"]
         area = [loop.area for loop in loops.values()]
         expected = followed.dissipation.isel(contact=contact)

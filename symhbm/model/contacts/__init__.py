@@ -1,6 +1,7 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
 from symhbm.model.contacts.coulomb import ContactState, friction_kernel
+from symhbm.model.contacts.coulomb_hysteresis import HysteresisLoop, hysteresis_loops
 from symhbm.model.contacts.coulomb_located import locate, on_loop, stick_intervals
 from symhbm.model.contacts.coulomb_loops import Loop, loops_near_limit
 from symhbm.model.contacts.coulomb_one_harmonic import (
@@ -18,10 +19,12 @@ __all__ = [
     "FREE",
     "ContactSprings",
     "ContactState",
+    "HysteresisLoop",
     "Loop",
     "contact_springs",
     "cubic_kernel",
     "friction_kernel",
+    "hysteresis_loops",
     "layout",
     "locate",
     "locate_sampled",
