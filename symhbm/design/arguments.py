@@ -1,4 +1,4 @@
-"""What the user designs, read and checked: variables, bands, starts and constraints."""
+"""Arguments of a design, checked: variables, bands, starts and constraints."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from symhbm.balance import HarmonicBalance
 from symhbm.design.cases import Bands
-from symhbm.design.space import Group, Space, groups_of
+from symhbm.design.variables import DesignVariables, Group, groups_of
 from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check
 from symhbm.results import Sweep
@@ -17,46 +17,48 @@ from symhbm.results import Sweep
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint
 
-DESIGNABLE = [name for name, about in PARAMETERS.items() if about.designed]
+DESIGNABLE = [name for name, parameter in PARAMETERS.items() if parameter.designed]
 _DIMENSIONS = ("variable", "start", "descent", "active", "fresh")
-"""Dimensions of a design beside those of its cases."""
+"""Dimensions of a design besides those of its cases."""
 _FORMS = "'common', 'each', or a sequence of numbers that repeats, for example [0, 1]"
 
 
-def read_space(problem: HarmonicBalance, parameters: Any, bounds: Any, vary: Any) -> Space:
-    """The design variables; raises KeyError, TypeError or ValueError for what cannot be one."""
+def read_variables(
+    problem: HarmonicBalance, parameters: Any, bounds: Any, vary: Any
+) -> DesignVariables:
+    """The design variables; raises KeyError, TypeError or ValueError for bad arguments."""
     names = [parameters] if isinstance(parameters, str) else parameters
     if not isinstance(names, Sequence) or not names or len(set(names)) != len(names):
         raise TypeError(
             f"parameters={check.shown(parameters)}: expected a name or several different ones"
         )
-    for what, given in (("bounds", bounds), ("vary", vary)):
-        unused = [name for name in given if name not in names] if isinstance(given, Mapping) else []
+    for argument, value in (("bounds", bounds), ("vary", vary)):
+        unused = [name for name in value if name not in names] if isinstance(value, Mapping) else []
         if unused:
             raise ValueError(
-                f"{what}={check.shown(given)}: expected entries for {', '.join(map(str, names))} "
-                f"alone, {unused[0]!r} is not designed"
+                f"{argument}={check.shown(value)}: expected entries for "
+                f"{', '.join(map(str, names))} alone, {unused[0]!r} is not designed"
             )
     allowed = [name for name in DESIGNABLE if name in problem.parameters]
     groups: list[Group] = []
     for name in names:
         check.known(name, dict.fromkeys(allowed), "parameter that can be designed")
         where = "bounds" if len(names) == 1 else f"bounds[{name!r}]"
-        lower, upper = _pair(where, _own("bounds", bounds, name, len(names)))
+        lower, upper = _pair(where, _entry_of("bounds", bounds, name, len(names)))
         n_entries = np.size(problem.parameters[name])
         if not n_entries:
             raise ValueError(f"parameters={name!r}: expected contacts, the structure has none")
-        pattern = _pattern(_own("vary", vary, name, 1), n_entries)
+        pattern = _pattern(_entry_of("vary", vary, name, 1), n_entries)
         groups += groups_of(name, pattern, n_entries, lower, upper)
     ratios = {name: np.ones(np.size(problem.parameters[name])) for name in names}
-    return Space(tuple(groups), ratios)
+    return DesignVariables(tuple(groups), ratios)
 
 
 def check_ratios(
-    problem: HarmonicBalance, space: Space, sweep: Sweep, argument: str = "over"
+    problem: HarmonicBalance, variables: DesignVariables, sweep: Sweep, argument: str = "over"
 ) -> None:
     """Raise ValueError where designed parameters are swept and have no nominal proportions."""
-    for name in space.names:
+    for name in variables.names:
         if name in sweep.values and np.any(np.asarray(problem.parameters[name]) <= 0):
             raise ValueError(
                 f"{argument}[{name!r}]: expected positive nominal values of {name} in the problem, "
@@ -130,20 +132,20 @@ def _no_bands(frequency: Any, sizes: str = "") -> ValueError:
     )
 
 
-def read_start(space: Space, start: Any) -> FloatArray | None:
+def read_start(variables: DesignVariables, start: Any) -> FloatArray | None:
     """Logarithms of the design to start from, None for none."""
     if start is None:
         return None
     values = check.array("start", start, "positive")
-    if values.ndim > 1 or (values.ndim == 1 and len(values) != space.n_variables):
+    if values.ndim > 1 or (values.ndim == 1 and len(values) != variables.n_variables):
         raise ValueError(
             f"start={check.shown(start)}: expected one value, or one for each of the "
-            f"{space.n_variables} variables, got shape {values.shape}"
+            f"{variables.n_variables} variables, got shape {values.shape}"
         )
-    return np.log(np.broadcast_to(values, space.n_variables))
+    return np.log(np.broadcast_to(values, variables.n_variables))
 
 
-def read_constraint(space: Space, constraint: Any) -> "LinearConstraint | None":
+def read_constraint(variables: DesignVariables, constraint: Any) -> "LinearConstraint | None":
     """A linear constraint on the values of the variables, None for none."""
     if constraint is None:
         return None
@@ -152,12 +154,12 @@ def read_constraint(space: Space, constraint: Any) -> "LinearConstraint | None":
             f"constraint={check.shown(constraint)}: expected a scipy.optimize.LinearConstraint on "
             "the values of the variables"
         )
-    given: Any = constraint.A
-    matrix = np.atleast_2d(given.toarray() if sp.issparse(given) else given).astype(float)
-    if matrix.shape[1] != space.n_variables or not np.all(np.isfinite(matrix)):
+    rows: Any = constraint.A
+    matrix = np.atleast_2d(rows.toarray() if sp.issparse(rows) else rows).astype(float)
+    if matrix.shape[1] != variables.n_variables or not np.all(np.isfinite(matrix)):
         raise ValueError(
-            f"constraint: expected a finite matrix with {space.n_variables} columns, one for each "
-            f"variable, got shape {matrix.shape}"
+            f"constraint: expected a finite matrix with {variables.n_variables} columns, one for "
+            f"each variable, got shape {matrix.shape}"
         )
     if not matrix.any(axis=1).all():
         row = int(np.argmin(matrix.any(axis=1)))
@@ -176,35 +178,35 @@ def read_constraint(space: Space, constraint: Any) -> "LinearConstraint | None":
     return scipy.optimize.LinearConstraint(matrix, lower, upper)  # type: ignore
 
 
-def _own(what: str, given: Any, name: str, n_names: int) -> Any:
-    """The part of one parameter."""
-    if isinstance(given, Mapping):
-        if name not in given:
-            raise ValueError(f"{what}={check.shown(given)}: expected an entry for {name!r}")
-        return given[name]
+def _entry_of(argument: str, value: Any, name: str, n_names: int) -> Any:
+    """The entry of an argument for one parameter."""
+    if isinstance(value, Mapping):
+        if name not in value:
+            raise ValueError(f"{argument}={check.shown(value)}: expected an entry for {name!r}")
+        return value[name]
     if n_names > 1:
         raise TypeError(
-            f"{what}={check.shown(given)}: expected a mapping with an entry for each parameter"
+            f"{argument}={check.shown(value)}: expected a mapping with an entry for each parameter"
         )
-    return given
+    return value
 
 
-def _pair(where: str, given: Any) -> tuple[float, float]:
-    edges = check.array(where, given, "positive")
+def _pair(where: str, value: Any) -> tuple[float, float]:
+    edges = check.array(where, value, "positive")
     if edges.shape != (2,) or edges[0] >= edges[1]:
-        raise ValueError(f"{where}={check.shown(given)}: expected two values, lower < upper")
+        raise ValueError(f"{where}={check.shown(value)}: expected two values, lower < upper")
     return float(edges[0]), float(edges[1])
 
 
-def _pattern(given: Any, n_entries: int) -> Any:
-    if isinstance(given, str):
-        if given not in ("common", "each"):
-            raise ValueError(f"vary={check.shown(given)}: expected {_FORMS}")
-        return given
-    numbers = check.array("vary", given)
+def _pattern(value: Any, n_entries: int) -> Any:
+    if isinstance(value, str):
+        if value not in ("common", "each"):
+            raise ValueError(f"vary={check.shown(value)}: expected {_FORMS}")
+        return value
+    numbers = check.array("vary", value)
     if numbers.ndim != 1 or not 0 < len(numbers) <= n_entries or np.any(numbers % 1):
         raise ValueError(
-            f"vary={check.shown(given)}: expected {_FORMS}, no longer than the {n_entries} values "
+            f"vary={check.shown(value)}: expected {_FORMS}, no longer than the {n_entries} values "
             "of the parameter"
         )
     return numbers.astype(int)

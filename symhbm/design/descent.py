@@ -1,9 +1,9 @@
 """Descent to a minimum of a design problem: quadratic models of all maxima in a trust region.
 
-The models hold the exact first and second derivatives of every maximum that may become the largest,
-so that steps converge quadratically to a smooth minimum as well as to one where several maxima are
-equally high. On the way maxima are followed; where one is lost, and at the end, the whole bands are
-surveyed, and what was not known before enters the models.
+The models have the exact first and second derivatives of every maximum that may become the largest:
+steps converge quadratically, to a smooth minimum as well as to one where several maxima are equally
+high. Maxima are followed between steps; where one is lost, and at the end, the whole bands are
+surveyed, and new maxima enter the models.
 """
 
 from collections.abc import Callable
@@ -11,26 +11,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.optimum import ActiveSet
-from symhbm.design.pieces import FollowedMaximum, Maxima
 from symhbm.design.program import Program
 from symhbm.numerics import FloatArray
 
 FIRST_RADIUS = np.log(3.0)
+"""Radii of the trust region, in logarithms of the design: first, largest and smallest."""
 _LARGEST_RADIUS = np.log(30.0)
 _SMALLEST_RADIUS = 1e-9
 PRECISION = 1e-10
 """Last step of a minimum, relative: convergence is quadratic."""
 _ROUND_OFF = 1e-13
-"""Changes of the logarithm of an amplitude that tell nothing."""
+"""Change of the logarithm of an amplitude that is round-off."""
 _HIDDEN = 1e-10
-"""Gains that the tolerance of IPOPT hides, of short steps."""
+"""Gain of a short step below the tolerance of IPOPT."""
 AGREE = 1e-9
-"""Relative difference of two maxima that are the same."""
+"""Largest relative difference of equal maxima."""
 _STILL = 1e-12
-"""Slope of the logarithm of an amplitude over that of a design below which there is none."""
+"""Slope of the logarithm of an amplitude over that of a design that is round-off."""
 _SMALL = 1e-3
-"""Trust region that tells the multipliers at an optimum."""
+"""Radius of the trust region whose step gives the multipliers at an optimum."""
 _DIGITS = 1e-12
 """Last step of Newton's method."""
 _MAX_POLISHES = 6
@@ -38,7 +39,7 @@ _MAX_STEPS = 100
 _MAX_SURVEYS = 30
 
 Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
-"""All cases at a design: surveyed, or followed from those at another."""
+"""Maxima of all cases at a design: surveyed, or followed from another design."""
 
 
 @dataclass(frozen=True)
@@ -54,70 +55,70 @@ class Design:
 class Descent:
     """Where a descent ended: a surveyed ``design``.
 
-    ``converged`` tells that no step of the models goes further down, and then ``held`` what holds
-    the design.
+    ``converged`` tells that no step of the models leads further down; ``active`` are then the
+    active maxima, bounds and constraint rows.
     """
 
     design: Design
     converged: bool
-    held: ActiveSet | None = None
+    active: ActiveSet | None = None
 
 
 def is_flat(design: Design) -> bool:
     """Whether no large maximum changes with the design, to first and second order."""
-    pieces = [piece for state in design.states for piece in state.pieces[:1]]
-    return bool(pieces) and are_flat(pieces)
+    maxima = [followed for state in design.states for followed in state.contenders[:1]]
+    return bool(maxima) and are_flat(maxima)
 
 
-def are_flat(pieces: list[FollowedMaximum]) -> bool:
+def are_flat(maxima: list[FollowedMaximum]) -> bool:
     """Whether none of some maxima changes with the design, to first and second order."""
     return all(
-        np.abs(piece.gradient).max() < _STILL and np.abs(piece.hessian).max() < _STILL
-        for piece in pieces
+        np.abs(followed.gradient).max() < _STILL and np.abs(followed.hessian).max() < _STILL
+        for followed in maxima
     )
 
 
 def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
-    """Go down from a surveyed design whose statistic is finite."""
-    best, here = start, start
+    """Descend from a surveyed design whose statistic is finite."""
+    best, current = start, start
     radius = FIRST_RADIUS
     for _ in range(_MAX_SURVEYS):
-        here, radius, converged = _follow(program, evaluate, here, radius)
-        held = None
+        current, radius, converged = _follow(program, evaluate, current, radius)
+        active = None
         if converged:
-            here, held = _polished(program, evaluate, here)
-        surveyed = here
-        if not all(state.surveyed for state in here.states):
-            states = evaluate(here.x, None)
-            surveyed = Design(here.x, states, _value(program, states))
+            current, active = _polished(program, evaluate, current)
+        surveyed = current
+        if not all(state.surveyed for state in current.states):
+            states = evaluate(current.x, None)
+            surveyed = Design(current.x, states, _value(program, states))
         if surveyed.value <= best.value + _ROUND_OFF:
             best = surveyed
-        if surveyed.value <= here.value + AGREE:
+        if surveyed.value <= current.value + AGREE:
             ended = best is surveyed
-            return Descent(best, converged and ended, held if ended else None)
-        # A maximum that was not followed is higher: it is in the models from now on.
-        here = surveyed if np.isfinite(surveyed.value) else best
+            return Descent(best, converged and ended, active if ended else None)
+        # A maximum that was not followed is higher: it enters the models.
+        current = surveyed if np.isfinite(surveyed.value) else best
         radius = max(radius / 4, _SMALLEST_RADIUS)
     return Descent(best, False)
 
 
-def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, float, bool]:
-    """Steps until none goes further down, with the maxima that are known."""
+def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, float, bool]:
+    """Steps until none leads further down, with the maxima of the models."""
     for _ in range(_MAX_STEPS):
-        if is_flat(here):
-            return here, radius, False
-        step = program.step(here.states, here.x, radius)
-        length = float(np.abs(step.x - here.x).max())
-        expected = here.value - step.predicted
-        # Gains that IPOPT's tolerance hides are none; Newton's method has the last digits.
+        if is_flat(current):
+            return current, radius, False
+        step = program.step(current.states, current.x, radius)
+        length = float(np.abs(step.x - current.x).max())
+        expected = current.value - step.predicted
+        # Gains below IPOPT's tolerance are none; Newton's method gives the last digits.
         hidden = abs(expected) <= (_HIDDEN if length <= _SMALL else _ROUND_OFF)
         if length <= PRECISION or hidden:
-            return here, radius, step.solved
-        states = evaluate(step.x, (here.x, here.states))
+            return current, radius, step.solved
+        states = evaluate(step.x, (current.x, current.states))
         value = _value(program, states)
-        gain = here.value - value
+        gain = current.value - value
         if gain > 1e-4 * expected > 0:
-            here = Design(step.x, states, value)
+            current = Design(step.x, states, value)
             if gain > 0.75 * expected and length > 0.9 * radius:
                 radius = min(2 * radius, _LARGEST_RADIUS)
             elif gain < 0.25 * expected:
@@ -125,43 +126,47 @@ def _follow(program, evaluate, here: Design, radius: float) -> tuple[Design, flo
         else:
             radius = length / 4
             if radius < _SMALLEST_RADIUS:
-                return here, radius, False
-    return here, radius, False
+                return current, radius, False
+    return current, radius, False
 
 
 def _polished(
-    program: Program, evaluate: Evaluate, here: Design
+    program: Program, evaluate: Evaluate, current: Design
 ) -> tuple[Design, ActiveSet | None]:
-    """Newton's method on the conditions that hold at a minimum, as long as they get better."""
-    held = _held(program, here)
-    for _ in range(_MAX_POLISHES if held else 0):
-        assert held is not None
-        change, _, _ = held.step()
+    """Newton's method on the conditions of a minimum, as long as their residual falls."""
+    active = _active_set(program, current)
+    for _ in range(_MAX_POLISHES if active else 0):
+        assert active is not None
+        change, _, _ = active.step()
         length = float(np.abs(change).max())
         if not length <= _SMALL:
             break
-        x = np.clip(here.x + change, program.space.lower, program.space.upper)
-        states = evaluate(x, (here.x, here.states))
-        there = Design(x, states, _value(program, states))
-        better = _held(program, there)
-        if better is None or not there.value <= here.value + AGREE:
+        x = np.clip(current.x + change, program.variables.lower, program.variables.upper)
+        states = evaluate(x, (current.x, current.states))
+        trial = Design(x, states, _value(program, states))
+        better = _active_set(program, trial)
+        if better is None or not trial.value <= current.value + AGREE:
             break
-        if better.stationarity >= held.stationarity and length > _DIGITS:
+        if better.stationarity >= active.stationarity and length > _DIGITS:
             break
-        here, held = there, better
+        current, active = trial, better
         if length <= _DIGITS:
             break
-    return here, held
+    return current, active
 
 
-def _held(program: Program, design: Design) -> ActiveSet | None:
-    """What holds a design, None where IPOPT does not tell."""
+def _active_set(program: Program, design: Design) -> ActiveSet | None:
+    """The active set of a design, None where IPOPT fails."""
     step = program.step(design.states, design.x, _SMALL)
     if not step.solved:
         return None
-    held = ActiveSet.of(program, design.x, design.states, step)
-    _, weights, pulls = held.step()
-    return replace(held, weights=weights, pulls=pulls) if np.all(weights > 0) else held
+    active = ActiveSet.of(program, design.x, design.states, step)
+    _, weights, pulls = active.step()
+    return (
+        replace(active, weights=weights, constraint_multipliers=pulls)
+        if np.all(weights > 0)
+        else active
+    )
 
 
 def _value(program: Program, states: list[Maxima]) -> float:

@@ -1,4 +1,4 @@
-"""The front door to design: parameters that make the largest response as small as it gets."""
+"""The verb `minimise_peak`: parameters that minimise the largest response."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from symhbm.design.arguments import (
     check_ratios,
     read_bands,
     read_constraint,
-    read_space,
     read_start,
+    read_variables,
 )
 from symhbm.design.cases import Bands, Cases
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
-from symhbm.design.search import Found, around, common, search
-from symhbm.design.space import Space
+from symhbm.design.search import SearchResult, around, common, search
+from symhbm.design.variables import DesignVariables
 from symhbm.model import DOUBT, dims_of, natural_band, warn_of_doubts
 from symhbm.numerics import FloatArray, check
 from symhbm.peaks import COMPLETE
@@ -42,7 +42,9 @@ if TYPE_CHECKING:
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 _DESCENTS = 3
+"""Descents from the starts that are spread over the bounds: the lowest of them."""
 _AROUND = 2
+"""Starts around the best equal values, where values of one parameter may differ."""
 
 
 def minimise_peak(
@@ -148,86 +150,95 @@ def minimise_peak(
     sweep = parse(problem, over)
     check_dimensions(sweep)
     check_forces(problem, sweep)
-    space = read_space(problem, parameters, bounds, vary)
-    check_ratios(problem, space, sweep)
-    if statistic not in [str(each) for each in Statistic]:
+    variables = read_variables(problem, parameters, bounds, vary)
+    check_ratios(problem, variables, sweep)
+    if statistic not in [str(member) for member in Statistic]:
         raise ValueError(f"statistic={check.shown(statistic)}: expected 'worst', 'mean' or 'tail'")
     if not 0 < check.scalar("tail", tail) <= 1:
         raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
-    program = Program(space, Statistic(statistic), tail, read_constraint(space, constraint))
-    given = read_start(space, start)
+    program = Program(variables, Statistic(statistic), tail, read_constraint(variables, constraint))
+    fixed_start = read_start(variables, start)
     check_mean(problem)
     if frequency is None:
-        frequency = _resonances(problem, sweep, space)
+        frequency = _resonances(problem, sweep, variables)
     bands = read_bands(frequency, sweep)
-    moving = {*space.names, *sweep.values}
+    moving = {*variables.names, *sweep.values}
     warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
-    unknown = None if fresh is None else parse(problem, fresh, "fresh")
-    if unknown is not None:
-        check_ratios(problem, space, unknown, "fresh")
-        check_forces(problem, unknown)
+    fresh_sweep = None if fresh is None else parse(problem, fresh, "fresh")
+    if fresh_sweep is not None:
+        check_ratios(problem, variables, fresh_sweep, "fresh")
+        check_forces(problem, fresh_sweep)
         if len(set(bands)) > 1:
             raise ValueError("fresh: expected None where cases have bands of their own")
     if not program.feasible():
-        return _thrown(_nothing(problem, space), throw)
-    cases = Cases(problem, sweep, space, bands, executor, check.flag("progress", progress))
-    found = _search(program, cases, [] if given is None else [given], n_starts)
-    status = status_of(program, found)
-    result = _responses(problem, program, found, sweep, bands, executor, progress)
+        return _checked(_infeasible(problem, variables), throw)
+    cases = Cases(problem, sweep, variables, bands, executor, check.flag("progress", progress))
+    search_result = _search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
+    status = status_of(program, search_result)
+    result = _responses(problem, program, search_result, sweep, bands, executor, progress)
     if status in _GOOD and not bool(result["status"].isin([*map(str, COMPLETE)]).all()):
         status = Status.DESIGN_NOT_SURVEYED
     dims = dict(zip(sweep.dims, sweep.shape, strict=True))
-    result = result.merge(report(program, cases, found, dims))
-    hulls = sorted({band for each in bands for band in each})
-    text = certificate(program, found, hulls, sweep.size, cases.unique)
-    if unknown is not None:
-        result = result.merge(_fresh(program, cases, found, unknown, bands))
+    result = result.merge(report(program, cases, search_result, dims))
+    hulls = sorted({band for case_bands in bands for band in case_bands})
+    text = certificate(program, search_result, hulls, sweep.size, cases.unique)
+    if fresh_sweep is not None:
+        result = result.merge(_fresh(program, cases, search_result, fresh_sweep, bands))
         text += (
-            f" Over {unknown.size} cases that were not designed for, the same statistic is "
+            f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
         )
-    return _thrown(_said(result, status, text), throw)
+    return _checked(_with_certificate(result, status, text), throw)
 
 
-def _resonances(problem: HarmonicBalance, sweep: Sweep, space: Space) -> tuple[float, float]:
+def _resonances(
+    problem: HarmonicBalance, sweep: Sweep, variables: DesignVariables
+) -> tuple[float, float]:
     """A band [Hz] that holds the resonances of all cases at all designs."""
     models = []
     for number in range(sweep.size):
         chosen = sweep.chosen(number)
-        case, own = problem.with_parameters(**chosen), space.proportional(problem, chosen)
-        models += [own.problem(case, x).model for x in (space.lower, space.upper)]
+        case, own_variables = (
+            problem.with_parameters(**chosen),
+            variables.proportional(problem, chosen),
+        )
+        models += [own_variables.problem(case, x).model for x in (variables.lower, variables.upper)]
     return natural_band(models)
 
 
 def _search(
     program: Program,
     cases: Cases,
-    given: list[FloatArray],
+    fixed_starts: list[FloatArray],
     n_starts: int | None,
-) -> Found:
-    """Search among designs alike first: what they reach is a start for those that differ."""
-    space = program.space
-    if space.n_variables > len(space.names):
-        alike = replace(program, space=common(space), constraint=_merged(program))
+) -> SearchResult:
+    """Search among equal values first: their optimum is a start for values that differ."""
+    variables = program.variables
+    if variables.n_variables > len(variables.names):
+        alike = replace(program, variables=common(variables), constraint=_merged(program))
         if alike.feasible():
-            best = search(alike, cases.of(alike.space), [], n_starts, _DESCENTS)
-            values = dict(zip(space.names, best.design.x, strict=True))
-            alike_best = np.array([values[group.parameter] for group in space.groups])
+            best = search(alike, cases.with_variables(alike.variables), [], n_starts, _DESCENTS)
+            values = dict(zip(variables.names, best.design.x, strict=True))
+            alike_best = np.array([values[group.parameter] for group in variables.groups])
             # A symmetric optimum may be a saddle, or the highest of several minima.
-            given = [*given, alike_best, *around(space, alike_best, n_starts or _AROUND)]
-            return search(program, cases, given, 1, 0)
-    return search(program, cases, given, n_starts, _DESCENTS)
+            fixed_starts = [
+                *fixed_starts,
+                alike_best,
+                *around(variables, alike_best, n_starts or _AROUND),
+            ]
+            return search(program, cases, fixed_starts, 1, 0)
+    return search(program, cases, fixed_starts, n_starts, _DESCENTS)
 
 
 def _merged(program: Program) -> LinearConstraint | None:
     """The constraint on designs whose variables of one parameter are alike."""
     if program.constraint is None:
         return None
-    names = np.array([group.parameter for group in program.space.groups])
+    names = np.array([group.parameter for group in program.variables.groups])
     matrix = np.atleast_2d(np.asarray(program.constraint.A, dtype=float))
-    merged = [matrix[:, names == name].sum(axis=1) for name in program.space.names]
+    merged = [matrix[:, names == name].sum(axis=1) for name in program.variables.names]
     constraint = program.constraint
     return scipy.optimize.LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
 
@@ -235,21 +246,23 @@ def _merged(program: Program) -> LinearConstraint | None:
 def _responses(
     problem: HarmonicBalance,
     program: Program,
-    found: Found,
+    search_result: SearchResult,
     sweep: Sweep,
     bands: list[Bands],
     executor: Executor | None,
     progress: bool,
 ) -> xr.Dataset:
     """Frequency responses of all cases at a design, over the hull of all bands."""
-    space, x = program.space, found.design.x
+    variables, x = program.variables, search_result.design.x
     over: dict[str, Any] = {
-        name: value for name, value in sweep.values.items() if name not in space.names
+        name: value for name, value in sweep.values.items() if name not in variables.names
     }
-    for name in space.names:
+    for name in variables.names:
         if name in sweep.values:
-            own = [space.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
-            values = [each.parameters(problem, x)[name] for each in own]
+            own_variables = [
+                variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)
+            ]
+            values = [of_case.parameters(problem, x)[name] for of_case in own_variables]
             shape = (*sweep.shape, *np.shape(values[0]))
             inner = dims_of(name)
             labels = {
@@ -259,61 +272,61 @@ def _responses(
             }
             array = np.reshape(values, shape)
             over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
-    best = space.problem(problem, x)
+    best = variables.problem(problem, x)
     with warnings.catch_warnings():
-        # It was said of the problem.
+        # The problem was warned of already.
         warnings.filterwarnings("ignore", message=DOUBT)
         return frf(best, _hull(bands), over=over or None, executor=executor, progress=progress)
 
 
 def _hull(bands: list[Bands]) -> tuple[float, float]:
-    edges = np.array([band for each in bands for band in each])
+    edges = np.array([band for case_bands in bands for band in case_bands])
     return float(edges.min()), float(edges.max())
 
 
 def _fresh(
-    program: Program, cases: Cases, found: Found, sweep: Sweep, bands: list[Bands]
+    program: Program, cases: Cases, search_result: SearchResult, sweep: Sweep, bands: list[Bands]
 ) -> xr.Dataset:
-    """The statistic of cases that the design does not know."""
-    states = cases.others(sweep, [bands[0]] * sweep.size)(found.design.x)
+    """The statistic of cases that were not designed for."""
+    states = cases.with_sweep(sweep, [bands[0]] * sweep.size)(search_result.design.x)
     heights = np.array([state.height for state in states])
     return xr.Dataset(
         {
-            "fresh_case_amplitude": ("fresh", np.exp(heights), _about("fresh_case_amplitude")),
-            "fresh_amplitude": ((), np.exp(program.value(heights)), _about("fresh_amplitude")),
+            "fresh_case_amplitude": ("fresh", np.exp(heights), _attributes("fresh_case_amplitude")),
+            "fresh_amplitude": ((), np.exp(program.value(heights)), _attributes("fresh_amplitude")),
         }
     )
 
 
-def _nothing(problem: HarmonicBalance, space: Space) -> xr.Dataset:
+def _infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Dataset:
     """A dataset of the problem where no design is possible."""
-    labels = np.array([group.label for group in space.groups], dtype=object)
-    values = np.full(space.n_variables, np.nan)
-    variables = {
-        "design_value": ("variable", values, _about("design_value")),
-        "design_amplitude": ((), np.nan, _about("design_amplitude")),
+    labels = np.array([group.label for group in variables.groups], dtype=object)
+    values = np.full(variables.n_variables, np.nan)
+    data = {
+        "design_value": ("variable", values, _attributes("design_value")),
+        "design_amplitude": ((), np.nan, _attributes("design_amplitude")),
     }
-    coordinates = {"variable": ("variable", labels, _about("variable"))}
-    parts = with_provenance(variables, coordinates, problem, Sweep({}, (), ()))
+    coordinates = {"variable": ("variable", labels, _attributes("variable"))}
+    parts = with_provenance(data, coordinates, problem, Sweep({}, (), ()))
     dataset = replace(parts, sizes=None).dataset()
     text = (
         "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
         "program shows."
     )
-    return _said(dataset, Status.DESIGN_INFEASIBLE, text)
+    return _with_certificate(dataset, Status.DESIGN_INFEASIBLE, text)
 
 
-def _said(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
+def _with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
     said = {"design_status": str(status), "certificate": text}
-    return result.assign({name: ((), value, _about(name)) for name, value in said.items()})
+    return result.assign({name: ((), value, _attributes(name)) for name, value in said.items()})
 
 
-def _about(name: str) -> dict[str, Any]:
-    about = meaning(name)
-    return {"units": about.units, "long_name": about.long_name}
+def _attributes(name: str) -> dict[str, Any]:
+    entry = meaning(name)
+    return {"units": entry.units, "long_name": entry.long_name}
 
 
-def _thrown(result: xr.Dataset, throw: bool) -> xr.Dataset:
+def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:
     status = str(result["design_status"].item())
     if throw and status not in _GOOD:
         raise SolveError(status, result)

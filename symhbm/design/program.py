@@ -1,4 +1,4 @@
-"""The design problem: a statistic of the largest maxima of some responses, bounds, constraints.
+"""The optimisation problem: a statistic of the largest maxima, with bounds and constraints.
 
 In epigraph form: ``t`` of each response is no less than any of its maxima, each a quadratic model
 in the logarithms of the design variables; the statistic of the ``t`` is minimised within a box
@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from symhbm.design.pieces import Maxima
-from symhbm.design.space import Space
+from symhbm.design.maxima import Maxima
+from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
 
 if TYPE_CHECKING:
@@ -31,9 +31,9 @@ _OPTIONS = {
     "ipopt.bound_relax_factor": 0.0,
 }
 AT_BOUND = 1e-9
-"""Distance to a bound, relative, that is none."""
+"""Relative distance to a bound that counts as zero."""
 _TIE = 1e-6
-"""Relative difference of responses that a minimum makes equal: descents end within 1e-10."""
+"""Largest relative difference of responses equal at a minimum: descents end within 1e-10."""
 
 
 class Statistic(StrEnum):
@@ -49,7 +49,7 @@ class Step:
     """The best design of the models within a box: ``x`` (n_variables,), ``predicted`` statistic.
 
     Both in logarithms; ``solved`` tells whether IPOPT says so. ``weights`` are the multipliers of
-    the pieces, case by case, which sum to 1; ``on_bounds`` (n_variables,) and ``on_constraint``
+    the contenders, case by case, which sum to 1; ``on_bounds`` (n_variables,) and ``on_constraint``
     those of bounds and constraint rows.
     """
 
@@ -63,13 +63,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Program:
-    """A statistic to minimise over a space.
+    """A statistic to minimise over design variables.
 
     ``tail`` is the share of the worst cases that `Statistic.TAIL` averages. ``constraint`` is on
     the values of the variables, not on their logarithms.
     """
 
-    space: Space
+    variables: DesignVariables
     statistic: Statistic = Statistic.WORST
     tail: float = 0.1
     constraint: "LinearConstraint | None" = None
@@ -107,22 +107,22 @@ class Program:
             return True
         rows, low, high = self.rows()
         upper, lower = np.isfinite(high), np.isfinite(low)
-        found = scipy.optimize.linprog(
-            np.zeros(self.space.n_variables),
+        solution = scipy.optimize.linprog(
+            np.zeros(self.variables.n_variables),
             A_ub=np.vstack([rows[upper], -rows[lower]]),
             b_ub=np.concatenate([high[upper], -low[lower]]),
-            bounds=[(group.lower, group.upper) for group in self.space.groups],
+            bounds=[(group.lower, group.upper) for group in self.variables.groups],
         )
-        return bool(found.status == 0)
+        return bool(solution.status == 0)
 
     def nearest(self, x: FloatArray) -> FloatArray:
         """The design within bounds and constraint that is nearest to another, in logarithms."""
-        x = np.clip(x, self.space.lower, self.space.upper)
+        x = np.clip(x, self.variables.lower, self.variables.upper)
         if self.constraint is None:
             return x
         d = ca.SX.sym("d", len(x))
-        found = self._solve(d, ca.sumsqr(d), [], [], np.zeros(len(x)), x, np.inf)
-        return np.clip(x + found["x"].full().ravel(), self.space.lower, self.space.upper)
+        solution = self._solve(d, ca.sumsqr(d), [], [], np.zeros(len(x)), x, np.inf)
+        return np.clip(x + solution["x"].full().ravel(), self.variables.lower, self.variables.upper)
 
     def step(self, states: list[Maxima], x: FloatArray, radius: float) -> Step:
         """Minimise the models at ``x`` within ``radius``, a factor's logarithm."""
@@ -135,10 +135,10 @@ class Program:
         d, t = y[:n], y[n : n + n_heights]
         rows, upper = [], []
         for number, state in enumerate(states):
-            for piece in state.pieces:
-                bend = ca.DM(piece.hessian)
-                model = ca.dot(ca.DM(piece.gradient), d) + ca.dot(d, ca.mtimes(bend, d)) / 2
-                rows.append(piece.value - top + model - t[0 if worst else number])
+            for contender in state.contenders:
+                hessian = ca.DM(contender.hessian)
+                model = ca.dot(ca.DM(contender.gradient), d) + ca.dot(d, ca.mtimes(hessian, d)) / 2
+                rows.append(contender.value - top + model - t[0 if worst else number])
                 upper.append(0.0)
         start = np.zeros(y.shape[0])
         start[n : n + n_heights] = 0.0 if worst else heights - top
@@ -155,22 +155,22 @@ class Program:
             amplitudes = np.exp(heights - top)
             start[n + n_heights] = np.quantile(amplitudes, 1 - self.tail)
             start[n + n_heights + 1 :] = np.maximum(amplitudes - start[n + n_heights], 0)
-        found = self._solve(y, objective, rows, upper, start, x, radius)
-        value, scale = float(found["f"]), 1.0
+        solution = self._solve(y, objective, rows, upper, start, x, radius)
+        value, scale = float(solution["f"]), 1.0
         if self.statistic == Statistic.TAIL:
             scale, value = max(value, 1e-300), float(np.log(max(value, 1e-300)))
-        multipliers = found["lam_g"].full().ravel() / scale
-        counts = [len(state.pieces) for state in states]
-        there = x + found["x"].full().ravel()[:n]
+        multipliers = solution["lam_g"].full().ravel() / scale
+        counts = [len(state.contenders) for state in states]
+        x_best = x + solution["x"].full().ravel()[:n]
         # IPOPT stays a little inside its bounds.
-        for bound in (self.space.lower, self.space.upper):
-            there = np.where(np.abs(there - bound) <= AT_BOUND, bound, there)
+        for bound in (self.variables.lower, self.variables.upper):
+            x_best = np.where(np.abs(x_best - bound) <= AT_BOUND, bound, x_best)
         return Step(
-            np.clip(there, self.space.lower, self.space.upper),
+            np.clip(x_best, self.variables.lower, self.variables.upper),
             top + value,
-            found["solved"],
+            solution["solved"],
             np.split(multipliers[: sum(counts)], np.cumsum(counts)[:-1]),
-            found["lam_x"].full().ravel()[:n] / scale,
+            solution["lam_x"].full().ravel()[:n] / scale,
             multipliers[len(upper) :],
         )
 
@@ -178,8 +178,8 @@ class Program:
         """Minimise over ``y``, the first of which are the change of ``x``."""
         n = len(x)
         low, high = np.full(len(start), -np.inf), np.full(len(start), np.inf)
-        low[:n] = np.maximum(self.space.lower - x, -radius)
-        high[:n] = np.minimum(self.space.upper - x, radius)
+        low[:n] = np.maximum(self.variables.lower - x, -radius)
+        high[:n] = np.minimum(self.variables.upper - x, radius)
         lower = [-np.inf] * len(upper)
         if self.constraint is not None:
             matrix, at_least, at_most = self.rows()
@@ -189,16 +189,16 @@ class Program:
         nlp = {"x": y, "f": objective, "g": ca.vertcat(*rows)}
         solver = ca.nlpsol("design", "ipopt", nlp, _OPTIONS)
         bounds = dict(lbx=low, ubx=high, lbg=lower, ubg=upper)
-        found = solver(x0=np.clip(start, low, high), **bounds)
-        return found | {"solved": bool(solver.stats()["success"])}
+        solution = solver(x0=np.clip(start, low, high), **bounds)
+        return solution | {"solved": bool(solver.stats()["success"])}
 
     def rows(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Matrix and bounds of the constraint on the values, each row of size 1 at the most."""
         constraint = self.constraint
         if constraint is None:
-            return np.zeros((0, self.space.n_variables)), np.zeros(0), np.zeros(0)
+            return np.zeros((0, self.variables.n_variables)), np.zeros(0), np.zeros(0)
         matrix = np.atleast_2d(np.asarray(constraint.A, dtype=float))
-        scale = np.abs(matrix) @ np.exp(self.space.upper)
+        scale = np.abs(matrix) @ np.exp(self.variables.upper)
         low, high = (
             np.broadcast_to(np.asarray(bound, dtype=float), len(matrix)) / scale
             for bound in (constraint.lb, constraint.ub)

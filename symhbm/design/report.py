@@ -9,27 +9,34 @@ import xarray as xr
 from symhbm.design.cases import Cases
 from symhbm.design.influence import influence
 from symhbm.design.program import Program
-from symhbm.design.search import Found
+from symhbm.design.search import SearchResult
 from symhbm.model import PARAMETERS
 from symhbm.numerics import RADIANS
 from symhbm.results import meaning
 
 
-def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int]) -> xr.Dataset:
-    """Everything about a design but its response; ``shape`` are the dimensions of the cases."""
-    space, design, held = program.space, found.design, found.held
-    n = space.n_variables
-    stationary = np.nan if held is None else held.stationarity
-    curvature = np.nan if held is None else held.curvature
-    pull = np.zeros(n) if held is None else np.where(held.free, 0.0, held.pull)
-    units = [PARAMETERS[group.parameter].units for group in space.groups]
+def report(
+    program: Program, cases: Cases, search_result: SearchResult, shape: Mapping[str, int]
+) -> xr.Dataset:
+    """All variables of a design but its response; ``shape`` are the dimensions of the cases."""
+    variables, design, active = program.variables, search_result.design, search_result.active
+    n = variables.n_variables
+    stationary = np.nan if active is None else active.stationarity
+    curvature = np.nan if active is None else active.curvature
+    bound_multipliers = (
+        np.zeros(n) if active is None else np.where(active.free, 0.0, active.bound_multipliers)
+    )
+    units = [PARAMETERS[group.parameter].units for group in variables.groups]
     table: dict[str, Any] = {
-        "variable": ("variable", np.array([group.label for group in space.groups], dtype=object)),
+        "variable": (
+            "variable",
+            np.array([group.label for group in variables.groups], dtype=object),
+        ),
         "variable_units": ("variable", np.array(units, dtype=object)),
-        "design_value": ("variable", space.values(design.x)),
-        "design_lower": ("variable", np.exp(space.lower)),
-        "design_upper": ("variable", np.exp(space.upper)),
-        "design_bound_multiplier": ("variable", pull),
+        "design_value": ("variable", variables.values(design.x)),
+        "design_lower": ("variable", np.exp(variables.lower)),
+        "design_upper": ("variable", np.exp(variables.upper)),
+        "design_bound_multiplier": ("variable", bound_multipliers),
         "design_amplitude": ((), np.exp(design.value)),
         "design_optimality": ((), stationary),
         "design_curvature": ((), curvature),
@@ -37,45 +44,48 @@ def report(program: Program, cases: Cases, found: Found, shape: Mapping[str, int
             tuple(shape),
             np.exp([state.height for state in design.states]).reshape(tuple(shape.values())),
         ),
-        "start_value": (("start", "variable"), np.array([space.values(s.x) for s in found.starts])),
-        "start_amplitude": ("start", np.exp([s.value for s in found.starts])),
+        "start_value": (
+            ("start", "variable"),
+            np.array([variables.values(s.x) for s in search_result.starts]),
+        ),
+        "start_amplitude": ("start", np.exp([s.value for s in search_result.starts])),
         "n_surveys": ((), np.int32(cases.surveys)),
         "n_followed": ((), np.int32(cases.follows)),
     }
-    descents = found.descents
+    descents = search_result.descents
     table |= {
         "descent_value": (
             ("descent", "variable"),
-            np.array([space.values(d.design.x) for d in descents]).reshape(-1, n),
+            np.array([variables.values(d.design.x) for d in descents]).reshape(-1, n),
         ),
         "descent_amplitude": ("descent", np.exp([d.design.value for d in descents])),
         "descent_converged": ("descent", np.array([d.converged for d in descents], dtype=bool)),
     }
-    table |= _active(found)
-    if held is not None:
-        for name, (slope, moved) in influence(cases, held).items():
+    table |= _active(search_result)
+    if active is not None:
+        for name, (slope, moved) in influence(cases, active).items():
             table[f"design_amplitude_by_{name}"] = ((), slope)
-            if name not in space.names:  # whose nominal value has no influence
+            if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return xr.Dataset({name: (*value, _about(name)) for name, value in table.items()})
+    return xr.Dataset({name: (*value, _attributes(name)) for name, value in table.items()})
 
 
-def _active(found: Found) -> dict[str, Any]:
-    held = found.held
-    summits = [] if held is None else [piece.summit for piece in held.pieces]
-    amplitudes = [] if held is None else [piece.amplitude for piece in held.pieces]
+def _active(search_result: SearchResult) -> dict[str, Any]:
+    active = search_result.active
+    maxima = [] if active is None else [followed.maximum for followed in active.maxima]
+    amplitudes = [] if active is None else [followed.amplitude for followed in active.maxima]
     columns = {
-        "active_case": np.array([] if held is None else held.cases, dtype=np.int32),
-        "active_frequency": np.array([summit.frequency / RADIANS for summit in summits]),
+        "active_case": np.array([] if active is None else active.cases, dtype=np.int32),
+        "active_frequency": np.array([maximum.frequency / RADIANS for maximum in maxima]),
         "active_amplitude": np.array(amplitudes, dtype=float),
-        "active_dof": np.array([summit.dof for summit in summits], dtype=np.int32),
-        "active_kind": np.array([str(summit.kind) for summit in summits], dtype=object),
-        "active_multiplier": np.array([] if held is None else held.weights, dtype=float),
+        "active_dof": np.array([maximum.dof for maximum in maxima], dtype=np.int32),
+        "active_kind": np.array([str(maximum.kind) for maximum in maxima], dtype=object),
+        "active_multiplier": np.array([] if active is None else active.weights, dtype=float),
     }
     return {name: ("active", column) for name, column in columns.items()}
 
 
-def _about(name: str) -> dict[str, Any]:
+def _attributes(name: str) -> dict[str, Any]:
     for prefix, units, words in (
         ("design_amplitude_by_", "m", "derivative of the optimal response"),
         ("design_value_by_", "", "derivative of the optimal value"),
@@ -84,10 +94,10 @@ def _about(name: str) -> dict[str, Any]:
             parameter = name.removeprefix(prefix)
             of, long_name = PARAMETERS[parameter][:2]
             # The unit of a variable's value is that of variable_units.
-            own = units or "variable_units"
+            unit = units or "variable_units"
             return {
-                "units": own if of == "1" else f"{own} / ({of})",
+                "units": unit if of == "1" else f"{unit} / ({of})",
                 "long_name": f"{words} by the {long_name}, all alike",
             }
-    about = meaning(name)
-    return {"units": about.units, "long_name": about.long_name}
+    entry = meaning(name)
+    return {"units": entry.units, "long_name": entry.long_name}

@@ -23,13 +23,13 @@ from xarray import DataArray
 import symhbm as sh
 from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
-from symhbm.design.arguments import read_space
+from symhbm.design.arguments import read_variables
 from symhbm.design.cases import Cases
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.descent import Descent, Design
 from symhbm.design.optimum import ActiveSet
 from symhbm.design.program import Program
-from symhbm.design.search import Found
+from symhbm.design.search import SearchResult
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
 
@@ -68,20 +68,20 @@ def best():
 class TestOneBlade:
     @pytest.mark.parametrize("start", [0.05, 0.3, 3, 30, 200, 285, 400, 500])
     def test_the_optimum_of_the_closed_form_from_any_start(self, start):
-        found = design(blade(), start=start)
+        optimum = design(blade(), start=start)
         # Not from the middle of the bounds alone; stuck ones have no way to go.
-        assert found.sizes["descent"] == (2 if start < 282 else 1)
-        assert found.descent_converged.all()
+        assert optimum.sizes["descent"] == (2 if start < 282 else 1)
+        assert optimum.descent_converged.all()
         # Descents compare values, whose last digit leaves half of those of the load.
-        assert found.descent_value.values == pytest.approx(BEST_LOAD, rel=1e-6)
-        assert value(found) == pytest.approx(BEST_LOAD, rel=LOAD)
-        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
-        assert found.active_frequency.item() == pytest.approx(BEST_FREQUENCY, rel=AMPLITUDE)
-        assert found.design_status.item() == Status.DESIGN_OPTIMAL
-        assert found.design_optimality < 1e-10
-        assert found.design_curvature > 1
-        assert found.active_kind.item() == "smooth"
-        assert found.active_multiplier.item() == pytest.approx(1)
+        assert optimum.descent_value.values == pytest.approx(BEST_LOAD, rel=1e-6)
+        assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
+        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert optimum.active_frequency.item() == pytest.approx(BEST_FREQUENCY, rel=AMPLITUDE)
+        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.design_optimality < 1e-10
+        assert optimum.design_curvature > 1
+        assert optimum.active_kind.item() == "smooth"
+        assert optimum.active_multiplier.item() == pytest.approx(1)
 
     def test_starts_of_its_own_find_it_as_well(self, best):
         assert value(best) == pytest.approx(BEST_LOAD, rel=LOAD)
@@ -100,66 +100,68 @@ class TestOneBlade:
             contact_stiffness=contact,
             friction_coefficient=friction,
         )
-        found = design(problem, bounds=(1.0, 20.0))
-        assert value(found) == pytest.approx(np.pi * force / (2 * friction), rel=LOAD)
-        assert amplitude(found) == pytest.approx(np.pi * force / contact, rel=AMPLITUDE)
+        optimum = design(problem, bounds=(1.0, 20.0))
+        assert value(optimum) == pytest.approx(np.pi * force / (2 * friction), rel=LOAD)
+        assert amplitude(optimum) == pytest.approx(np.pi * force / contact, rel=AMPLITUDE)
         omega = np.sqrt((stiffness + contact / 2) / mass)
-        assert 2 * np.pi * found.active_frequency.item() == pytest.approx(omega, rel=AMPLITUDE)
+        assert 2 * np.pi * optimum.active_frequency.item() == pytest.approx(omega, rel=AMPLITUDE)
 
     def test_by_friction_it_is_the_same_product(self):
-        found = design(blade(normal_load=4.0), "friction_coefficient", (0.1, 5.0))
-        assert value(found) * 4.0 == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
-        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
-        assert found.variable_units.item() == "1"
+        optimum = design(blade(normal_load=4.0), "friction_coefficient", (0.1, 5.0))
+        assert value(optimum) * 4.0 == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
+        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert optimum.variable_units.item() == "1"
 
     def test_both_factors_together_have_no_one_optimum(self):
         names = ["friction_coefficient", "normal_load"]
         bounds = {"friction_coefficient": (0.1, 1.0), "normal_load": (0.1, 100.0)}
-        found = design(blade(), names, bounds)
-        assert np.prod(found.design_value) == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
-        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
-        assert "curvature vanishes" in found.certificate.item()
-        assert np.isnan(found.design_value_by_force_amplitude).all()
-        assert found.design_amplitude_by_force_amplitude.item() == pytest.approx(amplitude(found))
+        optimum = design(blade(), names, bounds)
+        assert np.prod(optimum.design_value) == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
+        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
+        assert "curvature vanishes" in optimum.certificate.item()
+        assert np.isnan(optimum.design_value_by_force_amplitude).all()
+        assert optimum.design_amplitude_by_force_amplitude.item() == pytest.approx(
+            amplitude(optimum)
+        )
 
     def test_a_contact_is_the_better_the_stiffer(self):
-        found = design(blade(normal_load=3.0), "contact_stiffness", (2e3, 2e4))
-        assert found.design_status.item() == Status.DESIGN_AT_BOUND
-        assert value(found) == pytest.approx(2e4, rel=1e-15)
+        optimum = design(blade(normal_load=3.0), "contact_stiffness", (2e3, 2e4))
+        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
+        assert value(optimum) == pytest.approx(2e4, rel=1e-15)
         closed = OneBlade(1.0, 0.5, 1e4, 2e4, 1.5, 1.0, 1.0).peak()
-        assert amplitude(found) == pytest.approx(closed[0], rel=AMPLITUDE)
-        assert "contact_stiffness at its upper bound" in found.certificate.item()
+        assert amplitude(optimum) == pytest.approx(closed[0], rel=AMPLITUDE)
+        assert "contact_stiffness at its upper bound" in optimum.certificate.item()
 
     def test_a_bound_holds_by_the_slope_of_the_response(self):
-        found = design(blade(), bounds=(0.05, 2.0))
-        assert found.design_status.item() == Status.DESIGN_AT_BOUND
-        assert value(found) == pytest.approx(2.0, rel=1e-15)
+        optimum = design(blade(), bounds=(0.05, 2.0))
+        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
+        assert value(optimum) == pytest.approx(2.0, rel=1e-15)
 
         def peak(load):
             return np.log(OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load, 1.0, 1.0).peak()[0])
 
         slope = (peak(2 * (1 + STEP)) - peak(2 * (1 - STEP))) / (2 * STEP)
-        assert found.design_bound_multiplier.item() == pytest.approx(slope, rel=DIFFERENCES)
-        by_load = found.design_amplitude_by_normal_load.item() * 2.0 / amplitude(found)
+        assert optimum.design_bound_multiplier.item() == pytest.approx(slope, rel=DIFFERENCES)
+        by_load = optimum.design_amplitude_by_normal_load.item() * 2.0 / amplitude(optimum)
         assert by_load == pytest.approx(slope, rel=DIFFERENCES)
 
     def test_bounds_that_nearly_touch(self):
-        found = design(blade(), bounds=(3.0, 3.0 + 1e-6))
-        assert 3.0 <= value(found) <= 3.0 + 1e-6
-        assert found.design_status.item() == Status.DESIGN_AT_BOUND
+        optimum = design(blade(), bounds=(3.0, 3.0 + 1e-6))
+        assert 3.0 <= value(optimum) <= 3.0 + 1e-6
+        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
 
     def test_a_band_in_pieces_and_backwards(self):
         whole = [(40.0, 20.0), (20.0, 5.0)]
-        found = design(blade(), frequency=whole, bounds=(1.0, 10.0))
-        assert value(found) == pytest.approx(BEST_LOAD, rel=LOAD)
+        optimum = design(blade(), frequency=whole, bounds=(1.0, 10.0))
+        assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
 
     def test_a_cubic_spring_beside_the_contact(self):
-        found = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
-        assert found.design_status.item() == Status.DESIGN_OPTIMAL
-        text = found.certificate.item()
+        optimum = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
+        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        text = optimum.certificate.item()
         assert "over 5 to 40 Hz, on the path that was followed, is" in text
         assert "Not proved: that cubic springs make no larger response" in text
-        assert_lowest_peak(found, steps=(0.05,))
+        assert_lowest_peak(optimum, steps=(0.05,))
 
 
 class TestHomogeneity:
@@ -167,9 +169,9 @@ class TestHomogeneity:
     @settings(max_examples=4, deadline=None)
     def test_load_and_response_go_with_the_force(self, scale):
         bounds = (BEST_LOAD * scale / 3, BEST_LOAD * scale * 3)
-        found = design(blade(force=scale), bounds=bounds)
-        assert value(found) == pytest.approx(BEST_LOAD * scale, rel=LOAD)
-        assert amplitude(found) == pytest.approx(BEST_AMPLITUDE * scale, rel=AMPLITUDE)
+        optimum = design(blade(force=scale), bounds=bounds)
+        assert value(optimum) == pytest.approx(BEST_LOAD * scale, rel=LOAD)
+        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE * scale, rel=AMPLITUDE)
 
     def test_derivatives_by_the_force_are_ratios(self, best):
         assert best.design_value_by_force_amplitude.item() == pytest.approx(value(best), rel=LOAD)
@@ -193,9 +195,9 @@ def both():
     return design(blade(), bounds=(2.0, 10.0), over=over(**CASES))
 
 
-def resolved(name, found, swept):
+def resolved(name, optimum, swept):
     """Differences of optimal values and responses, one parameter a little more and less."""
-    bounds = (value(found) * 0.98, value(found) * 1.02)
+    bounds = (value(optimum) * 0.98, value(optimum) * 1.02)
     ends = []
     for sign in (1, -1):
         if name in swept:
@@ -234,18 +236,18 @@ class TestSensitivity:
         )
 
 
-def assert_two_hold(found, problem, band, swept):
+def assert_two_hold(optimum, problem, band, swept):
     """Two maxima are equal, and their gradients, by differences of located peaks, cancel."""
-    assert found.design_status.item() == Status.DESIGN_OPTIMAL
-    assert found.active_case.values.tolist() == [0, 1]
-    one, other = found.active_amplitude.values
+    assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+    assert optimum.active_case.values.tolist() == [0, 1]
+    one, other = optimum.active_amplitude.values
     assert one == pytest.approx(other, rel=1e-8)  # required
-    assert found.case_amplitude.values == pytest.approx([amplitude(found)] * 2, rel=1e-8)
-    weights = found.active_multiplier.values
+    assert optimum.case_amplitude.values == pytest.approx([amplitude(optimum)] * 2, rel=1e-8)
+    weights = optimum.active_multiplier.values
     assert np.all(weights > 0)
     assert weights.sum() == pytest.approx(1, abs=1e-12)
-    assert np.isinf(found.design_curvature)
-    loads = value(found) * np.array([1 - STEP, 1 + STEP])
+    assert np.isinf(optimum.design_curvature)
+    loads = value(optimum) * np.array([1 - STEP, 1 + STEP])
     peaks = sh.frf(problem, band, over={"normal_load": loads} | swept, progress=False)
     heights = np.log(peaks.peak_amplitude.max("peak").transpose("normal_load", "case").values)
     slopes = (heights[1] - heights[0]) / (2 * STEP)
@@ -260,54 +262,59 @@ class TestTwoCases:
     @pytest.mark.slow
     def test_two_engine_orders_hold(self):
         swept = over(engine_order=np.array([1, 3]), force_amplitude=np.array([1.0, 8.0]))
-        found = design(ring(), frequency=(5.0, 350.0), over=swept)
-        assert_two_hold(found, ring(), (5.0, 350.0), swept)
-        assert (found.n_sectors == 13).all()
+        optimum = design(ring(), frequency=(5.0, 350.0), over=swept)
+        assert_two_hold(optimum, ring(), (5.0, 350.0), swept)
+        assert (optimum.n_sectors == 13).all()
 
     def test_every_case_may_have_its_own_band(self, both):
         bands = DataArray([[5.0, 40.0], [15.0, 30.0]], dims=("case", "edge"))
-        found = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
-        assert value(found) == pytest.approx(value(both), rel=LOAD)
+        optimum = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        assert value(optimum) == pytest.approx(value(both), rel=LOAD)
 
     def test_bands_are_read_by_the_names_of_their_dimensions(self):
         bands = DataArray([[5.0, 6.0], [40.0, 41.0]], dims=("edge", "case"))
-        found = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
-        assert "5 to 40 Hz and 6 to 41 Hz" in found.certificate.item()
+        optimum = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        assert "5 to 40 Hz and 6 to 41 Hz" in optimum.certificate.item()
 
 
 class TestRing:
     def test_one_harmonic_is_one_blade(self):
-        found = design(ring(), bounds=(0.5, 20.0), frequency=(5.0, 350.0))
+        optimum = design(ring(), bounds=(0.5, 20.0), frequency=(5.0, 350.0))
         ratio = 2 * np.sin(np.pi * 3 / 13)
 
         def peak(log_limit):
             return np.log(OneBlade(1.0, 0.5, 1e4, 1e6, np.exp(log_limit), 1.0, ratio).peak()[0])
 
         closed = minimize_scalar(peak, bounds=(-2, 2), method="bounded", options={"xatol": 1e-9})
-        assert amplitude(found) == pytest.approx(np.exp(closed.fun), rel=AMPLITUDE)
+        assert amplitude(optimum) == pytest.approx(np.exp(closed.fun), rel=AMPLITUDE)
         # A minimum of values alone has half their digits.
-        assert value(found) * 0.5 == pytest.approx(np.exp(closed.x), rel=1e-6)
-        assert value(found) == pytest.approx(2.36742084, rel=1e-8)
-        assert found.n_sectors == 13
-        assert found.design_value_by_force_amplitude.item() == pytest.approx(value(found), rel=LOAD)
+        assert value(optimum) * 0.5 == pytest.approx(np.exp(closed.x), rel=1e-6)
+        assert value(optimum) == pytest.approx(2.36742084, rel=1e-8)
+        assert optimum.n_sectors == 13
+        assert optimum.design_value_by_force_amplitude.item() == pytest.approx(
+            value(optimum), rel=LOAD
+        )
 
     @pytest.mark.slow
     def test_three_harmonics_by_a_scan_around(self):
         problem = ring(harmonics=(1, 3, 5))
-        found = design(problem, frequency=(5.0, 350.0), n_starts=None)
-        assert value(found) == pytest.approx(2.0156126, rel=1e-7)
-        assert_lowest_peak(found)
+        optimum = design(problem, frequency=(5.0, 350.0), n_starts=None)
+        assert value(optimum) == pytest.approx(2.0156126, rel=1e-7)
+        assert_lowest_peak(optimum)
 
 
-def assert_lowest_peak(found, steps=(0.01, 0.05, 0.2)):
+def assert_lowest_peak(optimum, steps=(0.01, 0.05, 0.2)):
     """Full responses around: the peak is that of the design, and higher beside it."""
-    problem, band = sh.rebuild(found), (found.frequency.min().item(), found.frequency.max().item())
+    problem, band = (
+        sh.rebuild(optimum),
+        (optimum.frequency.min().item(), optimum.frequency.max().item()),
+    )
     factors = sorted([1 - step for step in steps] + [1.0] + [1 + step for step in steps])
-    loads = value(found) * np.array(factors)
+    loads = value(optimum) * np.array(factors)
     peaks = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
     heights = peaks.peak_amplitude.max("peak").values
     middle = len(steps)
-    assert heights[middle] == pytest.approx(amplitude(found), rel=AMPLITUDE)
+    assert heights[middle] == pytest.approx(amplitude(optimum), rel=AMPLITUDE)
     assert np.all(np.diff(heights[: middle + 1]) < 0)
     assert np.all(np.diff(heights[middle:]) > 0)
 
@@ -345,22 +352,22 @@ class TestCertificate:
 
 
 def held_at(load):
-    """What a search would have found that stopped at a load, and what is said of it."""
+    """Active set, status and certificate of a search that stops at a load."""
     problem, bands = blade(), (BAND,)
-    program = Program(read_space(problem, "normal_load", BOUNDS, "common"))
-    cases = Cases(problem, parse(problem, None), program.space, [bands])
+    program = Program(read_variables(problem, "normal_load", BOUNDS, "common"))
+    cases = Cases(problem, parse(problem, None), program.variables, [bands])
     x = np.log([load])
     states = cases(x)
     design = Design(x, states, states[0].height)
-    held = ActiveSet.of(program, x, states, program.step(states, x, 1e-12))
-    found = Found(design, held, [design], [Descent(design, True, held)])
-    return held, status_of(program, found), certificate(program, found, bands, 1)
+    active = ActiveSet.of(program, x, states, program.step(states, x, 1e-12))
+    searched = SearchResult(design, active, [design], [Descent(design, True, active)])
+    return active, status_of(program, searched), certificate(program, searched, bands, 1)
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
 def test_a_slope_that_nothing_holds_is_no_optimum(distance):
     """Beside the best load the response is the same to many digits; its slope is not."""
-    held, status, text = held_at(BEST_LOAD * (1 + distance))
+    active, status, text = held_at(BEST_LOAD * (1 + distance))
     # By the closed form, over the logarithm of the load.
     logarithms = np.log(BEST_LOAD) + np.array([-1, 0, 1]) * 1e-3
     low, top, high = (
@@ -370,29 +377,29 @@ def test_a_slope_that_nothing_holds_is_no_optimum(distance):
     curvature = (low - 2 * top + high) / 1e-6
     if abs(distance) < 1e-2:
         # To first order in the distance, and the digits of the best load.
-        assert held.stationarity == pytest.approx(curvature * abs(distance), rel=0.02, abs=1e-9)
-    assert held.stationarity < 1e-8 or distance
+        assert active.stationarity == pytest.approx(curvature * abs(distance), rel=0.02, abs=1e-9)
+    assert active.stationarity < 1e-8 or distance
     assert status == (Status.DESIGN_STALLED if distance else Status.DESIGN_OPTIMAL)
-    assert f"below {max(held.stationarity, 1e-16):.1e} of the response" in text
+    assert f"below {max(active.stationarity, 1e-16):.1e} of the response" in text
 
 
 def test_a_saddle_is_no_optimum():
     """Where the response falls to second order nothing is found, however small its slope."""
-    held, _, _ = held_at(BEST_LOAD)
-    bent = [replace(piece, hessian=-piece.hessian) for piece in held.pieces]
-    saddle = replace(held, pieces=bent)
-    assert saddle.curvature == pytest.approx(-held.curvature, rel=1e-6)
+    active, _, _ = held_at(BEST_LOAD)
+    bent = [replace(followed, hessian=-followed.hessian) for followed in active.maxima]
+    saddle = replace(active, maxima=bent)
+    assert saddle.curvature == pytest.approx(-active.curvature, rel=1e-6)
     assert saddle.stationarity < 1e-8
-    state = replace(survey_of_best(), pieces=bent)
-    design = Design(held.x, [state], state.height)
-    found = Found(design, saddle, [design], [Descent(design, True, saddle)])
-    assert status_of(saddle.program, found) == Status.DESIGN_STALLED
-    assert "a lower response may lie close by" in certificate(saddle.program, found, (BAND,), 1)
+    state = replace(survey_of_best(), contenders=bent)
+    design = Design(active.x, [state], state.height)
+    searched = SearchResult(design, saddle, [design], [Descent(design, True, saddle)])
+    assert status_of(saddle.program, searched) == Status.DESIGN_STALLED
+    assert "a lower response may lie close by" in certificate(saddle.program, searched, (BAND,), 1)
 
 
 def survey_of_best():
     problem = blade()
-    space = read_space(problem, "normal_load", BOUNDS, "common")
+    space = read_variables(problem, "normal_load", BOUNDS, "common")
     return Cases(problem, parse(problem, None), space, [(BAND,)])(np.log([BEST_LOAD]))[0]
 
 
@@ -442,22 +449,22 @@ class TestEnds:
     @pytest.mark.parametrize("which", ENDS)
     def test_every_end_has_its_words(self, which):
         build, parameters, options, status, words = ENDS[which]
-        found = design(build(**parameters), **options)
-        assert found.design_status.item() == Status[f"DESIGN_{status}"]
-        assert words in found.certificate.item()
+        optimum = design(build(**parameters), **options)
+        assert optimum.design_status.item() == Status[f"DESIGN_{status}"]
+        assert words in optimum.certificate.item()
         lower, upper = options.get("bounds", BOUNDS)
-        assert lower <= value(found) <= upper
+        assert lower <= value(optimum) <= upper
         unbounded = status == "UNBOUNDED"
-        assert np.isinf(amplitude(found)) if unbounded else np.isfinite(amplitude(found))
+        assert np.isinf(amplitude(optimum)) if unbounded else np.isfinite(amplitude(optimum))
         assert (
-            amplitude(found) == pytest.approx(found.start_amplitude.min().item())
-            or amplitude(found) < found.start_amplitude.min()
+            amplitude(optimum) == pytest.approx(optimum.start_amplitude.min().item())
+            or amplitude(optimum) < optimum.start_amplitude.min()
         )
         if which == "beyond the band":
-            assert value(found) == pytest.approx(0.1, rel=1e-15)
-            assert found.active_kind.item() == "edge"
-            assert found.active_frequency.item() == pytest.approx(150.0)
-            assert "normal_load at its lower bound" in found.certificate.item()
+            assert value(optimum) == pytest.approx(0.1, rel=1e-15)
+            assert optimum.active_kind.item() == "edge"
+            assert optimum.active_frequency.item() == pytest.approx(150.0)
+            assert "normal_load at its lower bound" in optimum.certificate.item()
 
     def test_what_is_no_optimum_is_raised_on_demand(self):
         with pytest.raises(sh.SolveError, match="does not change") as caught:
@@ -499,9 +506,9 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     def cut(problem, bands, max_points=5000):
         return replace(survey(problem, bands, max_points), status=sh.Status.PEAK_NOT_LOCATED)
 
-    monkeypatch.setattr("symhbm.design.pieces.survey", cut)
-    found = design(blade())
-    assert found.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
-    assert np.isinf(found.design_amplitude)
-    assert "Nothing is proved" in found.certificate.item()
-    assert str(sh.Status.PEAK_NOT_LOCATED) in found.certificate.item()
+    monkeypatch.setattr("symhbm.design.maxima.survey", cut)
+    optimum = design(blade())
+    assert optimum.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
+    assert np.isinf(optimum.design_amplitude)
+    assert "Nothing is proved" in optimum.certificate.item()
+    assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()

@@ -12,9 +12,9 @@ from xarray import DataArray
 
 import symhbm as sh
 from symhbm.continuation.status import Status
-from symhbm.design.pieces import FollowedMaximum, Maxima
+from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.program import Program, Statistic
-from symhbm.design.space import Group, Space
+from symhbm.design.variables import DesignVariables, Group
 
 ROUND_OFF = 1e-12
 HEIGHTS = st.lists(st.floats(-5, 5), min_size=1, max_size=8).map(np.array)
@@ -22,7 +22,7 @@ HEIGHTS = st.lists(st.floats(-5, 5), min_size=1, max_size=8).map(np.array)
 
 def space(n_variables, lower=0.1, upper=10.0):
     groups = [Group("normal_load", f"{j}", (j,), lower, upper) for j in range(n_variables)]
-    return Space(tuple(groups), {"normal_load": np.ones(n_variables)})
+    return DesignVariables(tuple(groups), {"normal_load": np.ones(n_variables)})
 
 
 def program(statistic="worst", tail=0.1, n_variables=1, constraint=None):
@@ -50,9 +50,11 @@ class TestStatistic:
         candidates = [
             q + np.maximum(amplitudes - q, 0).sum() / (tail * len(heights)) for q in amplitudes
         ]
-        found = program("tail", tail)
-        assert np.exp(found.value(heights)) == pytest.approx(min(candidates), rel=ROUND_OFF)
-        weights = found.weights(heights)
+        design_program = program("tail", tail)
+        assert np.exp(design_program.value(heights)) == pytest.approx(
+            min(candidates), rel=ROUND_OFF
+        )
+        weights = design_program.weights(heights)
         assert weights.sum() == pytest.approx(1, abs=ROUND_OFF)
         assert np.all((weights >= 0) & (weights <= 1 / (tail * len(heights)) + ROUND_OFF))
 
@@ -70,18 +72,18 @@ class TestStatistic:
         assert program("tail", 1.0).tied(heights) == [0]
 
 
-def models(rng, n_cases, n_pieces, n_variables):
+def models(rng, n_cases, n_contenders, n_variables):
     """Maxima of cases as convex quadratic models."""
     states = []
     for _ in range(n_cases):
-        pieces = []
-        for _ in range(n_pieces):
+        contenders = []
+        for _ in range(n_contenders):
             root = rng.normal(size=(n_variables, n_variables))
             hessian = root @ root.T + np.eye(n_variables)
             value, gradient = rng.normal() / 10, rng.normal(size=n_variables)
-            pieces.append(FollowedMaximum(value, gradient, hessian, None, np.zeros(0)))
-        pieces.sort(key=lambda piece: -piece.value)
-        states.append(Maxima(pieces, pieces[0].value, True))
+            contenders.append(FollowedMaximum(value, gradient, hessian, None, np.zeros(0)))
+        contenders.sort(key=lambda contender: -contender.value)
+        states.append(Maxima(contenders, contenders[0].value, True))
     return states
 
 
@@ -91,16 +93,16 @@ class TestStep:
     def test_it_is_the_minimum_of_the_models_in_the_box(self, statistic, tail, seed):
         n = 2
         states = models(np.random.default_rng(seed), 3, 2, n)
-        found = program(statistic, tail, n)
-        step = found.step(states, np.zeros(n), 0.3)
+        design_program = program(statistic, tail, n)
+        step = design_program.step(states, np.zeros(n), 0.3)
         assert step.solved
 
         def value(d):
             heights = [
-                max(p.value + p.gradient @ d + d @ p.hessian @ d / 2 for p in state.pieces)
+                max(p.value + p.gradient @ d + d @ p.hessian @ d / 2 for p in state.contenders)
                 for state in states
             ]
-            return found.value(np.array(heights))
+            return design_program.value(np.array(heights))
 
         assert step.predicted == pytest.approx(value(step.x), abs=1e-9)  # IPOPT: 1e-11
         others = [
@@ -115,8 +117,8 @@ class TestStep:
 
     def test_constraints_are_on_values(self):
         rows = LinearConstraint([[1.0, 1.0]], 2.0, 2.0)
-        found = program(n_variables=2, constraint=rows)
-        x = found.nearest(np.log([3.0, 0.5]))
+        design_program = program(n_variables=2, constraint=rows)
+        x = design_program.nearest(np.log([3.0, 0.5]))
         assert np.exp(x).sum() == pytest.approx(2, abs=1e-9)
         # Orthogonal to the constraint in logarithms: multiples of the values.
         pull = (x - np.log([3.0, 0.5])) / np.exp(x)
@@ -162,8 +164,8 @@ def mean():
 def peaks_at(load, samples):
     """Largest responses of samples with a nominal load."""
     loads = {"normal_load": samples["normal_load"] / 10.0 * load}
-    found = sh.frf(blade(), BAND, over=samples | loads, progress=False)
-    return found.peak_amplitude.max("peak").values
+    responses = sh.frf(blade(), BAND, over=samples | loads, progress=False)
+    return responses.peak_amplitude.max("peak").values
 
 
 class TestSamples:
@@ -183,13 +185,13 @@ class TestSamples:
     def test_loads_beside_are_worse(self, worst, mean, statistic):
         tail = 0.5
         best = {"worst": worst, "mean": mean}.get(statistic) or robust("tail", tail=tail)
-        found = program(statistic, tail)
+        design_program = program(statistic, tail)
         assert best.design_status.item() == Status.DESIGN_OPTIMAL
         assert best.design_optimality < 1e-8
 
         def value(factor):
             heights = np.log(peaks_at(best.design_value.item() * factor, SAMPLES))
-            return np.exp(found.value(heights))
+            return np.exp(design_program.value(heights))
 
         assert value(1.0) == pytest.approx(best.design_amplitude.item(), rel=1e-10)
         assert min(value(0.98), value(1.02)) > value(1.0)
@@ -261,8 +263,8 @@ class TestExecutors:
     @pytest.mark.parametrize("executor", [Refusing(4), Failing(1)], ids=["refusing", "failing"])
     def test_one_that_fails_is_done_without(self, pair, executor):
         with pytest.warns(RuntimeWarning, match=r"the executor failed \((OS|Memory)Error:? no m"):
-            found = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
-        assert found.identical(pair)
+            optimum = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
+        assert optimum.identical(pair)
 
     def test_one_that_is_shut_down_is_done_without(self, pair):
         with ThreadPoolExecutor(1) as executor:
@@ -286,9 +288,9 @@ class TestRing:
         return design(problem, frequency=(5.0, 120.0), over=draws, start=2.0, **options)
 
     def test_worst_mean_and_tail(self, draws):
-        found = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}
+        optima = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}
         values = {}
-        for name, best in found.items():
+        for name, best in optima.items():
             assert best.design_status.item() == Status.DESIGN_OPTIMAL
             for other in Statistic:
                 heights = np.log(best.case_amplitude.values)
@@ -300,5 +302,5 @@ class TestRing:
     def test_processes_change_nothing(self, draws):
         fresh = draws.isel(sample=[2, 0])
         with ProcessPoolExecutor(2) as executor:
-            found = self.best(draws, fresh=fresh, executor=executor)
-        assert found.identical(self.best(draws, fresh=fresh))
+            optimum = self.best(draws, fresh=fresh, executor=executor)
+        assert optimum.identical(self.best(draws, fresh=fresh))

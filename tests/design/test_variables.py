@@ -11,59 +11,61 @@ from xarray import DataArray
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.status import Status
-from symhbm.design.arguments import read_bands, read_constraint, read_space, read_start
+from symhbm.design.arguments import read_bands, read_constraint, read_start, read_variables
 from symhbm.results.sweep import parse
 
 
-def space(problem, parameters="normal_load", bounds=(0.1, 10.0), vary="common"):
-    return read_space(problem, parameters, bounds, vary)
+def variables_of(problem, parameters="normal_load", bounds=(0.1, 10.0), vary="common"):
+    return read_variables(problem, parameters, bounds, vary)
 
 
 class TestSpace:
     def test_a_pattern_repeats(self):
-        found = space(ring(6), vary=[2, 7, 2])
-        assert [group.label for group in found.groups] == ["normal_load[2]", "normal_load[7]"]
-        assert [group.entries for group in found.groups] == [(0, 2, 3, 5), (1, 4)]
+        variables = variables_of(ring(6), vary=[2, 7, 2])
+        assert [group.label for group in variables.groups] == ["normal_load[2]", "normal_load[7]"]
+        assert [group.entries for group in variables.groups] == [(0, 2, 3, 5), (1, 4)]
 
     def test_variables_of_several_parameters_come_in_their_order(self):
-        found = space(
+        variables = variables_of(
             ring(5),
             ["contact_stiffness", "normal_load"],
             {"normal_load": (0.1, 10.0), "contact_stiffness": (1e4, 1e6)},
             {"normal_load": "each", "contact_stiffness": "common"},
         )
-        labels = [group.label for group in found.groups]
+        labels = [group.label for group in variables.groups]
         assert labels == ["contact_stiffness", *(f"normal_load[{j}]" for j in range(5))]
-        assert np.exp(found.lower) == pytest.approx([1e4] + [0.1] * 5)
+        assert np.exp(variables.lower) == pytest.approx([1e4] + [0.1] * 5)
 
     def test_values_land_on_their_entries(self):
         problem = ring(6)
-        found = space(problem, vary=[0, 1])
-        values = found.parameters(problem, np.log([2.0, 3.0]))["normal_load"]
+        variables = variables_of(problem, vary=[0, 1])
+        values = variables.parameters(problem, np.log([2.0, 3.0]))["normal_load"]
         assert values == pytest.approx([2, 3] * 3)
-        assert found.values(found.upper + 1) == pytest.approx([10, 10], rel=0)  # within bounds
+        assert variables.values(variables.upper + 1) == pytest.approx(
+            [10, 10], rel=0
+        )  # within bounds
 
     def test_samples_keep_their_proportions(self):
         problem = ring(4, normal_load=[1.0, 2.0, 4.0, 8.0])
         sample = np.array([2.0, 2.0, 2.0, 2.0])
-        found = space(problem).proportional(problem, {"normal_load": sample})
-        values = found.parameters(problem, np.log([3.0]))["normal_load"]
+        variables = variables_of(problem).proportional(problem, {"normal_load": sample})
+        values = variables.parameters(problem, np.log([3.0]))["normal_load"]
         assert values == pytest.approx([6.0, 3.0, 1.5, 0.75])
 
     @pytest.mark.parametrize("vary", ["common", "each", [0, 1]])
     def test_derivatives_are_those_of_the_values(self, vary):
         problem = ring(4)
-        found = space(problem, vary=vary)
-        x = np.linspace(-0.5, 0.5, found.n_variables)
+        variables = variables_of(problem, vary=vary)
+        x = np.linspace(-0.5, 0.5, variables.n_variables)
         places = SecondOrder(problem, ["normal_load", "damping"]).places
-        derivative = found.derivative(found.problem(problem, x), places)
+        derivative = variables.derivative(variables.problem(problem, x), places)
         first = min(place.start for place in places.values())
         place = places["normal_load"]
         rows = slice(place.start - first, place.stop - first)
         step = 1e-6
 
         def values(x):
-            return found.parameters(problem, x)["normal_load"]
+            return variables.parameters(problem, x)["normal_load"]
 
         expected = np.array(
             [(values(x + e) - values(x - e)) / (2 * step) for e in step * np.eye(len(x))]
@@ -247,11 +249,11 @@ class TestBadInput:
             design(blade().model)
 
     def test_good_values_are_read(self):
-        found = space(ring(3, 1e5, 1), vary="each")
-        assert read_start(found, 2.0) == pytest.approx(np.log([2.0] * 3))
-        assert read_start(found, None) is None
+        variables = variables_of(ring(3, 1e5, 1), vary="each")
+        assert read_start(variables, 2.0) == pytest.approx(np.log([2.0] * 3))
+        assert read_start(variables, None) is None
         given = LinearConstraint(sp.csr_array([[1.0, 2.0, 3.0]]), -np.inf, 5)
-        constraint = read_constraint(found, given)
+        constraint = read_constraint(variables, given)
         assert np.array_equal(constraint.A, [[1.0, 2.0, 3.0]])
         assert (constraint.lb, constraint.ub) == (-np.inf, 5)
 
@@ -298,14 +300,14 @@ class TestEach:
 
     def test_a_pattern_is_solved_by_sectors(self):
         problem = ring(6, 1e5, 2)
-        found = design(problem, bounds=NEAR, frequency=SMALL, vary=[0, 1])
+        optimum = design(problem, bounds=NEAR, frequency=SMALL, vary=[0, 1])
         alike = design(problem, bounds=NEAR, frequency=SMALL)
-        assert found.n_sectors == 3
+        assert optimum.n_sectors == 3
         assert alike.n_sectors == 6
-        assert found["variable"].values.tolist() == ["normal_load[0]", "normal_load[1]"]
-        assert found.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
+        assert optimum["variable"].values.tolist() == ["normal_load[0]", "normal_load[1]"]
+        assert optimum.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
         # All sectors of two move alike, and so do these two.
-        assert found.n_points == pytest.approx(alike.n_points, abs=5)
+        assert optimum.n_points == pytest.approx(alike.n_points, abs=5)
 
     @pytest.mark.slow
     def test_single_loads_are_never_worse_than_equal_ones(self):
@@ -322,13 +324,13 @@ def by_hand(loads, stiffness=(1e4, 1e4, 1e4), damping=0.5):
     return Structure(*matrices, FRICTION * loads, np.exp(-2j * np.pi * np.arange(3) / 3))
 
 
-def assert_lowest_by_hand(found, directions, band, **parameters):
+def assert_lowest_by_hand(optimum, directions, band, **parameters):
     """The design has the response it is told to have, and those beside it have larger ones."""
-    loads, lowest = found.design_value.values, found.design_amplitude.item()
+    loads, lowest = optimum.design_value.values, optimum.design_amplitude.item()
     top, frequency = by_hand(loads, **parameters).highest(*band, 600)
     # Both are solved to 1e-12; by hand a peak is looked for on ever finer grids.
     assert top == pytest.approx(lowest, rel=1e-9)
-    assert np.abs(found.active_frequency - frequency).min() < 1e-3
+    assert np.abs(optimum.active_frequency - frequency).min() < 1e-3
     for direction in directions:
         beside = by_hand(loads + direction, **parameters)
         # In a part of the band: what is higher elsewhere is higher still.
@@ -361,13 +363,13 @@ class TestByHand:
             damping=3.0,
         )
         row = None if mean is None else LinearConstraint(np.ones((1, 3)) / 3, mean, mean)
-        found = design(problem, bounds=NEAR, frequency=(8, 100), vary="each", constraint=row)
-        assert found.design_status.item() == Status.DESIGN_OPTIMAL
+        optimum = design(problem, bounds=NEAR, frequency=(8, 100), vary="each", constraint=row)
+        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
         rng = np.random.default_rng(4)
         directions = rng.normal(size=(12, 3)) * np.repeat([1e-3, 1e-2, 0.1, 0.3], 3)[:, None]
         if mean is not None:
             directions -= directions.mean(axis=1, keepdims=True)
-        assert_lowest_by_hand(found, directions, (8, 100), **parameters)
+        assert_lowest_by_hand(optimum, directions, (8, 100), **parameters)
 
 
 class TestConstraint:
@@ -392,22 +394,22 @@ class TestConstraint:
 
     def test_one_that_does_not_bind_changes_nothing(self, mistuned, common):
         loose = LinearConstraint([[1.0], [2.0]], [-np.inf, 0.1], [50.0, np.inf])
-        found = design(mistuned, bounds=NEAR, frequency=SMALL, constraint=loose)
-        assert found.design_value.values == pytest.approx(common.design_value.values, rel=1e-8)
-        assert "constraint" not in found.certificate.item()
+        optimum = design(mistuned, bounds=NEAR, frequency=SMALL, constraint=loose)
+        assert optimum.design_value.values == pytest.approx(common.design_value.values, rel=1e-8)
+        assert "constraint" not in optimum.certificate.item()
 
     def test_of_two_equal_rows_the_one_that_binds_holds(self):
         rows = LinearConstraint([[1.0], [1.0]], [-np.inf, 5.0], [9.0, np.inf])
-        found = design(blade(), constraint=rows)
-        assert found.design_value.item() == pytest.approx(5.0, rel=1e-9)
-        assert "Held by the constraint" in found.certificate.item()
+        optimum = design(blade(), constraint=rows)
+        assert optimum.design_value.item() == pytest.approx(5.0, rel=1e-9)
+        assert "Held by the constraint" in optimum.certificate.item()
 
     def test_one_that_nothing_satisfies_is_said(self, mistuned, tmp_path):
         far = LinearConstraint(np.ones((1, 3)) / 3, 600.0, 700.0)
-        found = design(mistuned, vary="each", constraint=far)
-        assert found.design_status.item() == Status.DESIGN_INFEASIBLE
-        assert "Nothing was computed" in found.certificate.item()
-        assert sh.load(sh.save(found, tmp_path / "none.nc")).identical(found)
+        optimum = design(mistuned, vary="each", constraint=far)
+        assert optimum.design_status.item() == Status.DESIGN_INFEASIBLE
+        assert "Nothing was computed" in optimum.certificate.item()
+        assert sh.load(sh.save(optimum, tmp_path / "none.nc")).identical(optimum)
         with pytest.raises(sh.SolveError, match="no design within the bounds satisfies") as caught:
             design(mistuned, vary="each", constraint=far, throw=True)
-        assert caught.value.result.identical(found)
+        assert caught.value.result.identical(optimum)

@@ -1,4 +1,4 @@
-"""Design variables: which values of which parameters they set, their bounds, their logarithms."""
+"""Design variables: logarithms of groups of parameter values, with bounds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from symhbm.numerics import FloatArray
 
 @dataclass(frozen=True)
 class Group:
-    """Values of one parameter that are one variable: ``entries`` of its array, and its bounds."""
+    """Values of one parameter that are one variable: ``entries`` of its array, with bounds."""
 
     parameter: str
     label: str
@@ -22,7 +22,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Space:
+class DesignVariables:
     """Design variables ``x``, the logarithms of positive values, each set for a group of entries.
 
     ``ratios`` has, for each parameter, the factors (n_entries,) between its entries and the
@@ -78,14 +78,16 @@ class Space:
         """The problem at ``x``."""
         return problem.with_parameters(**self.parameters(problem, x))
 
-    def proportional(self, problem: HarmonicBalance, chosen: dict[str, FloatArray]) -> "Space":
-        """The space of a parameter set whose designed values keep their nominal proportions."""
+    def proportional(
+        self, problem: HarmonicBalance, chosen: dict[str, FloatArray]
+    ) -> "DesignVariables":
+        """The variables of a parameter set whose designed values keep their nominal proportions."""
         ratios = dict(self.ratios)
         for name in self.names:
             if name in chosen:
                 nominal = np.asarray(problem.parameters[name], dtype=float)
                 ratios[name] = np.broadcast_to(chosen[name] / nominal, ratios[name].shape)
-        return Space(self.groups, ratios)
+        return DesignVariables(self.groups, ratios)
 
     @cached_property
     def apart(self) -> FloatArray:
@@ -93,13 +95,13 @@ class Space:
         share = 0.3 + 0.4 * np.arange(self.n_variables) / max(self.n_variables, 2)
         return self.lower + (self.upper - self.lower) * share
 
-    def derivative(self, problem: HarmonicBalance, places: dict[str, slice]) -> FloatArray:
+    def derivative(self, problem: HarmonicBalance, slices: dict[str, slice]) -> FloatArray:
         """Derivative of the balanced parameters by ``x``, (n_parameters, n_variables).
 
-        ``places`` are those of a `SecondOrder`. It is the second derivative as well.
+        ``slices`` are the ``places`` of a `SecondOrder`. It is the second derivative as well.
         """
-        first = min(place.start for place in places.values())
-        size = max(place.stop for place in places.values()) - first
+        first = min(target.start for target in slices.values())
+        size = max(target.stop for target in slices.values()) - first
         result = np.zeros((size, self.n_variables))
         for number, group in enumerate(self.groups):
             values = np.asarray(problem.parameters[group.parameter], dtype=float)
@@ -108,9 +110,9 @@ class Space:
                 chosen[list(group.entries)] = values[list(group.entries)]
             else:
                 chosen = values
-            place = places[group.parameter]
-            own = np.atleast_1d(problem.own(group.parameter, chosen))
-            result[place.start - first : place.stop - first, number] = own
+            target = slices[group.parameter]
+            balanced = np.atleast_1d(problem.own(group.parameter, chosen))
+            result[target.start - first : target.stop - first, number] = balanced
         return result
 
 

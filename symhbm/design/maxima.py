@@ -1,0 +1,148 @@
+"""Maxima of one response as functions of the design: values and exact derivatives.
+
+The logarithm of an amplitude over the logarithms of the design variables is close to linear over
+decades, as amplitudes go with powers of loads and stiffnesses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.design.variables import DesignVariables
+from symhbm.numerics import FloatArray
+from symhbm.peaks import Conditions, Maximum, MaximumKind, Survey, sector_of, survey
+from symhbm.peaks.tracking import advanced, retrack
+
+CONTENDER = 0.7
+"""Share of the largest response from which a maximum may be the largest at the next design."""
+_FEW = 3
+"""Most contenders that are followed through changes of state: a survey finds many at once."""
+_MOST = 60
+"""Most contenders of one response."""
+
+
+@dataclass(frozen=True)
+class FollowedMaximum:
+    """One maximum of a response: ``value``, the logarithm of its amplitude, and derivatives.
+
+    ``gradient`` (n_variables,), ``hessian`` (n_variables, n_variables), by the variables of a
+    `DesignVariables`; ``maximum`` and ``multipliers``, from which it is followed.
+    """
+
+    value: float
+    gradient: FloatArray
+    hessian: FloatArray
+    maximum: Maximum
+    multipliers: FloatArray
+
+    @property
+    def amplitude(self) -> float:
+        """The response there [m]."""
+        return float(np.exp(self.value))
+
+
+@dataclass(frozen=True)
+class Maxima:
+    """Contenders of one response at one design: the maxima that may become the largest.
+
+    ``contenders`` are in descending order; ``height`` is the logarithm of the largest response,
+    infinite where it is unbounded or unknown; ``surveyed`` tells that the whole band was followed,
+    and then ``n_peaks`` is its number of peaks; ``reason`` tells why the height is infinite.
+    """
+
+    contenders: list[FollowedMaximum]
+    height: float
+    surveyed: bool
+    n_peaks: int = 0
+    reason: str = ""
+
+
+class Response:
+    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz]."""
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        variables: DesignVariables,
+        bands: Sequence[tuple[float, float]],
+        compiled: dict[int, SecondOrder] | None = None,
+    ):
+        self.variables = variables
+        self.bands = bands
+        # Sectors that are alike where no variables are stay alike at every design.
+        self._problem = sector_of(variables.problem(problem, variables.apart))
+        shared = {} if compiled is None else compiled
+        key = id(self._problem.residual)
+        if key not in shared:
+            shared[key] = SecondOrder(self._problem, variables.names)
+        self._second_order = shared[key]
+
+    @property
+    def n_sectors(self) -> int:
+        """Number of sectors that move alike."""
+        symmetry = self._problem.symmetry
+        return 1 if symmetry is None else symmetry.n_sectors
+
+    @property
+    def unique(self) -> bool:
+        """Whether there is one response at every frequency."""
+        return self._problem.single_valued
+
+    def at(self, x: FloatArray) -> HarmonicBalance:
+        """The problem that is solved at a design (n_variables,)."""
+        return self.variables.problem(self._problem, x)
+
+    def survey(self, x: FloatArray) -> Maxima:
+        """All contenders over the whole bands."""
+        surveyed = survey(self.at(x), self.bands)
+        # A band that was not followed to its end may hold a higher maximum.
+        top = surveyed.height if surveyed.complete else np.inf
+        n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.summits)
+        if not np.isfinite(top):
+            return Maxima([], np.inf, True, n_peaks, _why(surveyed))
+        maxima = [s for s in surveyed.summits if s.amplitude >= CONTENDER * top][:_MOST]
+        contenders = [self._followed(Conditions(self._second_order, s)) for s in maxima]
+        return Maxima(contenders, float(np.log(top)), True, n_peaks)
+
+    def follow(self, x: FloatArray, before: FloatArray, maxima: Maxima) -> Maxima | None:
+        """The same maxima at another design, from ``before``; None where a survey is faster.
+
+        Of few contenders, those that end between the designs are left out: the survey at the end of
+        a descent finds what replaces them.
+        """
+        problem, previous_problem = self.at(x), self.at(before)
+        few = len(maxima.contenders) <= _FEW
+        followed = []
+        for contender in maxima.contenders:
+            maximum = replace(contender.maximum, problem=previous_problem)
+            conditions = Conditions(self._second_order, maximum, contender.multipliers)
+            step = advanced(conditions, problem)
+            if step is None and not few:
+                return None
+            moved = step[0] if step else retrack(self._second_order, conditions, problem)
+            if moved is not None:
+                followed.append(self._followed(moved))
+        followed.sort(key=lambda contender: -contender.value)
+        return Maxima(followed, followed[0].value, False) if followed else None
+
+    def _followed(self, conditions: Conditions) -> FollowedMaximum:
+        maximum = conditions.summit
+        entries = self.variables.derivative(maximum.problem, self._second_order.places)
+        slope = entries.T @ conditions.gradient
+        bend = entries.T @ conditions.hessian @ entries + np.diag(slope)
+        amplitude = maximum.amplitude
+        gradient = slope / amplitude
+        hessian = bend / amplitude - np.outer(gradient, gradient)
+        # Maxima are sent between processes, without the problem.
+        detached = replace(maximum, problem=None)
+        value = float(np.log(amplitude))
+        return FollowedMaximum(value, gradient, hessian, detached, conditions.multipliers)
+
+
+def _why(surveyed: Survey) -> str:
+    if surveyed.unbounded:
+        peak = surveyed.unbounded[0]
+        return f"unbounded at {peak.value / (2 * np.pi):.6g} Hz"
+    return str(surveyed.status)
