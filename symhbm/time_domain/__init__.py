@@ -1,4 +1,4 @@
-"""Exact periodic motions in time and their stability: the independent truth."""
+"""Exact periodic motions in the time domain, and the stability of responses."""
 
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion

@@ -1,9 +1,9 @@
-"""March the contacts over a stretch of the motion, from event to event, with exact derivatives.
+"""Event-driven integration of the motion with friction, with exact derivatives.
 
 A sticking contact begins to slip when its force reaches ``+-g``, a slipping one sticks when its
 relative velocity vanishes. Acceleration is a continuous function of displacement, velocity and
-friction forces, so an event that moves in time changes none of their derivatives but one: the
-force of a contact that begins to slip becomes a constant.
+friction forces: a shift of an event in time changes none of their derivatives but one, that of the
+force of a contact that begins to slip, which becomes constant.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearMotion, al
 
 _POWER = np.arange(DEGREE + 1)
 _INSTANT = 1e-13
-"""Events closer than this [rad] see the state that one of them left."""
+"""Distance of events [rad] below which they share one state."""
 _SHORTEST = 1e-15
-"""Stretches below this [rad] are no motion: angles themselves are not known better."""
+"""Shortest interval between events [rad]: the round-off of an angle."""
 _OUTSIDE = 1e-9
-"""Share of a cell a contact may seem beyond its limit by round-off alone."""
+"""Share of a cell over which a contact may exceed its limit by round-off alone."""
 _REST = 1e-12
-"""Share of the largest velocity below which a relative one has no sign but that of round-off."""
+"""Share of the largest velocity below which the sign of a relative velocity is round-off."""
 _EVENTS_PER_CONTACT = 2000
 
 
@@ -37,7 +37,7 @@ class Cells:
     displacement : (n_cells, DEGREE + 1, n_dof)
         Powers of the share of the cell [m].
     friction : (n_cells, n_active)
-        Forces at its start [N].
+        Forces at the start of the cell [N].
     slip : (n_cells, n_active)
         Direction of slip, 0 while the contact sticks.
     """
@@ -49,14 +49,14 @@ class Cells:
     slip: np.ndarray
 
     def evaluate(
-        self, pieces: LinearMotion, tau: FloatArray
+        self, linear: LinearMotion, tau: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Displacement, its derivative by ``tau`` and friction, (n, n_dof or n_active)."""
         cell = np.clip(np.searchsorted(self.start, tau, side="right") - 1, 0, None)
-        return self.inside(pieces, cell, (tau - self.start[cell]) / self.width[cell])
+        return self.inside(linear, cell, (tau - self.start[cell]) / self.width[cell])
 
     def inside(
-        self, pieces: LinearMotion, cell: np.ndarray, share: FloatArray
+        self, linear: LinearMotion, cell: np.ndarray, share: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """As `evaluate`, at shares (n,) of given cells (n,)."""
         powers = share[:, None] ** _POWER
@@ -65,11 +65,11 @@ class Cells:
         values = self.displacement[cell]
         slope = np.einsum("nk,nkd->nd", rates, values)
         travel = np.einsum("nk,nkd->nd", powers[:, 1:], values[:, 1:])
-        spring = np.where(self.slip[cell] == 0, pieces.contact_stiffness, 0.0)
-        friction = self.friction[cell] + spring * (travel @ pieces.directions.T)
+        spring = np.where(self.slip[cell] == 0, linear.contact_stiffness, 0.0)
+        friction = self.friction[cell] + spring * (travel @ linear.directions.T)
         return values[:, 0] + travel, slope, friction
 
-    def quadrature(self, pieces: LinearMotion, highest: int):
+    def quadrature(self, linear: LinearMotion, highest: int):
         """Gauss quadrature over all cells, exact to round-off up to the harmonic ``highest``.
 
         Angles (n,), weights (n,), and the motion there as `evaluate` gives it.
@@ -81,33 +81,33 @@ class Cells:
         share = np.tile((nodes + 1) / 2, len(self.width))
         tau = self.start[cell] + share * self.width[cell]
         weight = np.outer(self.width, weights / 2).ravel()
-        return tau, weight, self.inside(pieces, cell, share)
+        return tau, weight, self.inside(linear, cell, share)
 
-    def work(self, pieces: LinearMotion) -> tuple[float, float]:
+    def work(self, linear: LinearMotion) -> tuple[float, float]:
         """Done by the force and dissipated by the damping matrix [J]."""
-        highest = int(pieces.orders.max(initial=0))
-        tau, weight, (_, slope, _) = self.quadrature(pieces, highest)
-        phase = tau[:, None] * pieces.orders
-        force = np.cos(phase) @ pieces.cosine.T + np.sin(phase) @ pieces.sine.T + pieces.static
-        viscous = pieces.frequency * slope @ pieces.damping.T
+        highest = int(linear.orders.max(initial=0))
+        tau, weight, (_, slope, _) = self.quadrature(linear, highest)
+        phase = tau[:, None] * linear.orders
+        force = np.cos(phase) @ linear.cosine.T + np.sin(phase) @ linear.sine.T + linear.static
+        viscous = linear.frequency * slope @ linear.damping.T
         done, lost = (weight @ (part * slope).sum(axis=1) for part in (force, viscous))
         return float(done), float(lost)
 
-    def reversals(self, pieces: LinearMotion) -> np.ndarray:
+    def reversals(self, linear: LinearMotion) -> np.ndarray:
         """Changes of sign of all relative velocities over the period, (n_contacts,)."""
         rates = np.zeros_like(self.displacement)
         rates[:, :-1] = _POWER[1:, None] * self.displacement[:, 1:] / self.width[:, None, None]
         noise = _REST * np.abs(rates[:, 0]).max()
-        rates = rates @ pieces.all_directions.T
-        result = np.zeros(pieces.n_contacts, dtype=int)
-        for j in range(pieces.n_contacts):
+        rates = rates @ linear.all_directions.T
+        result = np.zeros(linear.n_contacts, dtype=int)
+        for j in range(linear.n_contacts):
             samples = []
             bends = alternates(rates[:, :, j])
             for powers, bent in zip(rates[:, :, j], bends, strict=True):
-                places = [place for place, _ in crossings(powers)] if bent else []
-                places = np.array([0.0, *places, 1.0])
-                # Between its zeros a velocity is far from them, unless it is nothing but noise.
-                samples.append(polyval((places[1:] + places[:-1]) / 2, powers))
+                zeros = [zero for zero, _ in crossings(powers)] if bent else []
+                zeros = np.array([0.0, *zeros, 1.0])
+                # Half-way between its zeros a velocity has a sign, unless it is round-off.
+                samples.append(polyval((zeros[1:] + zeros[:-1]) / 2, powers))
             samples = np.concatenate(samples)
             positive = samples[np.abs(samples) > noise] > 0
             result[j] = np.count_nonzero(positive != np.roll(positive, 1))
@@ -116,7 +116,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class March:
-    """A stretch of motion: its cells, its events and its end.
+    """A motion over an interval: its cells, its events and its end.
 
     Attributes
     ----------
@@ -141,74 +141,74 @@ class March:
     end: FloatArray
     jacobian: FloatArray | None
 
-    def multipliers(self, pieces: LinearMotion) -> np.ndarray:
+    def multipliers(self, linear: LinearMotion) -> np.ndarray:
         """Eigenvalues of the derivative, largest first, at given static forces.
 
-        Those of the contacts that never slip stay what they are, which makes a one for each.
+        Static forces of contacts that never slip do not change: each has one more eigenvalue, 1.
         """
         assert self.jacobian is not None
-        n = pieces.n_dof
+        n = linear.n_dof
         stuck = 2 * n + np.flatnonzero(~self.slipped)
         kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(self.slipped)])
         matrix = self.jacobian[np.ix_(kept, kept)]
-        # Their forces follow the displacement by their springs alone.
-        spring = (pieces.contact_stiffness[:, None] * pieces.directions)[~self.slipped]
+        # The forces of stuck contacts follow the displacement through their springs alone.
+        spring = (linear.contact_stiffness[:, None] * linear.directions)[~self.slipped]
         matrix[:, :n] += self.jacobian[np.ix_(kept, stuck)] @ spring
         values = np.linalg.eigvals(matrix)
         return values[np.argsort(-np.abs(values))]
 
 
-def march(pieces: LinearMotion, state: FloatArray, length: float, derivative: bool = True) -> March:
+def march(linear: LinearMotion, state: FloatArray, length: float, derivative: bool = True) -> March:
     """March from ``tau = 0`` to ``length`` [rad].
 
     ``state`` (2 n_dof + n_active,) is displacement, its derivative by ``tau`` [m] and the friction
     forces [N], which are put between their limits. Raises ArithmeticError for a motion that is not
     finite, or where events follow each other without end.
     """
-    n, limit, stiffness = pieces.n_dof, pieces.limit, pieces.contact_stiffness
+    n, limit, stiffness = linear.n_dof, linear.limit, linear.contact_stiffness
     x, slope = state[:n].copy(), state[n : 2 * n].copy()
     friction = np.clip(state[2 * n :], -limit, limit)
-    outward = pieces.directions @ slope
+    outward = linear.directions @ slope
     slip = np.where((np.abs(friction) >= limit) & (friction * outward > 0), np.sign(outward), 0.0)
     variation = np.eye(len(state)) if derivative else None
     if variation is not None:
         variation[2 * n :][slip != 0] = 0.0
-    turned = np.zeros(len(limit))
+    ended_slip = np.zeros(len(limit))
     slipped = slip != 0
     tau, cells, events = 0.0, [], []
     while tau < length:
         stick = slip == 0
-        piece = pieces.piece(stick)
-        powers = pieces.expand(piece, tau, x, slope, friction)
+        flow = linear.flow(stick)
+        powers = linear.expand(flow, tau, x, slope, friction)
         if not np.all(np.isfinite(powers)):
             raise ArithmeticError("the motion is not finite")
-        share = min(1.0, (length - tau) / piece.width)
+        share = min(1.0, (length - tau) / flow.width)
         powers *= share ** _POWER[:, None]
-        at, now = _first_event(pieces, powers, friction, slip, turned)
-        width = share * at * piece.width
+        at, changing = _first_event(linear, powers, friction, slip, ended_slip)
+        width = share * at * flow.width
         if width > _SHORTEST:
             powers = powers * at ** _POWER[:, None]
             cells.append((tau, width, powers, friction.copy(), slip.copy()))
             if variation is not None:
-                variation = _carry(pieces, piece.transition(share * at), stick, variation)
+                variation = _carry(linear, flow.transition(share * at), stick, variation)
             x = powers.sum(axis=0)
             slope = _POWER @ powers / width
-            travel = pieces.directions @ powers[1:].sum(axis=0)
+            travel = linear.directions @ powers[1:].sum(axis=0)
             friction = friction + np.where(stick, stiffness * travel, 0.0)
             tau = length if at == 1.0 and share < 1.0 else tau + width
             if width > _INSTANT:
-                turned = np.zeros(len(limit))
-        if len(now):
-            begins = now[stick[now]]
-            turned[now] = slip[now]
-            slip[now] = 0.0
+                ended_slip = np.zeros(len(limit))
+        if len(changing):
+            begins = changing[stick[changing]]
+            ended_slip[changing] = slip[changing]
+            slip[changing] = 0.0
             slip[begins] = np.where(friction[begins] > 0, 1.0, -1.0)
             friction[begins] = slip[begins] * limit[begins]
             slipped[begins] = True
             if variation is not None:
                 variation[2 * n + begins] = 0.0
-            here = np.concatenate([x, slope, friction])
-            events += [(tau, j, slip[j], here) for j in now]
+            snapshot = np.concatenate([x, slope, friction])
+            events += [(tau, j, slip[j], snapshot) for j in changing]
             if len(events) > _EVENTS_PER_CONTACT * len(limit):
                 raise ArithmeticError("the contacts change their states without end")
     starts, widths, motions, forces, states = zip(*cells, strict=True)
@@ -226,60 +226,60 @@ def march(pieces: LinearMotion, state: FloatArray, length: float, derivative: bo
 
 
 def _carry(
-    pieces: LinearMotion, transition: FloatArray, stick: np.ndarray, variation: FloatArray
+    linear: LinearMotion, transition: FloatArray, stick: np.ndarray, variation: FloatArray
 ) -> FloatArray:
-    """Derivative by the start carried over a cell."""
-    n = pieces.n_dof
+    """Derivative by the initial state after one more cell."""
+    n = linear.n_dof
     friction = variation[2 * n :].copy()
-    moved = transition @ np.concatenate([variation[: 2 * n], -pieces.push @ friction])
-    travel = pieces.directions[stick] @ (moved[:n] - variation[:n])
-    friction[stick] += pieces.contact_stiffness[stick, None] * travel
+    moved = transition @ np.concatenate([variation[: 2 * n], -linear.push @ friction])
+    travel = linear.directions[stick] @ (moved[:n] - variation[:n])
+    friction[stick] += linear.contact_stiffness[stick, None] * travel
     return np.concatenate([moved, friction])
 
 
 def _first_event(
-    pieces: LinearMotion,
+    linear: LinearMotion,
     powers: FloatArray,
     friction: FloatArray,
     slip: FloatArray,
-    turned: FloatArray,
+    ended_slip: FloatArray,
 ) -> tuple[float, np.ndarray]:
     """Share of the cell at the first event, 1 without one, and the contacts that have it."""
     count = len(slip)
-    motion = powers @ pieces.directions.T
+    motion = powers @ linear.directions.T
     # Distances to the upper and the lower limit, or the velocity along the slip: all positive.
-    room = np.zeros((DEGREE + 1, 2, count))
-    force = pieces.contact_stiffness * motion
+    margin = np.zeros((DEGREE + 1, 2, count))
+    force = linear.contact_stiffness * motion
     force[0] = friction
-    room[:, 0], room[:, 1] = -force, force
-    room[0] += pieces.limit
+    margin[:, 0], margin[:, 1] = -force, force
+    margin[0] += linear.limit
     slides = slip != 0
-    room[:-1, 0, slides] = (_POWER[1:, None] * motion[1:])[:, slides] * slip[slides]
-    room[-1, 0, slides] = 0.0
-    room[:, 1, slides] = 0.0
-    # A contact that sticks since this instant is on its limit, with no velocity: a double zero.
-    for j in np.flatnonzero((turned != 0) & ~slides):
-        side = 0 if turned[j] > 0 else 1
-        room[:-2, side, j] = room[2:, side, j]
-        room[-2:, side, j] = 0.0
-    lowest = np.einsum("ik,kc->ic", BERNSTEIN, room.reshape(DEGREE + 1, -1)).min(axis=0)
+    margin[:-1, 0, slides] = (_POWER[1:, None] * motion[1:])[:, slides] * slip[slides]
+    margin[-1, 0, slides] = 0.0
+    margin[:, 1, slides] = 0.0
+    # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
+    for j in np.flatnonzero((ended_slip != 0) & ~slides):
+        side = 0 if ended_slip[j] > 0 else 1
+        margin[:-2, side, j] = margin[2:, side, j]
+        margin[-2:, side, j] = 0.0
+    lowest = np.einsum("ik,kc->ic", BERNSTEIN, margin.reshape(DEGREE + 1, -1)).min(axis=0)
     lowest = lowest.reshape(2, count)
     lowest[1, slides] = 1.0
     first = np.full(count, np.inf)
     for side, j in zip(*np.nonzero(lowest <= 0), strict=True):
-        first[j] = min(first[j], _leaves(room[:, side, j]))
+        first[j] = min(first[j], _first_exit(margin[:, side, j]))
     at = first.min(initial=np.inf)
     if at > 1:
         return 1.0, np.array([], dtype=int)
     return at, np.flatnonzero(first <= at + np.finfo(float).eps)
 
 
-def _leaves(room: FloatArray) -> float:
-    """Where a polynomial that is positive but for round-off becomes negative, infinity if never."""
-    values = BERNSTEIN @ room
+def _first_exit(margin: FloatArray) -> float:
+    """First change of sign of a polynomial that is positive up to round-off, infinity if none."""
+    values = BERNSTEIN @ margin
     values = values[values != 0]
     if not len(values):
         return np.inf
-    if values[0] < 0 and next(crossings(room), (1.0, False))[0] > _OUTSIDE:
+    if values[0] < 0 and next(crossings(margin), (1.0, False))[0] > _OUTSIDE:
         return 0.0
-    return next((place for place, falls in crossings(room) if falls), np.inf)
+    return next((share for share, falls in crossings(margin) if falls), np.inf)

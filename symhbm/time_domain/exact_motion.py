@@ -1,9 +1,9 @@
-"""The exact periodic motion with dry friction: the independent truth for harmonic balance.
+"""The exact periodic motion with dry friction: an independent reference for harmonic balance.
 
 Between events the motion is linear and known to round-off (`symhbm.time_domain.linear_motion`),
 events are located to round-off (`symhbm.time_domain.event_march`), and the periodic one is found by
-Newton's method with the exact derivative of the map over a period, or over half of it where the
-force is antiperiodic.
+Newton's method with the exact derivative of the period map, or of the map over half a period where
+the force is antiperiodic.
 """
 
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ from symhbm.time_domain.periodic_orbit import (
 )
 
 _UNBOUNDED = 1e9
-"""Inertia over exciting force that double precision cannot balance."""
+"""Ratio of inertia to exciting force beyond the range of double precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class ExactMotion:
     periodicity: float
     iterations: int
     status: Status
-    _pieces: LinearMotion = field(repr=False)
+    _linear: LinearMotion = field(repr=False)
     _cells: Cells = field(repr=False)
 
     @property
@@ -107,8 +107,8 @@ class ExactMotion:
         `symhbm.numerics.check.array`.
         """
         tau = check.array("tau", tau)
-        x, slope, friction = self._cells.evaluate(self._pieces, tau.ravel() % (2 * np.pi))
-        parts = x, self.frequency * slope, _spread(self._pieces, friction)
+        x, slope, friction = self._cells.evaluate(self._linear, tau.ravel() % (2 * np.pi))
+        parts = x, self.frequency * slope, _spread(self._linear, friction)
         dof, _, contact = (part.reshape(*tau.shape, part.shape[1]) for part in parts)
         return dof, parts[1].reshape(dof.shape), contact
 
@@ -119,14 +119,14 @@ class ExactMotion:
         `symhbm.numerics.fourier.FourierBasis`. Raises as `symhbm.numerics.fourier.check_harmonics`.
         """
         basis = FourierBasis(check_harmonics(harmonics))  # type: ignore[arg-type]
-        tau, weight, (x, slope, friction) = self._cells.quadrature(self._pieces, basis.highest)
+        tau, weight, (x, slope, friction) = self._cells.quadrature(self._linear, basis.highest)
         functions = weight[:, None] * basis.values(tau) * basis.norm
         # By parts: no round-off of a large mean, and less of the fundamental in high harmonics.
         rates = weight[:, None] * basis.values(tau, 1) * basis.norm
         displacement = slope.T @ rates / np.maximum(basis.order, 1) ** 2
         still = basis.order == 0
         displacement[:, still] = x.T @ functions[:, still]
-        return displacement, _spread(self._pieces, friction).T @ functions
+        return displacement, _spread(self._linear, friction).T @ functions
 
 
 def exact_motion(
@@ -134,78 +134,79 @@ def exact_motion(
 ) -> ExactMotion:
     """Find the exact periodic motion at an angular ``frequency`` [rad/s].
 
-    ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default, and where it leads
-    nowhere, it comes from the balance of a few harmonics. Friction is that of the model, whatever
-    law the problem computes with. A contact that never slips is centred between its limits.
+    ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default, and where Newton's
+    method fails from it, it comes from the balance of a few harmonics. Friction is that of the
+    model, whatever law the problem computes with. A contact that never slips is centred between its
+    limits.
 
     Raises TypeError or ValueError for bad values, cubic springs, and a mass matrix that is not
     positive definite; ArithmeticError where contacts change their states without end.
     """
     frequency = check.scalar("frequency", frequency, "positive")
-    pieces = LinearMotion(problem, frequency)
-    starts = balanced_starts(problem, pieces)
+    linear = LinearMotion(problem, frequency)
+    starts = balanced_starts(problem, linear)
     if start is not None:
-        given = check.array("start", start)
-        expected = (2 * pieces.n_dof + pieces.n_contacts,)
-        if given.shape != expected:
-            raise ValueError(f"start: expected shape {expected}, got {given.shape}")
-        starts = chain([pieces.of_active(given)], starts)
-    # A step that overshoots all numbers is found by the march, and is one that is too long.
+        start_state = check.array("start", start)
+        expected = (2 * linear.n_dof + linear.n_contacts,)
+        if start_state.shape != expected:
+            raise ValueError(f"start: expected shape {expected}, got {start_state.shape}")
+        starts = chain([linear.of_active(start_state)], starts)
+    # The march raises for a step that overflows, and the step is shortened.
     with np.errstate(over="ignore", invalid="ignore"):
-        state, iterations, status = periodic_state(pieces, starts)
-    return describe_motion(pieces, state, iterations, status)
+        state, iterations, status = periodic_state(linear, starts)
+    return describe_motion(linear, state, iterations, status)
 
 
-def _spread(pieces: LinearMotion, friction: FloatArray) -> FloatArray:
-    """Values of the active contacts (n, n_active) among those of all."""
-    result = np.zeros((len(friction), pieces.n_contacts))
-    result[:, pieces.active] = friction
+def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:
+    """Values of all contacts from those of the active ones (n, n_active), zero for the others."""
+    result = np.zeros((len(friction), linear.n_contacts))
+    result[:, linear.active] = friction
     return result
 
 
 def describe_motion(
-    pieces: LinearMotion, state: FloatArray, iterations: int, status: Status
+    linear: LinearMotion, state: FloatArray, iterations: int, status: Status
 ) -> ExactMotion:
     """All results of a motion from its ``state`` (2 n_dof + n_active,) at ``tau = 0``."""
-    n, omega, active = pieces.n_dof, pieces.frequency, pieces.active
-    run = march(pieces, state, 2 * np.pi)
-    cells, scale = run.cells, energy_scale(pieces)
+    n, omega, active = linear.n_dof, linear.frequency, linear.active
+    run = march(linear, state, 2 * np.pi)
+    cells, scale = run.cells, energy_scale(linear)
     size = np.linalg.norm(scale * state)
     distance = np.linalg.norm(scale * (run.end - state))
     periodicity = float(distance / size) if size else float(distance)
     amplitude = np.max(np.abs(extremes(cells.displacement)), axis=0)
-    force = pieces.largest_force
-    if np.abs(pieces.mass @ amplitude).max() * omega**2 > _UNBOUNDED * force > 0:
+    force = linear.largest_force
+    if np.abs(linear.mass @ amplitude).max() * omega**2 > _UNBOUNDED * force > 0:
         status = Status.SYSTEM_SINGULAR
     elif status == Status.SUCCESS and periodicity > 2 * PERIODIC_TOLERANCE:
         status = Status.NO_MOTION
-    relative = cells.displacement @ pieces.all_directions.T
+    relative = cells.displacement @ linear.all_directions.T
     travel = relative[:, 1:, active].sum(axis=1)
-    loss, slip = np.zeros(pieces.n_contacts), np.where(pieces.sprung, 1.0, 0.0)
+    loss, slip = np.zeros(linear.n_contacts), np.where(linear.sprung, 1.0, 0.0)
     loss[active] = np.where(cells.slip != 0, cells.friction * travel, 0.0).sum(axis=0)
     slip[active] = cells.width @ (cells.slip != 0) / (2 * np.pi)
-    work, damping_loss = cells.work(pieces)
+    work, damping_loss = cells.work(linear)
     x, slope, friction = np.split(run.event_state, [n, 2 * n], axis=1)
     return ExactMotion(
         frequency=omega,
-        state=np.concatenate([state[: 2 * n], _spread(pieces, state[None, 2 * n :])[0]]),
+        state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :])[0]]),
         event_angle=run.event_angle,
         event_contact=active[run.event_contact],
         event_kind=np.where(run.event_slip != 0, "slip", "stick"),
         event_displacement=x,
         event_velocity=omega * slope,
-        event_friction=_spread(pieces, friction),
+        event_friction=_spread(linear, friction),
         amplitude=amplitude,
-        multipliers=run.multipliers(pieces),
+        multipliers=run.multipliers(linear),
         neutral_contacts=active[~run.slipped],
         work=work,
         friction_loss=loss,
         damping_loss=damping_loss,
         stick_fraction=1 - slip,
-        reversals=cells.reversals(pieces),
+        reversals=cells.reversals(linear),
         periodicity=periodicity,
         iterations=iterations,
         status=status,
-        _pieces=pieces,
+        _linear=linear,
         _cells=cells,
     )

@@ -1,10 +1,10 @@
-"""Floquet multipliers of a response: the monodromy along it, from event to event of its contacts.
+"""Floquet multipliers of a response: its monodromy matrix, from event to event of its contacts.
 
-Along a known motion the angles are known where its contacts begin to stick and to slip, and so is
-the stiffness ``3 gamma y^2`` of its cubic springs. Acceleration is continuous at all events: of a
-small motion beside the known one nothing jumps but the friction force of a contact that begins to
-slip, which becomes a constant. Between events the power series of the small motion is summed to
-round-off, so that the only error is that of the known motion.
+A given motion determines the angles at which its contacts begin to stick and to slip, and the
+stiffness ``3 gamma y^2`` of its cubic springs. Acceleration is continuous at all events: of a small
+perturbation nothing jumps but the friction force of a contact that begins to slip, which becomes
+constant. Between events the power series of the perturbation is summed to round-off, so that the
+only error is that of the given motion.
 """
 
 import math
@@ -18,13 +18,13 @@ from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray
 
 _DIGITS = 37.0
-"""Of a series, as a natural logarithm."""
+"""Digits of a series, as a natural logarithm."""
 _GROWTH = 12.0
-"""Logarithm of the growth of a motion over the disk around a cell, whose radius is three cells."""
+"""Logarithm of the growth over the disk around a cell, whose radius is three cells."""
 _MOST_WORK = 3e8
 """Cells times the cube of the size of the state: a second."""
 _LEAST_CUBE = 3e4
-"""What a small state costs all the same."""
+"""Work of a cell that does not depend on the size of the state."""
 
 
 def multipliers(
@@ -47,10 +47,10 @@ def multipliers(
         problem.basis, relative[active], model.contact_stiffness[active], limit[active]
     )
     slipping, contact = np.unique(active[contact], return_inverse=True)
-    motion = _SmallMotion(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
+    motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
     repeats = _repeats(problem.harmonics)
-    edge, stick = _stretches(contact, begin, end, len(slipping), 2 * np.pi / repeats)
+    edge, stick = _intervals(contact, begin, end, len(slipping), 2 * np.pi / repeats)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
     variation = np.eye(size)
@@ -61,15 +61,15 @@ def multipliers(
 
 
 def _repeats(harmonics: tuple[int, ...]) -> int:
-    """How often a period repeats the equations of small motions, which are blind to a sign."""
+    """Number of periods of the perturbation equations, which do not see a sign, in one period."""
     common = math.gcd(*harmonics)
     return common * (2 if all(n // common % 2 for n in harmonics) else 1)
 
 
-def _stretches(
+def _intervals(
     contact: np.ndarray, begin: FloatArray, end: FloatArray, n_contacts: int, length: float
 ) -> tuple[FloatArray, np.ndarray]:
-    """Ends (n + 1,) of the stretches between events [rad], and who sticks there (n, n_contacts)."""
+    """Ends (n + 1,) of intervals between events [rad], and what sticks there (n, n_contacts)."""
     event = np.concatenate([begin, end]) % (2 * np.pi)
     edge = np.unique(np.concatenate([[0.0, length], event[event < length]]))
     middle = (edge[1:] + edge[:-1]) / 2
@@ -77,10 +77,10 @@ def _stretches(
     return edge, inside @ (contact[:, None] == np.arange(n_contacts))
 
 
-class _SmallMotion:
-    """Linear equations, by the angle, of a small motion beside a known one.
+class _Perturbation:
+    """Linear equations, by the angle, of a small perturbation of a given motion.
 
-    ``relative`` (n_contacts, n_components) is the known motion [m]; contacts ``stuck`` are springs,
+    ``relative`` (n_contacts, n_components) is the given motion [m]; contacts ``stuck`` are springs,
     those ``slipping`` stick at times. A series converges as on a disk of complex angles: by
     Cauchy's estimate its terms fall by the radius of the disk over the length of the cell, from the
     growth of the motion in the disk.
@@ -134,7 +134,7 @@ class _SmallMotion:
     def carry(
         self, variation: FloatArray, left: float, right: float, stick: np.ndarray
     ) -> FloatArray:
-        """Carry the variation (2 n_dof + n_slipping, n) over a stretch without an event."""
+        """The variation (2 n_dof + n_slipping, n) after an interval without an event."""
         n_cells = math.ceil((right - left) / self.longest_cell)
         width = (right - left) / n_cells
         for i in range(n_cells):
@@ -144,7 +144,7 @@ class _SmallMotion:
     def _cell(
         self, variation: FloatArray, start: float, width: float, stick: np.ndarray
     ) -> FloatArray:
-        """Carry it over a cell; a contact that slips has no variation of its force."""
+        """The variation after a cell; a contact that slips has no variation of its force."""
         n, spring, push = self.n_dof, self.spring[stick], self.push[:, stick]
         series = self._series_start(variation, width)
         count, columns = len(series), variation.shape[1]
@@ -169,7 +169,7 @@ class _SmallMotion:
         return result
 
     def _series_start(self, variation: FloatArray, width: float) -> FloatArray:
-        """Room for all derivatives that count, (n_terms, n_dof, n), the first two filled in."""
+        """Array for all derivatives of the series, (n_terms, n_dof, n), the first two filled in."""
         wide = self.radius > width
         needed = (self.growth[wide] + _DIGITS) / np.log(self.radius[wide] / width)
         series = np.empty((2 + math.ceil(needed.min()), self.n_dof, variation.shape[1]))

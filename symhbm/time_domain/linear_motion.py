@@ -1,11 +1,11 @@
-"""Linear motion between two events of the contacts, and the zeros of its polynomials, proven.
+"""Linear motion between two events of the contacts, and all zeros of its polynomials.
 
 While no contact changes its state the motion is linear: ``M x'' + C x' + K x`` with the springs of
 the sticking contacts, under harmonic and constant forces. Its exponential series is summed to
-round-off on cells short enough for it, which needs neither distinct eigenvalues nor a dynamic
-stiffness that can be inverted: critical damping, bodies without springs and resonances are no
-exceptions. In the Bernstein basis of a cell the signs of the coefficients bound the number of
-zeros (variation diminishing), so none is missed however close the next one is.
+round-off on short cells, which requires neither distinct eigenvalues nor a regular dynamic
+stiffness: critical damping, bodies without springs and resonances are no exceptions. In the
+Bernstein basis of a cell the signs of the coefficients bound the number of zeros (variation
+diminishing): none is missed, however close the next one is.
 """
 
 from collections.abc import Iterator
@@ -20,13 +20,13 @@ from symhbm.model import positive_definite
 from symhbm.numerics import FloatArray
 
 DEGREE = 24
-"""Of the polynomials of a cell."""
+"""Degree of the polynomials of a cell."""
 _REACH = 2.0
 """Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
 _CLOSEST = 2.0**-46
-"""Share of a cell at which a cluster of zeros is no longer halved."""
+"""Share of a cell below which an interval with several zeros is not halved."""
 _KEPT_NUMBERS = 3e7
-"""Numbers in all the series that are kept for the next march."""
+"""Most numbers in the series that are kept for the next march."""
 
 _ROW = range(DEGREE + 1)
 BERNSTEIN = np.array([[comb(i, k) / comb(DEGREE, k) for k in _ROW] for i in _ROW])
@@ -103,7 +103,7 @@ class LinearMotion:
         viscous = np.linalg.solve(factor, self.damping) / frequency
         viscous = np.linalg.solve(factor, viscous.T)
         self._viscous_norm = np.linalg.norm(viscous, 2)
-        self._pieces: dict[bytes, LinearFlow] = {}
+        self._flows: dict[bytes, LinearFlow] = {}
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
@@ -124,25 +124,25 @@ class LinearMotion:
         """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
         return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
 
-    def piece(self, stick: np.ndarray) -> LinearFlow:
+    def flow(self, stick: np.ndarray) -> LinearFlow:
         """Series with the contacts ``stick`` (n_active,) sticking."""
         key = stick.tobytes()
-        if key not in self._pieces:
-            piece = self._build(stick)
-            if len(self._pieces) * piece.series.size > _KEPT_NUMBERS:
-                self._pieces.clear()
-            self._pieces[key] = piece
-        return self._pieces[key]
+        if key not in self._flows:
+            flow = self._build(stick)
+            if len(self._flows) * flow.series.size > _KEPT_NUMBERS:
+                self._flows.clear()
+            self._flows[key] = flow
+        return self._flows[key]
 
     def _build(self, stick: np.ndarray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        held = self.directions[stick] * self.contact_stiffness[stick, None]
-        whole = self.stiffness + self.directions[stick].T @ held
+        springs = self.directions[stick] * self.contact_stiffness[stick, None]
+        whole = self.stiffness + self.directions[stick].T @ springs
         norm = np.linalg.solve(self._factor, whole)
         norm = np.linalg.solve(self._factor, norm.T)
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
-        elastic = (self._elastic + self.push[:, stick] @ held) * width**2
+        elastic = (self._elastic + self.push[:, stick] @ springs) * width**2
         viscous = self._viscous * width
         series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
         series[0, :, :n] = np.eye(n)
@@ -164,7 +164,7 @@ class LinearMotion:
         return LinearFlow(width, series, _transition(series, width, 1.0))
 
     def expand(
-        self, piece: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
     ) -> FloatArray:
         """Powers of the share of a cell that starts at ``tau``, (DEGREE + 1, n_dof) [m].
 
@@ -173,7 +173,7 @@ class LinearMotion:
         """
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
         constant = self._static[:, 0] - self.push @ friction
-        return piece.series @ np.concatenate([x, slope, constant, *waves])
+        return flow.series @ np.concatenate([x, slope, constant, *waves])
 
 
 def _transition(series: FloatArray, width: float, share: float) -> FloatArray:
@@ -224,8 +224,8 @@ def extremes(powers: FloatArray) -> tuple[FloatArray, FloatArray]:
     slopes = np.zeros_like(powers)
     slopes[:, :-1] = np.arange(1, DEGREE + 1)[:, None] * powers[:, 1:]
     for cell, function in zip(*np.nonzero(alternates(np.moveaxis(slopes, 1, 2))), strict=True):
-        for place, _ in crossings(slopes[cell, :, function]):
-            value = np.polynomial.polynomial.polyval(place, powers[cell, :, function])
+        for share, _ in crossings(slopes[cell, :, function]):
+            value = np.polynomial.polynomial.polyval(share, powers[cell, :, function])
             high[function] = max(high[function], value)
             low[function] = min(low[function], value)
     return high, low

@@ -1,4 +1,4 @@
-"""The periodic motion in time by the method that the contacts ask for."""
+"""The periodic motion in time: event-driven for friction alone, by shooting with cubic springs."""
 
 from functools import partial
 
@@ -27,11 +27,13 @@ def exact_motion_of(
         balance = problem.located()
         near = balance, solve_point(balance, frequency).unknowns
     motion = shoot(*near, frequency)
-    return motion if motion.converged else shoot(*_closer(*near, frequency), frequency)
+    return motion if motion.converged else shoot(*_with_more_harmonics(*near, frequency), frequency)
 
 
-def _closer(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Balanced:
-    """The response with more harmonics."""
+def _with_more_harmonics(
+    balance: HarmonicBalance, unknowns: FloatArray, frequency: float
+) -> Balanced:
+    """The solution of the balance with more harmonics."""
     larger = HarmonicBalance(balance.model, balance.excitation, larger_set(balance.harmonics))
     coefficient = by_harmonic(balance.basis, balance.coefficients(unknowns))
     start = unknowns_of(larger.basis, balance.harmonics, coefficient)

@@ -1,4 +1,4 @@
-"""The periodic motion among all motions: Newton's method on the map over a period or half a one."""
+"""Periodic states: Newton's method on the map over a period, or over half a period."""
 
 import contextlib
 from collections.abc import Iterator
@@ -17,27 +17,27 @@ PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
 _ITERATIONS = 60
 _SHARES = 0.5 ** np.arange(4)
-"""Of a step of Newton's method: shorter ones end at a corner, another start is cheaper by then."""
+"""Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10
-"""Marched where no step of Newton's method leads on: every one comes closer to the response."""
+"""Periods that are marched where Newton's method fails: each approaches the response."""
 _SMALLEST = 1e-12
-"""Singular values below this share of the largest one are those of motions that are free."""
+"""Share of the largest singular value below which a motion is a rigid-body motion."""
 
 
-def balanced_starts(problem: HarmonicBalance, pieces: LinearMotion) -> Iterator[FloatArray]:
+def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[FloatArray]:
     """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
 
     Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
-    without slip for the exact one; the path on which the force grows goes through that corner.
+    without slip for the exact one; the path along a growing force passes that corner.
     """
     for highest, solve in ((7, _from_stuck), (1, solve_point)):
-        harmonics = range(1, highest + 1, 2) if pieces.antiperiodic else range(highest)
-        harmonics = {1, *harmonics, *pieces.orders.tolist()}
+        harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest)
+        harmonics = {1, *harmonics, *linear.orders.tolist()}
         balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
         unknowns = np.zeros(balance.n_unknowns)
         with contextlib.suppress(ArithmeticError):
-            unknowns = solve(balance, pieces.frequency).unknowns
-        yield pieces.of_active(state_of(balance, unknowns))
+            unknowns = solve(balance, linear.frequency).unknowns
+        yield linear.of_active(state_of(balance, unknowns))
 
 
 def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
@@ -57,11 +57,11 @@ def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 
 
-def energy_scale(pieces: LinearMotion) -> FloatArray:
+def energy_scale(linear: LinearMotion) -> FloatArray:
     """Roots of the energies of unit states (2 n_dof + n_active,)."""
-    inertia = pieces.frequency**2 * np.diag(pieces.mass)
-    elastic = np.diag(pieces.stiffness)
-    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / pieces.contact_stiffness]))
+    inertia = linear.frequency**2 * np.diag(linear.mass)
+    elastic = np.diag(linear.stiffness)
+    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / linear.contact_stiffness]))
 
 
 @dataclass(frozen=True)
@@ -73,24 +73,25 @@ class _Trial:
 
 
 def periodic_state(
-    pieces: LinearMotion, starts: Iterator[FloatArray]
+    linear: LinearMotion, starts: Iterator[FloatArray]
 ) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended.
 
-    ``starts`` (2 n_dof + n_active,) are states; each is for where the one before leads nowhere.
+    ``starts`` (2 n_dof + n_active,) are states; each is used where Newton's method fails from the
+    one before.
     """
-    if not pieces.largest_force:
-        return np.zeros(2 * pieces.n_dof + len(pieces.active)), 0, Status.SUCCESS
-    length, sign = (np.pi, -1.0) if pieces.antiperiodic else (2 * np.pi, 1.0)
-    n, scale = 2 * pieces.n_dof, energy_scale(pieces)
+    if not linear.largest_force:
+        return np.zeros(2 * linear.n_dof + len(linear.active)), 0, Status.SUCCESS
+    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
+    n, scale = 2 * linear.n_dof, energy_scale(linear)
 
     def attempt(state: FloatArray) -> _Trial:
         state = state.copy()
-        state[n:] = np.clip(state[n:], -pieces.limit, pieces.limit)
-        run = march(pieces, state, length)
+        state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
+        run = march(linear, state, length)
         residual = sign * run.end - state
-        if not pieces.antiperiodic:
-            state = _centred(pieces, run, state)
+        if not linear.antiperiodic:
+            state = _centred(linear, run, state)
         return _Trial(state, run, residual, float(np.linalg.norm(scale * residual)))
 
     def begin(state: FloatArray) -> _Trial:
@@ -99,67 +100,67 @@ def periodic_state(
         except ArithmeticError:
             return attempt(np.zeros_like(state))
 
-    now = begin(next(starts))
+    current = begin(next(starts))
     for iteration in range(_ITERATIONS):
-        near = now.norm <= PERIODIC_TOLERANCE * np.linalg.norm(scale * now.state)
-        if now.norm == 0:
-            return now.state, iteration, Status.SUCCESS
-        step = _newton_step(pieces, now, sign, scale)
+        near = current.norm <= PERIODIC_TOLERANCE * np.linalg.norm(scale * current.state)
+        if current.norm == 0:
+            return current.state, iteration, Status.SUCCESS
+        step = _newton_step(linear, current, sign, scale)
         if step is None:
-            return now.state, iteration, Status.SYSTEM_SINGULAR
+            return current.state, iteration, Status.SYSTEM_SINGULAR
         for share in _SHARES[: 1 if near else None]:
             with contextlib.suppress(ArithmeticError):
-                trial = attempt(now.state + share * step)
-                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * now.norm:
-                    now = trial
+                trial = attempt(current.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
+                    current = trial
                     break
         else:
             if near:
-                return now.state, iteration, Status.SUCCESS
+                return current.state, iteration, Status.SUCCESS
             start = next(starts, None)
             if start is not None:
-                now = begin(start)
+                current = begin(start)
                 continue
             for _ in range(_PERIODS):
-                now = attempt(sign * now.run.end)
-    return now.state, _ITERATIONS, Status.NO_MOTION
+                current = attempt(sign * current.run.end)
+    return current.state, _ITERATIONS, Status.NO_MOTION
 
 
 def _newton_step(
-    pieces: LinearMotion, now: _Trial, sign: float, scale: FloatArray
+    linear: LinearMotion, current: _Trial, sign: float, scale: FloatArray
 ) -> FloatArray | None:
-    assert now.run.jacobian is not None
+    assert current.run.jacobian is not None
     unit = np.eye(len(scale))
-    matrix, right = sign * now.run.jacobian - unit, -now.residual
-    floats = not pieces.antiperiodic and np.linalg.matrix_rank(pieces.stiffness) < pieces.n_dof
-    if not pieces.antiperiodic and not floats:
+    matrix, right = sign * current.run.jacobian - unit, -current.residual
+    rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof
+    if not linear.antiperiodic and not rigid:
         # The static force of a contact that never slips is free: no step changes it.
-        free = 2 * pieces.n_dof + np.flatnonzero(~now.run.slipped)
+        free = 2 * linear.n_dof + np.flatnonzero(~current.run.slipped)
         matrix[free], right[free] = unit[free], 0.0
     matrix, right = matrix * (scale[:, None] / scale), scale * right
-    if floats:
-        # The place of a body without springs is free instead: the nearest one.
+    if rigid:
+        # The position of a body without springs is free instead: the step of least norm.
         step = np.linalg.lstsq(matrix, right, rcond=_SMALLEST)[0]
     else:
         step = Factorisation(matrix).solve(right)
     return None if step is None else step / scale
 
 
-def _centred(pieces: LinearMotion, run: March, state: FloatArray) -> FloatArray:
+def _centred(linear: LinearMotion, run: March, state: FloatArray) -> FloatArray:
     """The same motion with the forces of contacts that never slip between their limits.
 
-    Static forces of such contacts move the whole motion, and no other force sees that.
+    Static forces of such contacts shift the whole motion and change no other force.
     """
     stuck = np.flatnonzero(~run.slipped)
-    directions = pieces.directions[stuck]
-    force = pieces.contact_stiffness[stuck] * (run.cells.displacement @ directions.T)
+    directions = linear.directions[stuck]
+    force = linear.contact_stiffness[stuck] * (run.cells.displacement @ directions.T)
     force[:, 0] = run.cells.friction[:, stuck]
     high, low = extremes(force)
     push = -(high + low) / 2 @ directions
-    move = np.linalg.lstsq(pieces.stiffness, -push, rcond=None)[0]
-    if np.abs(pieces.stiffness @ move + push).max() > 1e-9 * np.abs(push).max():
+    move = np.linalg.lstsq(linear.stiffness, -push, rcond=None)[0]
+    if np.abs(linear.stiffness @ move + push).max() > 1e-9 * np.abs(push).max():
         return state
     shift = np.zeros_like(state)
-    shift[: pieces.n_dof] = move
-    shift[2 * pieces.n_dof + stuck] = -(high + low) / 2
+    shift[: linear.n_dof] = move
+    shift[2 * linear.n_dof + stuck] = -(high + low) / 2
     return state + shift

@@ -1,9 +1,9 @@
-"""The periodic motion with cubic springs, by shooting: an integrator, its variation and Newton.
+"""The periodic motion with cubic springs by shooting.
 
-The integrator (DOP853) keeps a tolerance, where motions with friction alone are known to round-off.
-Its steps are polynomials too, so friction beside the springs is marched by
-`symhbm.time_domain.event_march`.
-Motions need not be unique: a response nearby chooses among them.
+Newton's method solves for the periodic state, with the variational equations for its derivative.
+The integrator (DOP853) keeps a tolerance, while motions with friction alone are exact to round-off.
+Its steps are polynomials too: `symhbm.time_domain.event_march` locates the events of friction
+contacts on them. Motions need not be unique: a response nearby selects one.
 """
 
 import contextlib
@@ -22,22 +22,22 @@ from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, e
 from symhbm.time_domain.periodic_orbit import energy_scale, state_of
 
 INTEGRATION_TOLERANCE = 1e-12
-"""Of a step of the integrator, relative to the motion at its end and to the size of all of it."""
+"""Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
 PERIODIC = 1e-9
 """Largest distance of states a period apart over the motion, in the norm of energy."""
 _EVEN = 1e-9
-"""Share of a response below which its even harmonics are none."""
+"""Share of a response below which even harmonics count as zero."""
 _FARTHEST = 100.0
-"""Trials beyond so many times the start are steps that are too long."""
+"""Norm of a trial over that of the start above which the step is too long."""
 _FIRST = 0.3
-"""Share of a cell of the linear motion that is tried as the first step."""
+"""First step of the integrator over a cell of the linear motion."""
 _SHORTEST = 1e-7
-"""Steps below this [rad] follow a motion that grows without bound."""
+"""Step of the integrator [rad] below which the motion grows without bound."""
 _ITERATIONS = 40
 _SMALLEST = 1e-12
-"""Singular values below this share of the largest one are those of motions that are free."""
+"""Share of the largest singular value below which a motion is a rigid-body motion."""
 _SAMPLES = 4096
-"""Angles at which the extremes of a force are looked for: its derivative there is zero."""
+"""Angles among which the extremes of a force are searched: its derivative there is zero."""
 
 # Accelerations along a step, at the nodes of Gauss, become the higher powers of its polynomial:
 # integrated twice they are more accurate than the integrator's own interpolation.
@@ -50,7 +50,7 @@ _RATES = np.arange(DEGREE + 1.0)
 
 @dataclass(frozen=True)
 class _Step(LinearFlow):
-    """A step of the integrator; all but the contacts (n_active,) that ``stick`` is made later."""
+    """A step of the integrator: `IntegratedMotion.expand` fills all but ``stick`` (n_active,)."""
 
     stick: np.ndarray
 
@@ -74,21 +74,21 @@ class IntegratedMotion(LinearMotion):
         self._cube = np.append(1.0, np.full(n_columns - 1, 3.0))
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
-        linear = super().piece(np.ones(len(self.active), dtype=bool))
-        self._width = _FIRST * linear.width
+        flow = super().flow(np.ones(len(self.active), dtype=bool))
+        self._width = _FIRST * flow.width
 
-    def piece(self, stick: np.ndarray) -> LinearFlow:
+    def flow(self, stick: np.ndarray) -> LinearFlow:
         """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
         return _Step(np.nan, np.array([]), np.array([]), stick)
 
     def expand(
-        self, piece: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
     ) -> FloatArray:
         """Make the step; arguments and result as those of `LinearMotion.expand`."""
-        assert isinstance(piece, _Step)
+        assert isinstance(flow, _Step)
         n = self.n_dof
         start = np.column_stack([np.append(x, slope), np.eye(2 * n, 3 * n)])
-        acceleration = self._acceleration(piece.stick, x, friction)
+        acceleration = self._acceleration(flow.stick, x, friction)
 
         def rates(tau: float, state: FloatArray) -> FloatArray:
             values, slopes = state.reshape(2, n, -1)
@@ -116,7 +116,7 @@ class IntegratedMotion(LinearMotion):
         powers[_ORDER + 2] = width**2 * np.tensordot(_TO_POWERS, np.array(bent), 1)
         series = powers[:, :, 1:]
         full = np.concatenate([series.sum(axis=0), np.tensordot(_RATES, series, 1) / width])
-        piece.__dict__.update(width=width, series=series, full=full)
+        flow.__dict__.update(width=width, series=series, full=full)
         return powers[:, :, 0]
 
     def _acceleration(
@@ -124,15 +124,15 @@ class IntegratedMotion(LinearMotion):
     ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
         """Function of angle, values and slopes (n_dof, n_columns) from the start of a step on."""
         n = self.n_dof
-        held = self.push[:, stick] * self.contact_stiffness[stick] @ self.directions[stick]
-        elastic = self._elastic + held
-        constant = self._static[:, 0] - self.push @ friction + held @ x
-        constant = np.column_stack([constant, held, np.zeros((n, n)), np.eye(n)])
+        springs = self.push[:, stick] * self.contact_stiffness[stick] @ self.directions[stick]
+        elastic = self._elastic + springs
+        constant = self._static[:, 0] - self.push @ friction + springs @ x
+        constant = np.column_stack([constant, springs, np.zeros((n, n)), np.eye(n)])
 
         def acceleration(tau: float, values: FloatArray, slopes: FloatArray) -> FloatArray:
             phase = self.orders * tau
-            stretch = self._springs @ values
-            cubes = stretch[:, :1] ** 2 * stretch * self._cube
+            elongation = self._springs @ values
+            cubes = elongation[:, :1] ** 2 * elongation * self._cube
             result = constant - elastic @ values - self._viscous @ slopes
             result -= self._spring_push @ cubes
             result[:, 0] += self._cosine @ np.cos(phase) + self._sine @ np.sin(phase)
@@ -152,19 +152,19 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.coefficients(unknowns))
     size = float(coefficients.sum(axis=1).max()) or 1.0
-    pieces = IntegratedMotion(balance, frequency, size)
+    linear = IntegratedMotion(balance, frequency, size)
     even = coefficients[:, balance.basis.order % 2 == 0]
-    pieces.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
-    start = pieces.of_active(state_of(balance, unknowns))
+    linear.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
+    start = linear.of_active(state_of(balance, unknowns))
     try:
-        state, iterations, status = _periodic_state(pieces, start)
-        motion = describe_motion(pieces, state, iterations, status)
+        state, iterations, status = _periodic_state(linear, start)
+        motion = describe_motion(linear, state, iterations, status)
     except ArithmeticError:
         bounded = LinearMotion(balance.with_parameters(cubic_stiffness=0.0), frequency)
         motion = describe_motion(bounded, np.zeros_like(start), 0, Status.GROWS)
         return replace(motion, periodicity=np.inf)
     if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
-        # What is asked of motions known to round-off is more than the integrator keeps.
+        # The tolerance of motions exact to round-off is below that of the integrator.
         status = Status.SUCCESS if motion.periodicity <= PERIODIC else Status.NO_MOTION
         motion = replace(motion, status=status)
     return motion
@@ -178,45 +178,45 @@ class _Trial:
     norm: float
 
 
-def _periodic_state(pieces: IntegratedMotion, start: FloatArray) -> tuple[FloatArray, int, Status]:
+def _periodic_state(linear: IntegratedMotion, start: FloatArray) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended."""
-    scale = energy_scale(pieces)
+    scale = energy_scale(linear)
     farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
 
     def attempt(state: FloatArray) -> _Trial:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return _shot(pieces, state, scale)
+        return _shot(linear, state, scale)
 
-    now = attempt(start)
+    current = attempt(start)
     for iteration in range(_ITERATIONS):
-        near = now.norm <= PERIODIC * np.linalg.norm(scale * now.state)
-        if now.norm == 0:
-            return now.state, iteration, Status.SUCCESS
-        matrix = now.matrix * (scale[:, None] / scale)
-        step = np.linalg.lstsq(matrix, -scale * now.residual, rcond=_SMALLEST)[0] / scale
+        near = current.norm <= PERIODIC * np.linalg.norm(scale * current.state)
+        if current.norm == 0:
+            return current.state, iteration, Status.SUCCESS
+        matrix = current.matrix * (scale[:, None] / scale)
+        step = np.linalg.lstsq(matrix, -scale * current.residual, rcond=_SMALLEST)[0] / scale
         for share in 0.5 ** np.arange(1 if near else 8):
             with contextlib.suppress(ArithmeticError):
-                trial = attempt(now.state + share * step)
-                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * now.norm:
-                    now = trial
+                trial = attempt(current.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
+                    current = trial
                     break
         else:
-            return now.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
-    return now.state, _ITERATIONS, Status.NO_MOTION
+            return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
+    return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _shot(pieces: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
-    """How far a period, or half of it, leads from the state, and the derivative of that."""
-    length, sign = (np.pi, -1.0) if pieces.antiperiodic else (2 * np.pi, 1.0)
-    n, state = 2 * pieces.n_dof, state.copy()
-    state[n:] = np.clip(state[n:], -pieces.limit, pieces.limit)
-    run = march(pieces, state, length)
+def _shot(linear: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
+    """Residual of periodicity over a period, or half of it, and its derivative."""
+    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
+    n, state = 2 * linear.n_dof, state.copy()
+    state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
+    run = march(linear, state, length)
     assert run.jacobian is not None
     residual, matrix = sign * run.end - state, sign * run.jacobian - np.eye(len(state))
-    if not pieces.antiperiodic:
+    if not linear.antiperiodic:
         for contact in np.flatnonzero(~run.slipped):
-            middle = _middle(pieces, run, state, int(contact))
+            middle = _middle(linear, run, state, int(contact))
             residual[n + contact], matrix[n + contact] = middle
     if not np.all(np.isfinite(matrix)):
         raise ArithmeticError("the derivative of the motion is not finite")
@@ -224,21 +224,21 @@ def _shot(pieces: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Tr
 
 
 def _middle(
-    pieces: IntegratedMotion, run: March, state: FloatArray, contact: int
+    linear: IntegratedMotion, run: March, state: FloatArray, contact: int
 ) -> tuple[float, FloatArray]:
     """Mean of the largest and the smallest force of a contact that sticks, and its derivative.
 
-    No condition of periodicity determines it: the static force of such a contact is free.
+    Periodicity does not determine the static force of such a contact.
     """
-    spring = pieces.contact_stiffness[contact] * pieces.directions[contact]
+    spring = linear.contact_stiffness[contact] * linear.directions[contact]
     force = run.cells.displacement @ spring
     force[:, 0] = run.cells.friction[:, contact]
     high, low = extremes(force[:, :, None])
     tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
-    samples = run.cells.evaluate(pieces, tau)[2][:, contact]
+    samples = run.cells.evaluate(linear, tau)[2][:, contact]
     gradient = np.zeros(len(state))
-    for place in (np.argmax(samples), np.argmin(samples)):
-        part = march(pieces, state, tau[place]).jacobian
-        assert part is not None
-        gradient += part[2 * pieces.n_dof + contact] / 2
+    for extreme in (np.argmax(samples), np.argmin(samples)):
+        jacobian = march(linear, state, tau[extreme]).jacobian
+        assert jacobian is not None
+        gradient += jacobian[2 * linear.n_dof + contact] / 2
     return float((high + low)[0] / 2), gradient

@@ -1,9 +1,9 @@
-"""Stability of responses: by Hill's method with smooth laws, else by the monodromy.
+"""Stability of responses: by Hill's method with smooth laws, else by the monodromy matrix.
 
-A small motion beside a response is ``exp(lambda t)`` times one of its period. Balanced in the
-harmonics of the response it gives ``(J + lambda D + lambda^2 M) p = 0``, whose matrix at
-``lambda = 0`` is the Jacobian of Eq. (9): stability changes at folds, exactly. Where contacts slip
-that holds for slow changes of the motion alone; the monodromy along it knows the others too.
+A small perturbation of a response is ``exp(lambda t)`` times a motion of its period. Its balance in
+the harmonics of the response is ``(J + lambda D + lambda^2 M) p = 0``, whose matrix at
+``lambda = 0`` is the Jacobian of Eq. (9): stability changes exactly at folds. Where contacts slip
+this holds for slow perturbations alone; the monodromy matrix has the others too.
 """
 
 import numpy as np
@@ -16,11 +16,11 @@ from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import multipliers
 
 LARGEST_SIZE = 400
-"""Number of unknowns above which exponents cost more than the path."""
+"""Number of unknowns above which exponents cost more than the branch."""
 NEUTRAL = 1e-9
-"""Growth over the frequency that is none: at a fold, or without damping."""
+"""Growth over the frequency that counts as zero: at a fold, or without damping."""
 _TIE = 0.01
-"""Difference of imaginary parts, over the frequency, that is one of truncation."""
+"""Difference of imaginary parts, over the frequency, that truncation causes."""
 
 
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
@@ -58,10 +58,10 @@ def growth_rate(
 
 
 def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
-    """Whether multipliers and balance see the same folds, which few harmonics keep apart.
+    """Whether multipliers and balance agree on folds, which few harmonics keep apart.
 
-    Each takes one real multiplier through one, and the determinant through zero: at a fold of the
-    balance round-off has its sign.
+    At each fold one real multiplier passes one, and the determinant passes zero: at a fold of the
+    balance its sign is round-off.
     """
     sizes = np.linalg.svd(jacobian, compute_uv=False)
     if sizes[-1] <= NEUTRAL * sizes[0]:
@@ -73,7 +73,8 @@ def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
 def _jacobian(problem: HarmonicBalance, evaluation: Evaluation) -> FloatArray:
     """Dense derivative of Eq. (9) by the unknowns, at given static forces of sticking contacts.
 
-    Eq. (9) centres the undetermined force of a contact that never slips; small motions leave it.
+    Eq. (9) centres the undetermined force of a contact that never slips; perturbations do not
+    change it.
     """
     model, friction, jacobian = problem.model, evaluation.friction, evaluation.jacobian
     matrix = jacobian.toarray() if sp.issparse(jacobian) else np.array(jacobian)
@@ -87,10 +88,10 @@ def _jacobian(problem: HarmonicBalance, evaluation: Evaluation) -> FloatArray:
 
 def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -> float:
     model, basis = problem.model, problem.basis
-    each = np.eye(basis.n_components)
+    identity = np.eye(basis.n_components)
     mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
-    inertia = np.kron(mass, each)
-    first = 2 * frequency * np.kron(mass, basis.derivative_matrix) + np.kron(damping, each)
+    inertia = np.kron(mass, identity)
+    first = 2 * frequency * np.kron(mass, basis.derivative_matrix) + np.kron(damping, identity)
     size = problem.n_unknowns
     # In units of the frequency, so that both halves of the companion matrix are of one size.
     left = np.zeros((2 * size, 2 * size))

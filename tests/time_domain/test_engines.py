@@ -217,12 +217,12 @@ class _Watched(ThreadPoolExecutor):
 
 
 def test_few_sets_wait(monkeypatch):
-    compute, found = ensemble.compute_curve, []
+    compute, results = ensemble.compute_curve, []
 
     def quick(problem, task):
-        if not found:
-            found.append(compute(problem, task))
-        return found[0]
+        if not results:
+            results.append(compute(problem, task))
+        return results[0]
 
     monkeypatch.setattr(ensemble, "compute_curve", quick)
     with _Watched(2) as executor:

@@ -166,7 +166,7 @@ def test_periodic_and_energy_balanced(name):
     lost = motion.friction_loss.sum() + motion.damping_loss
     # Work is a small difference where little is lost: it is measured by the power exchanged.
     x = motion.coefficients(range(1, 4))[0]
-    exchanged = np.pi * np.abs(x).max() * motion._pieces.largest_force
+    exchanged = np.pi * np.abs(x).max() * motion._linear.largest_force
     assert abs(motion.work - lost) < 1e-10 * exchanged
     assert np.all(motion.friction_loss >= -1e-12 * exchanged)
 
@@ -257,7 +257,7 @@ def test_floquet_multipliers(name):
         assert np.all(size <= 1 - 1e-5)
     slipped = np.isin(motion.event_contact[motion.event_kind == "slip"], motion.neutral_contacts)
     assert not slipped.any()
-    active = motion._pieces.active
+    active = motion._linear.active
     assert len(motion.multipliers) + len(motion.neutral_contacts) == (
         2 * problem.model.n_dof + len(active)
     )
@@ -280,17 +280,17 @@ def test_neutral_multipliers_are_ones_of_the_whole_derivative():
 def test_derivative_of_the_march(name):
     """Central differences: 1e-6 of a state, error its square times higher derivatives."""
     problem, motion = solved(name)
-    pieces = LinearMotion(problem, motion.frequency)
+    linear = LinearMotion(problem, motion.frequency)
     n = 2 * problem.model.n_dof
     rng = np.random.default_rng(3)
-    size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), pieces.limit])
+    size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), linear.limit])
     state = motion.state + 0.05 * size * rng.uniform(-1, 1, len(size))
-    state[n:] = np.clip(state[n:], -0.9 * pieces.limit, 0.9 * pieces.limit)
-    run = march(pieces, state, np.pi)
+    state[n:] = np.clip(state[n:], -0.9 * linear.limit, 0.9 * linear.limit)
+    run = march(linear, state, np.pi)
     assert len(run.event_angle)
     for _ in range(5):
         step = 1e-6 * size * rng.uniform(-1, 1, len(size))
-        ends = [march(pieces, state + s * step, np.pi, derivative=False).end for s in (1, -1)]
+        ends = [march(linear, state + s * step, np.pi, derivative=False).end for s in (1, -1)]
         np.testing.assert_allclose(
             (ends[0] - ends[1]) / 2 / size, run.jacobian @ step / size, rtol=0, atol=1e-10
         )
@@ -299,7 +299,7 @@ def test_derivative_of_the_march(name):
 def test_against_a_general_integrator():
     """One period of a smooth stretch, tolerance 1e-12: contacts that slip but do not turn."""
     problem, motion = solved("gyroscopic")
-    model, pieces = problem.model, motion._pieces
+    model, linear = problem.model, motion._linear
     n = model.n_dof
     angles = np.sort(np.concatenate([[0.0], motion.event_angle, [TURN]]))
     widest = np.argmax(np.diff(angles))
@@ -314,8 +314,8 @@ def test_against_a_general_integrator():
     def rates(tau, state):
         x, slope, friction = np.split(state, [n, 2 * n])
         push = force @ basis.values(tau) - directions.T @ friction
-        push -= pieces.stiffness @ x + motion.frequency * pieces.damping @ slope
-        bend = np.linalg.solve(pieces.mass, push) / motion.frequency**2
+        push -= linear.stiffness @ x + motion.frequency * linear.damping @ slope
+        bend = np.linalg.solve(linear.mass, push) / motion.frequency**2
         return np.concatenate([slope, bend, stick * (directions @ slope)])
 
     x, velocity, friction = motion.at(left)
@@ -394,10 +394,10 @@ def test_ring_is_unique_from_random_starts(hertz):
 def test_marching_comes_to_the_same_motion():
     """Without Newton's method: 40 periods shrink the start by 0.44^40 = 5e-15."""
     problem, motion = solved("blade")
-    pieces = LinearMotion(problem, motion.frequency)
+    linear = LinearMotion(problem, motion.frequency)
     state = np.zeros(3)
     for _ in range(40):
-        state = march(pieces, state, TURN, derivative=False).end
+        state = march(linear, state, TURN, derivative=False).end
     np.testing.assert_allclose(state, motion.state, rtol=0, atol=1e-10 * np.abs(motion.state).max())
 
 
@@ -435,8 +435,8 @@ def test_half_period_is_no_restriction():
     problem, motion = solved("blade")
     force = sh.HarmonicForce(cosine={1: [1.0], 2: [1e-13]})
     whole = exact_motion(sh.HarmonicBalance(problem.model, force, (1, 2)), motion.frequency)
-    assert motion._pieces.antiperiodic
-    assert not whole._pieces.antiperiodic
+    assert motion._linear.antiperiodic
+    assert not whole._linear.antiperiodic
     # The even harmonic itself is 1e-13 of the force, next to a static stiffness twice that of it.
     np.testing.assert_allclose(whole.state, motion.state, atol=1e-11 * np.abs(motion.state).max())
     np.testing.assert_allclose(whole.multipliers, motion.multipliers, atol=1e-9)

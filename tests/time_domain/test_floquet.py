@@ -34,9 +34,9 @@ def distance(left, right):
 
 def solution(problem, omega, start=None):
     start = linear_response(problem, omega) if start is None else start
-    found = newton(partial(problem.evaluate, frequency=omega), start)
-    assert problem.evaluate(found.unknowns, omega).norm < 1e-10
-    return found.unknowns
+    computed = newton(partial(problem.evaluate, frequency=omega), start)
+    assert problem.evaluate(computed.unknowns, omega).norm < 1e-10
+    return computed.unknowns
 
 
 def ring(order, normal_load, harmonics=ODD):
@@ -106,9 +106,9 @@ def solved(name):
 def test_against_the_exact_motion(name):
     problem, omega, motion = solved(name)
     start = motion.coefficients(problem.harmonics)[0].ravel()
-    found = multipliers(problem, omega, solution(problem, omega, start))
-    assert distance(found, motion.multipliers) < CASES[name][2]
-    assert np.all(np.diff(np.abs(found)) <= 0)
+    computed = multipliers(problem, omega, solution(problem, omega, start))
+    assert distance(computed, motion.multipliers) < CASES[name][2]
+    assert np.all(np.diff(np.abs(computed)) <= 0)
 
 
 @each_case
@@ -127,8 +127,8 @@ def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
         return np.array(contact), np.array(begin), np.array(end)
 
     monkeypatch.setattr(floquet, "stick_intervals", exact_intervals)
-    found = multipliers(problem, omega, np.zeros(problem.n_unknowns))
-    assert distance(found, motion.multipliers) < 1e-11
+    computed = multipliers(problem, omega, np.zeros(problem.n_unknowns))
+    assert distance(computed, motion.multipliers) < 1e-11
 
 
 @settings(max_examples=100, deadline=None)
@@ -204,11 +204,11 @@ def test_against_the_integrated_variation(harmonics):
         return np.concatenate([v, -np.linalg.solve(mass, pull)]).ravel()
 
     run = solve_ivp(rate, (0, TURN / omega), np.eye(8).ravel(), "DOP853", rtol=1e-11, atol=1e-12)
-    found = multipliers(problem, omega, unknowns)
-    assert distance(found, np.linalg.eigvals(run.y[:, -1].reshape(8, 8))) < 1e-9
+    computed = multipliers(problem, omega, unknowns)
+    assert distance(computed, np.linalg.eigvals(run.y[:, -1].reshape(8, 8))) < 1e-9
     # Liouville: the determinant knows the damping alone.
     loss = np.trace(np.linalg.solve(mass, damping)) * TURN / omega
-    assert np.prod(found) == pytest.approx(np.exp(-loss), rel=1e-11)
+    assert np.prod(computed) == pytest.approx(np.exp(-loss), rel=1e-11)
 
 
 def marched(problem, omega, state, slip_limit):
@@ -264,8 +264,8 @@ def test_friction_beside_a_cubic_spring_against_differences(omega):
         ends = [marched(problem, omega, state + sign * step, 0.15) for sign in (1, -1)]
         columns.append((ends[0] - ends[1]) / 2e-6)
     assert np.abs(marched(problem, omega, state, 0.15) - state).max() < 1e-4
-    found = multipliers(problem, omega, unknowns)
-    assert distance(found, np.linalg.eigvals(np.array(columns).T)) < 2e-4
+    computed = multipliers(problem, omega, unknowns)
+    assert distance(computed, np.linalg.eigvals(np.array(columns).T)) < 2e-4
 
 
 @st.composite
@@ -299,22 +299,22 @@ def test_no_friction_motion_lets_a_small_one_grow(case, omega):
     """Any motion at all: friction and damping take energy from small motions beside it."""
     problem, rng = case
     unknowns = rng.normal(size=problem.n_unknowns)
-    found = multipliers(problem, omega, unknowns)
+    computed = multipliers(problem, omega, unknowns)
     n_slipping = np.count_nonzero(problem.locate(unknowns).slip)
-    assert found.shape == (2 * problem.model.n_dof + n_slipping,)
-    assert np.abs(found).max() <= 1 + 1e-9
+    assert computed.shape == (2 * problem.model.n_dof + n_slipping,)
+    assert np.abs(computed).max() <= 1 + 1e-9
 
 
 def test_a_period_may_repeat_its_equations():
     """The same motion among harmonics that hide its symmetries."""
     problem, omega = blade((3, 9), 3), 30.0
     few = np.array([2e-3, 1e-3, 1e-4, -1e-4])
-    found = multipliers(problem, omega, few)
+    computed = multipliers(problem, omega, few)
     for harmonics in [(1, 3, 9), (0, 3, 9), (0, 1, 3, 9)]:
         basis = FourierBasis(harmonics)
         unknowns = np.zeros(basis.n_components)
         unknowns[[basis.component(n, s) for n in (3, 9) for s in (False, True)]] = few
-        assert distance(multipliers(blade(harmonics, 3), omega, unknowns), found) < 1e-12
+        assert distance(multipliers(blade(harmonics, 3), omega, unknowns), computed) < 1e-12
 
 
 def test_sampled_problems_have_the_located_multipliers():
@@ -330,8 +330,8 @@ def test_sampled_problems_have_the_located_multipliers():
 def test_stuck_contacts_are_springs():
     problem, omega = blade((1,)).with_parameters(normal_load=1e6), 100.0
     values = np.exp(np.roots([1, 0.5, 2e4]) * TURN / omega)
-    found = multipliers(problem, omega, solution(problem, omega))
-    assert distance(found, values) < 1e-12
+    computed = multipliers(problem, omega, solution(problem, omega))
+    assert distance(computed, values) < 1e-12
 
 
 def test_contacts_without_spring_or_limit_carry_no_force():

@@ -108,10 +108,10 @@ def test_linear_limit(cubic):
     velocity = np.real(1j * omega * response * np.exp(1j * motion.angle.values))
     np.testing.assert_allclose(motion.velocity.values[:, 0], velocity, rtol=0, atol=1e-11)
     exponent = -0.025 + 1j * np.sqrt(1 - 0.025**2)
-    found = multipliers(motion)
-    found = found[np.argmax(found.imag)]
+    computed = multipliers(motion)
+    computed = computed[np.argmax(computed.imag)]
     expected = np.exp(exponent * TURN / omega)
-    assert min(abs(found - expected), abs(found - expected.conj())) < 1e-11
+    assert min(abs(computed - expected), abs(computed - expected.conj())) < 1e-11
 
 
 @pytest.mark.parametrize("name", ["duffing", "chain without friction"])
@@ -258,8 +258,8 @@ def test_harmonic_balance_with_many_harmonics(name, harmonics, bound):
     np.testing.assert_allclose(motion.amplitude, response.amplitude, rtol=bound)
     size = float(motion.amplitude.max())
     common = [n for n in (0, 1, 2, 3) if n in balance.harmonics]
-    found, expected = (part.coefficient.sel(harmonic=common) for part in (motion, response))
-    np.testing.assert_allclose(found, expected, rtol=0, atol=bound * size)
+    computed, expected = (part.coefficient.sel(harmonic=common) for part in (motion, response))
+    np.testing.assert_allclose(computed, expected, rtol=0, atol=bound * size)
 
 
 def test_contact_that_never_slips_is_centred():
