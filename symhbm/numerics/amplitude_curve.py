@@ -1,6 +1,6 @@
-"""The amplitude between two points of a path, from its values and slopes there alone.
+"""The amplitude between two points of a path, from its values and slopes at them.
 
-It is what pictures draw, and what paths are made dense enough for.
+Pictures draw this interpolation, and points of a path are dense enough for it.
 """
 
 import numpy as np
@@ -10,9 +10,9 @@ from symhbm.numerics.arrays import FloatArray
 from symhbm.numerics.interpolation import cubic
 
 _MONOTONE = 3.0
-"""Slope at an end over the mean one up to which a cubic is monotone."""
+"""Largest slope at an end over the mean slope of a monotone cubic."""
 _LOWEST = 1e-3
-"""Amplitude between two points over that at both, below which it is not told without a point."""
+"""Smallest interpolated amplitude over that at both points: a lower one requires a point."""
 
 
 def amplitude_between(
@@ -21,11 +21,11 @@ def amplitude_between(
     """Amplitude at a ``share`` of the way from one point to the next; all arguments broadcast.
 
     ``slopes`` are the derivatives by the share at both ends, infinite at a fold. The logarithm is
-    cubic: to it a resonance is like its flanks. Between a fall and a rise the square is, like that
-    of a motion that passes close by zero; next to a fold the amplitude goes with the root.
+    cubic, which suits a resonance and its flanks. Between a fall and a rise the square is cubic, as
+    for a motion that passes close to zero; next to a fold the amplitude follows the root.
     """
-    given = (np.asarray(value, dtype=float) for value in (left, right, *slopes, share))
-    start, end, first, last, where = np.broadcast_arrays(*given)
+    values = (np.asarray(value, dtype=float) for value in (left, right, *slopes, share))
+    start, end, first, last, where = np.broadcast_arrays(*values)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         result = _logarithmic(start, end, first, last, where)
         squares = cubic(start**2, end**2, (2 * start * first, 2 * end * last), where)
@@ -44,11 +44,11 @@ def _logarithmic(
     level = np.log(start), np.log(end)
     mean = level[1] - level[0]
     slopes = first / start, last / end
-    held = [
+    limited = [
         np.where(slope * mean > 0, mean * np.minimum(slope / mean, _MONOTONE), slope)
         for slope in slopes
     ]
-    return np.exp(cubic(*level, tuple(held), share))
+    return np.exp(cubic(*level, tuple(limited), share))
 
 
 def _rooted(fold: FloatArray, end: FloatArray, slope: FloatArray, share: FloatArray) -> FloatArray:

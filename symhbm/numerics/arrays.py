@@ -1,4 +1,4 @@
-"""Types of arrays, and the units of angles and frequencies."""
+"""Types of arrays, and the factor from Hz to rad/s."""
 
 from typing import Any
 

@@ -15,7 +15,7 @@ _BOUNDS = {
 
 
 def shown(value: object) -> str:
-    """Short text of an offending value."""
+    """Short text of a bad value."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else text[:77] + "..."
 
@@ -105,7 +105,7 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
 
 
 def told_apart(*values: float) -> list[str]:
-    """Short texts of numbers, with as many digits as it takes to tell different ones apart."""
+    """Short texts of numbers, with enough digits to distinguish different ones."""
     several = [float(value) + 0.0 for value in values]  # no zero has a sign
     texts: list[str] = []
     for digits in range(6, 18):

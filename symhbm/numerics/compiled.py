@@ -1,4 +1,4 @@
-"""CasADi functions called with memory of NumPy, and the matrices of their stored entries."""
+"""CasADi functions on memory of NumPy, and matrices from their stored entries."""
 
 import threading
 from typing import Any
@@ -13,7 +13,7 @@ from symhbm.numerics.linear_algebra import DENSE_LIMIT
 
 
 class Compiled:
-    """A CasADi function that reads and writes memory of NumPy: no conversion at a call.
+    """A CasADi function that reads and writes memory of NumPy, without conversion at a call.
 
     Inputs and outputs are stored entries, column after column, a one-dimensional array each. One
     thread alone may fill ``inputs``, ``run`` and read ``outputs``; calls are safe among threads.
@@ -59,7 +59,7 @@ class Assembly:
 
 
 def sparsity_of(matrix: sp.csc_array) -> ca.Sparsity:
-    """CasADi's form of the stored places of a matrix."""
+    """CasADi's form of the sparsity of a matrix."""
     rows, columns = matrix.shape  # type: ignore
     return ca.Sparsity(
         rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]

@@ -89,7 +89,7 @@ class FourierBasis:
 
     @cached_property
     def divisor(self) -> int:
-        """Motions have so many equal periods in one."""
+        """Greatest common divisor of the harmonics: the number of equal periods in one."""
         return int(np.gcd.reduce(self.harmonics))
 
     @cached_property
@@ -140,7 +140,7 @@ class FourierBasis:
         return waves @ self._rates[:, first : first + 3]
 
     def bounds(self, coefficients: FloatArray) -> FloatArray:
-        """What derivatives 0 to 4 of motions nowhere exceed: ``(n_motions, 5)``."""
+        """Upper bounds of derivatives 0 to 4 of motions: ``(n_motions, 5)``."""
         return np.abs(coefficients) @ self._order_powers
 
     @cached_property
@@ -159,27 +159,27 @@ class FourierBasis:
     def _parts(self) -> FloatArray:
         """Matrix from coefficients to the real and imaginary parts of `phasors`, in turn."""
         matrix = np.zeros((self.n_components, 2 * len(self.harmonics)))
-        place = 2 * np.searchsorted(self.harmonics, self.order) + self.is_sine
-        matrix[np.arange(self.n_components), place] = np.where(self.is_sine, -1.0, 1.0)
+        column = 2 * np.searchsorted(self.harmonics, self.order) + self.is_sine
+        matrix[np.arange(self.n_components), column] = np.where(self.is_sine, -1.0, 1.0)
         return matrix
 
     @cached_property
     def _rates(self) -> FloatArray:
-        """What real and imaginary parts (rows) add to each derivative (columns)."""
+        """Contributions of real and imaginary parts (rows) to each derivative (columns)."""
         rate = self._imaginary[:, None] ** np.arange(5)
         return np.stack([rate.real, -rate.imag], axis=1).reshape(-1, 5)
 
     @cached_property
     def _derivative_rules(self) -> dict[int, tuple[NDArray[np.intp], FloatArray]]:
-        """Per derivative: which part of the turned unit vectors, and times what."""
+        """Per derivative: columns of real and imaginary parts of ``exp(i n tau)``, and factors."""
         rules = {}
-        place = 2 * np.searchsorted(self.harmonics, self.order)
+        column = 2 * np.searchsorted(self.harmonics, self.order)
         for derivative in range(-1, 4):
             quarter = (derivative - self.is_sine) % 4
             sign = np.where((quarter == 1) | (quarter == 2), -1.0, 1.0)
             size = np.maximum(self.order, 1.0) ** derivative
             size[self.order == 0] = derivative == 0
-            rules[derivative] = place + quarter % 2, sign * size
+            rules[derivative] = column + quarter % 2, sign * size
         return rules
 
     @cached_property

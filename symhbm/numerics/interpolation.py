@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from symhbm.numerics.arrays import FloatArray
 
 _CLOSE = 1e-9
-"""Change of a share at which its search ends, which is exact then: it converges quadratically."""
+"""Change of a share at which the search ends: it converges quadratically."""
 _MAX_STEPS = 60
 
 
@@ -45,7 +45,7 @@ def first_zero(left: float, right: float, slopes: tuple[float, float]) -> float:
 
     low, high = 0.0, 1.0
     for turn in _turns(cube, square, slope):
-        # From one of them to the next the cubic rises or falls.
+        # The cubic is monotone between its turning points.
         if low < turn < high:
             low, high = (turn, high) if value(turn) * left > 0 else (low, turn)
     share = (low + high) / 2

@@ -1,4 +1,4 @@
-"""One factorisation for dense and sparse Jacobians, with the sign of the determinant."""
+"""Linear algebra of dense and sparse Jacobians: borders, factors, signs of determinants."""
 
 from math import sqrt
 from typing import Any
@@ -43,7 +43,7 @@ def saddle(hessian: Any, constraints: Any) -> Any:
 
 
 def by_size(matrix: Any) -> Any:
-    """The matrix as it is factorised fastest: full up to a size, sparse above."""
+    """The matrix in the form of the fastest factorisation: full up to a size, sparse above."""
     if matrix.shape[0] > DENSE_LIMIT:
         return sp.csc_array(matrix)
     return full(matrix)
@@ -55,7 +55,7 @@ def full(matrix: Any) -> FloatArray:
 
 
 def length_of(vector: FloatArray) -> float:
-    """Euclidean norm of a vector, without what `numpy.linalg.norm` costs for a short one."""
+    """Euclidean norm of a vector, faster than `numpy.linalg.norm` for a short one."""
     return sqrt(vector.dot(vector))
 
 
@@ -110,12 +110,12 @@ class Factorisation:
 
 
 def _parity(permutation: np.ndarray) -> int:
-    seen = np.zeros(len(permutation), dtype=bool)
+    visited = np.zeros(len(permutation), dtype=bool)
     sign = 1
     for start in range(len(permutation)):
         length, at = 0, start
-        while not seen[at]:
-            seen[at], at, length = True, permutation[at], length + 1
+        while not visited[at]:
+            visited[at], at, length = True, permutation[at], length + 1
         if length and length % 2 == 0:
             sign = -sign
     return sign

@@ -1,4 +1,4 @@
-"""CasADi functions as machine code, where there is a compiler of C."""
+"""Machine code of CasADi functions, where there is a compiler of C."""
 
 import shutil
 from pathlib import Path
@@ -8,7 +8,7 @@ import casadi as ca
 
 _COMPILERS = ("cc", "gcc", "clang")
 _FLAGS = ["-O1", "-ffp-contract=off"]
-"""Every operation rounded by itself, as CasADi's own machine does: results are the same bits."""
+"""Every operation rounded by itself, as in CasADi's virtual machine: the same bits."""
 _MOST_INSTRUCTIONS = 50_000
 """Length of a function that is compiled within seconds."""
 

@@ -1,4 +1,4 @@
-"""Angles where motions, or derivatives of them, cross a level on stretches that are monotone."""
+"""Angles where motions, or their derivatives, cross a level in monotone intervals."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -11,14 +11,14 @@ from symhbm.numerics.fourier import FourierBasis
 
 MACHINE = np.finfo(float).eps
 _STEPS = 6
-"""Free steps before the bracket takes over: one to three do."""
+"""Free steps before the search is bracketed: one to three suffice."""
 
 
 class Motions:
-    """Motions, (n_motions, n_components), with what the search for their events needs.
+    """Motions (n_motions, n_components), with their phasors and bounds.
 
     ``phasors`` (n_motions, n_harmonics) are those of `FourierBasis.phasors`; ``bounds``
-    (n_motions, 5), what the derivatives 0 to 4 nowhere exceed.
+    (n_motions, 5), those of the derivatives 0 to 4.
     """
 
     def __init__(self, basis: FourierBasis, coefficients: FloatArray):
@@ -32,7 +32,7 @@ class Motions:
         return self.basis.phasors(self.coefficients)
 
     def of(self, motions: NDArray[np.intp] | slice) -> "Motions":
-        """Some of them alone."""
+        """The chosen motions alone."""
         return Motions(self.basis, self.coefficients[motions])
 
     def crossings(
@@ -48,8 +48,8 @@ class Motions:
         """Angles [rad] between ``left`` and ``right`` where a derivative crosses a level.
 
         All arrays are of shape ``(n,)``: ``owner`` tells the motion, ``rising`` on which side of
-        the level the left end is. The crossing is unique in its interval: what free steps of
-        third order find there is the one sought, and others are bracketed.
+        the level the left end is. The crossing is unique in its interval: one that
+        free steps of third order reach inside it is correct, all others are bracketed.
         """
         basis, phasors, bounds = self.basis, self.phasors[owner], self.bounds[owner]
         # The next error is that of a parabola: a sixth of the third derivative times step cubed.
@@ -59,7 +59,7 @@ class Motions:
             for _ in range(_STEPS):
                 value, slope, bend = basis.derivatives(phasors, root, derivative).T
                 newton = (level - value) / slope
-                # To the root of the parabola: a tangent next to a turning point leads astray.
+                # To the root of the parabola: next to a turning point a tangent overshoots.
                 step = 2 * newton / (1 + np.sqrt(np.maximum(1 + 2 * newton * bend / slope, 0.0)))
                 root = root + step
                 settled = np.abs(step * step * step / slope) < tolerance
@@ -72,8 +72,8 @@ class Motions:
         phasors, level = phasors[lost], level[lost]
 
         def value_and_slope(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-            found = basis.derivatives(phasors, tau, derivative)
-            return found[:, 0] - level, found[:, 1]
+            derivatives = basis.derivatives(phasors, tau, derivative)
+            return derivatives[:, 0] - level, derivatives[:, 1]
 
         left, right = left[lost], right[lost]
         noise = MACHINE * bounds[lost, derivative]

@@ -1,4 +1,4 @@
-"""Turning points of trigonometric polynomials, all of them, and the largest displacement."""
+"""All turning points of trigonometric polynomials, and the largest displacement."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,15 +13,15 @@ from symhbm.numerics.fourier import FourierBasis
 from symhbm.numerics.roots import Motions
 
 _OFFSET = 0.0137
-"""Where the first cell begins: structured motions have turning points at simple fractions."""
+"""Start of the first cell [rad]: regular motions have turning points at simple fractions."""
 _CELLS = 16
 """First cells per period of the highest harmonic."""
 _DEPTHS = 24, 12, 6
-"""Times a cell is halved: down to 1e-8 rad, or less often where multiple zeros drown in noise."""
+"""Halvings of a cell: down to 1e-8 rad, fewer where round-off hides multiple zeros."""
 _TINY = 1e-300
-"""A slope that is none, with a sign."""
+"""Signed zero slope."""
 _SMALL, _LARGE = 1e-100, 1e100
-"""Between these sizes products of coefficients neither vanish nor overflow."""
+"""Bounds of coefficients whose products neither vanish nor overflow."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class TurningPoints:
     lowest: NDArray[np.intp]
 
     def of(self, motions: NDArray[np.intp] | slice) -> "TurningPoints":
-        """Those of some motions alone."""
+        """The turning points of the chosen motions."""
         return TurningPoints(
             self.angle[motions],
             self.value[motions],
@@ -53,7 +53,7 @@ class TurningPoints:
 
 
 class Cells(NamedTuple):
-    """Stretches of motions, (n_cells,) each; slope and curvature at both ends, (n_cells, 2)."""
+    """Intervals of motions, (n_cells,) each; slope and curvature at both ends, (n_cells, 2)."""
 
     owner: NDArray[np.intp]
     left: FloatArray
@@ -62,7 +62,7 @@ class Cells(NamedTuple):
     end: FloatArray
 
     def where(self, which: NDArray) -> "Cells":
-        """Some of them alone."""
+        """The chosen cells alone."""
         return Cells(*map(itemgetter(which), self))
 
 
@@ -71,22 +71,22 @@ def turning_points(basis: FourierBasis, coefficients: FloatArray) -> TurningPoin
 
     Cells of the period are halved until a Taylor bound proves that each holds no turning point or
     that ``dy/dtau`` is monotone in it, so close pairs are not missed. Pairs closer than 1e-7 rad
-    are taken as no reversal: between them ``y`` moves by less than 1e-21 of its bound.
+    do not count as reversals: between them ``y`` moves by less than 1e-21 of its bound.
     """
     motions = Motions(basis, np.asarray(coefficients, dtype=float))
     return points_in_cells(motions, turning_cells(motions))
 
 
 def turning_cells(motions: Motions) -> Cells | None:
-    """Stretches that hold one turning point each, all those of a period; of half one that mirrors.
+    """Intervals with one turning point each, all of a period, or of half a period that mirrors.
 
-    None for motions whose turning points are known without, and for those that stand still or are
+    None for motions whose turning points have a closed form, and for those that stand still or are
     so small or large that products lose digits.
     """
     bounds = motions.bounds
     if bounds[:, 1].min(initial=1.0) > _SMALL and bounds.max(initial=1.0) < _LARGE:
         return None if motions.basis.has_one_harmonic else _cells(motions)
-    # Comparisons with what is not a number are false.
+    # Comparisons with NaN are false.
     if not np.all(np.isfinite(motions.coefficients)):
         raise FloatingPointError("the coefficients of a motion are not finite")
     return None
@@ -106,12 +106,12 @@ def points_in_cells(motions: Motions, cells: Cells | None) -> TurningPoints:
     else:
         cells = _cells(scaled)
         owner, root = cells.owner, _zeros(scaled, cells)
-    found = _from_highest(scaled, owner, root)
-    angle = np.zeros((len(coefficients), found.angle.shape[1]))
+    points = _from_highest(scaled, owner, root)
+    angle = np.zeros((len(coefficients), points.angle.shape[1]))
     functions = np.tile(basis.values(0.0), (*angle.shape, 1))
     count, lowest = np.zeros((2, len(coefficients)), dtype=int)
-    angle[moving], functions[moving] = found.angle, found.functions
-    count[moving], lowest[moving] = found.count, found.lowest
+    angle[moving], functions[moving] = points.angle, points.functions
+    count[moving], lowest[moving] = points.count, points.lowest
     value = np.einsum("rkm,rm->rk", functions, coefficients)
     return TurningPoints(angle, value, count, functions, lowest)
 
@@ -136,7 +136,7 @@ def largest_displacement(
 
 
 def _from_highest(motions: Motions, owner: NDArray[np.intp], root: FloatArray) -> TurningPoints:
-    """From the ``root`` angles of a period, or of half one that mirrors, ascending by motion."""
+    """Turning points from ``root`` angles of a period or a mirrored half, ascending by motion."""
     basis, coefficients = motions.basis, motions.coefficients
     functions = basis.values(root)
     value = (functions * coefficients[owner]).sum(axis=1)
@@ -152,14 +152,14 @@ def _from_highest(motions: Motions, owner: NDArray[np.intp], root: FloatArray) -
     else:
         behind, total = 0, count
 
-    place = np.minimum(np.arange(int(total.max(initial=1))), total - 1)
-    source = first + place + behind * (place >= count)
+    position = np.minimum(np.arange(int(total.max(initial=1))), total - 1)
+    source = first + position + behind * (position >= count)
     rows = np.arange(len(count))[:, None]
     start = value[source].argmax(axis=1)[:, None]
-    place += start
-    again = place >= total
-    place -= total * again
-    source = source[rows, place]
+    position += start
+    again = position >= total
+    position -= total * again
+    source = source[rows, position]
     angle, value, functions = root[source] + 2 * np.pi * again, value[source], functions[source]
     lowest = count[:, 0] if basis.mirrors else value.argmin(axis=1)
     return TurningPoints(angle, value, total[:, 0], functions, lowest)
@@ -200,7 +200,7 @@ def _cells(motions: Motions) -> Cells:
     slope = at_node[..., 0]
     falls = slope < 0
     changes = falls[:, 1:] != falls[:, :-1]
-    # Between two slopes of one sign beyond this there is no other sign.
+    # Between two slopes of one sign beyond this bound the slope does not change its sign.
     low = np.abs(slope) <= motions.bounds[:, 3:4] * (width**2 / 8)
     owner, cell = np.nonzero(changes | low[:, 1:] | low[:, :-1])
     begin, end = at_node[owner, cell], at_node[owner, cell + 1]
@@ -213,8 +213,8 @@ def _cells(motions: Motions) -> Cells:
 
 
 def _resolved(motions: Motions, cells: Cells, doubtful: Cells) -> Cells:
-    """Cells with those that doubtful ones contain."""
-    found = [cells]
+    """Cells, with those that doubtful cells contain."""
+    resolved = [cells]
     most = motions.basis.highest * (1 if motions.basis.mirrors else 2)
     for depth in _DEPTHS:
         if not len(doubtful.owner):
@@ -223,17 +223,17 @@ def _resolved(motions: Motions, cells: Cells, doubtful: Cells) -> Cells:
         owner = np.concatenate([cells.owner, halved.owner])
         # No motion turns more often than its highest harmonic.
         crowded = np.bincount(owner, minlength=len(motions.coefficients)) > most
-        found.append(halved.where(~crowded[halved.owner]))
+        resolved.append(halved.where(~crowded[halved.owner]))
         doubtful = doubtful.where(crowded[doubtful.owner])
     if len(doubtful.owner):
         raise ArithmeticError("the turning points of a motion cannot be told apart")
-    cells = _merged(found)
+    cells = _merged(resolved)
     return cells.where(np.lexsort((cells.left, cells.owner)))
 
 
 def _halved(motions: Motions, cells: Cells, depth: int) -> Cells:
-    """Cells in which the slope is monotone and changes sign, all those in doubtful ones."""
-    found = []
+    """All cells within doubtful ones in which the slope is monotone and changes its sign."""
+    resolved = []
     for rest in reversed(range(depth)):
         owner, left, width, begin, end = cells
         width = width / 2
@@ -247,11 +247,11 @@ def _halved(motions: Motions, cells: Cells, depth: int) -> Cells:
         low = np.minimum(np.abs(slope), np.abs(slope_right)) <= bound * cells.width**2 / 8
         doubtful = (changes | low) & (np.abs(bend + bend_right) <= bound * cells.width)
         doubtful &= rest > 0
-        found.append(cells.where(changes & ~doubtful))
+        resolved.append(cells.where(changes & ~doubtful))
         cells = cells.where(doubtful)
         if not len(cells.owner):
             break
-    return _merged(found)
+    return _merged(resolved)
 
 
 def _zeros(motions: Motions, cells: Cells) -> FloatArray:

@@ -21,7 +21,7 @@ _SHARES = 0.5 ** np.arange(4)
 _PERIODS = 10
 """Periods that are marched where Newton's method fails: each approaches the response."""
 _SMALLEST = 1e-12
-"""Share of the largest singular value below which a motion is a rigid-body motion."""
+"""Share of the largest singular value below which a direction is undetermined."""
 
 
 def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[FloatArray]:

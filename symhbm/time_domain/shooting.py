@@ -35,7 +35,7 @@ _SHORTEST = 1e-7
 """Step of the integrator [rad] below which the motion grows without bound."""
 _ITERATIONS = 40
 _SMALLEST = 1e-12
-"""Share of the largest singular value below which a motion is a rigid-body motion."""
+"""Share of the largest singular value below which a direction is undetermined."""
 _SAMPLES = 4096
 """Angles among which the extremes of a force are searched: its derivative there is zero."""
 
@@ -152,13 +152,13 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.coefficients(unknowns))
     size = float(coefficients.sum(axis=1).max()) or 1.0
-    linear = IntegratedMotion(balance, frequency, size)
+    integrator = IntegratedMotion(balance, frequency, size)
     even = coefficients[:, balance.basis.order % 2 == 0]
-    linear.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
-    start = linear.of_active(state_of(balance, unknowns))
+    integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
+    start = integrator.of_active(state_of(balance, unknowns))
     try:
-        state, iterations, status = _periodic_state(linear, start)
-        motion = describe_motion(linear, state, iterations, status)
+        state, iterations, status = _periodic_state(integrator, start)
+        motion = describe_motion(integrator, state, iterations, status)
     except ArithmeticError:
         bounded = LinearMotion(balance.with_parameters(cubic_stiffness=0.0), frequency)
         motion = describe_motion(bounded, np.zeros_like(start), 0, Status.GROWS)
@@ -178,15 +178,17 @@ class _Trial:
     norm: float
 
 
-def _periodic_state(linear: IntegratedMotion, start: FloatArray) -> tuple[FloatArray, int, Status]:
+def _periodic_state(
+    integrator: IntegratedMotion, start: FloatArray
+) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended."""
-    scale = energy_scale(linear)
+    scale = energy_scale(integrator)
     farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
 
     def attempt(state: FloatArray) -> _Trial:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return _shot(linear, state, scale)
+        return _shot(integrator, state, scale)
 
     current = attempt(start)
     for iteration in range(_ITERATIONS):
@@ -206,17 +208,17 @@ def _periodic_state(linear: IntegratedMotion, start: FloatArray) -> tuple[FloatA
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _shot(linear: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
+def _shot(integrator: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
     """Residual of periodicity over a period, or half of it, and its derivative."""
-    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
-    n, state = 2 * linear.n_dof, state.copy()
-    state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
-    run = march(linear, state, length)
+    length, sign = (np.pi, -1.0) if integrator.antiperiodic else (2 * np.pi, 1.0)
+    n, state = 2 * integrator.n_dof, state.copy()
+    state[n:] = np.clip(state[n:], -integrator.limit, integrator.limit)
+    run = march(integrator, state, length)
     assert run.jacobian is not None
     residual, matrix = sign * run.end - state, sign * run.jacobian - np.eye(len(state))
-    if not linear.antiperiodic:
+    if not integrator.antiperiodic:
         for contact in np.flatnonzero(~run.slipped):
-            middle = _middle(linear, run, state, int(contact))
+            middle = _middle(integrator, run, state, int(contact))
             residual[n + contact], matrix[n + contact] = middle
     if not np.all(np.isfinite(matrix)):
         raise ArithmeticError("the derivative of the motion is not finite")
@@ -224,21 +226,21 @@ def _shot(linear: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Tr
 
 
 def _middle(
-    linear: IntegratedMotion, run: March, state: FloatArray, contact: int
+    integrator: IntegratedMotion, run: March, state: FloatArray, contact: int
 ) -> tuple[float, FloatArray]:
     """Mean of the largest and the smallest force of a contact that sticks, and its derivative.
 
     Periodicity does not determine the static force of such a contact.
     """
-    spring = linear.contact_stiffness[contact] * linear.directions[contact]
+    spring = integrator.contact_stiffness[contact] * integrator.directions[contact]
     force = run.cells.displacement @ spring
     force[:, 0] = run.cells.friction[:, contact]
     high, low = extremes(force[:, :, None])
     tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
-    samples = run.cells.evaluate(linear, tau)[2][:, contact]
+    samples = run.cells.evaluate(integrator, tau)[2][:, contact]
     gradient = np.zeros(len(state))
     for extreme in (np.argmax(samples), np.argmin(samples)):
-        jacobian = march(linear, state, tau[extreme]).jacobian
+        jacobian = march(integrator, state, tau[extreme]).jacobian
         assert jacobian is not None
-        gradient += jacobian[2 * linear.n_dof + contact] / 2
+        gradient += jacobian[2 * integrator.n_dof + contact] / 2
     return float((high + low)[0] / 2), gradient
