@@ -1,4 +1,4 @@
-"""Condensation of large structures with few contacts to the degrees of freedom of those."""
+"""Condensation of large structures with few contacts to the degrees of freedom of the contacts."""
 
 import warnings
 from collections.abc import Iterable, Sequence
@@ -17,9 +17,9 @@ from symhbm.model.structure import Model
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 _SOUND = 1e-6
-"""Relative error of responses that nobody is warned of: matrices are not known any better."""
+"""Relative error of responses without a warning: matrices are not more exact."""
 _NOTHING = 1e-2
-"""Relative error of responses that are worth nothing."""
+"""Relative error above which responses are useless."""
 
 
 def condense(
@@ -127,10 +127,10 @@ def condense(
     springs = (touched.T * model.contact_stiffness) @ touched
     reduced, certificate = reduce(interior, bands, springs)
     _check_error(certificate, tolerance)
-    seen = CondensedStiffness(
-        reduced.whole, reduced.undamped, interior.at_rest, reduced.held, patterns
+    condensed = CondensedStiffness(
+        reduced.whole, reduced.undamped, interior.at_rest, reduced.fixed_frequencies, patterns
     )
-    return CondensedModel(model, masters, band, basis.harmonics, seen, certificate)
+    return CondensedModel(model, masters, band, basis.harmonics, condensed, certificate)
 
 
 def _check_error(certificate: Certificate, tolerance: float | None) -> None:
@@ -155,7 +155,7 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
 
 
 def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
-    """The degrees of freedom of the contacts, and others, ascending."""
+    """The degrees of freedom of the contacts, and further ``dofs``, ascending."""
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
     kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in dofs}
@@ -170,15 +170,15 @@ def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
 def _patterns(
     model: Model, excitation: Any, basis: FourierBasis, masters: NDArray[np.intp]
 ) -> FloatArray:
-    """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 on what is kept."""
-    several: Sequence[Excitation]
-    several = excitation if isinstance(excitation, (list, tuple)) else [excitation]
-    for one in several:
-        if isinstance(one, type) or not callable(getattr(one, "shape", None)):
-            raise TypeError(f"excitation={check.shown(one)}: expected an excitation or a list")
-    if not several:
+    """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
+    excitations: Sequence[Excitation]
+    excitations = excitation if isinstance(excitation, (list, tuple)) else [excitation]
+    for force in excitations:
+        if isinstance(force, type) or not callable(getattr(force, "shape", None)):
+            raise TypeError(f"excitation={check.shown(force)}: expected an excitation or a list")
+    if not excitations:
         raise ValueError("excitation=[]: expected at least one")
-    shapes = np.hstack([one.shape(model.n_dof, basis) for one in several])
+    shapes = np.hstack([force.shape(model.n_dof, basis) for force in excitations])
     size = np.abs(shapes).max(axis=0)
     shapes = shapes[:, size > 0] / size[size > 0]
     shapes[masters] = 0.0

@@ -1,4 +1,4 @@
-"""A large structure seen from the few degrees of freedom that are kept."""
+"""A large structure condensed to the few degrees of freedom that are kept."""
 
 from functools import cached_property
 from hashlib import sha256
@@ -14,15 +14,15 @@ from symhbm.model.structure import Model
 from symhbm.numerics import RADIANS, FloatArray, check
 
 _INSIDE = 1e-12
-"""Part of a force outside of the patterns known, relative to it, that is round-off."""
+"""Share of a force outside of the known patterns that is round-off."""
 
 
 class CondensedStiffness(NamedTuple):
-    """What the kept degrees of freedom feel of a structure, with ``p = i n omega``.
+    """Dynamic stiffness of a structure at the kept degrees of freedom, with ``p = i n omega``.
 
     ``matrix``, ``[Z, G]`` (n_dof, n_dof + n_patterns): forces by motions, and by force patterns;
     ``undamped``, Z (n_dof, n_dof) without damping; ``static``, ``[Z, G]`` at rest;
-    ``held`` (n,) natural frequencies with all of them held [rad/s]; ``patterns``
+    ``held`` (n,) fixed-interface natural frequencies [rad/s]; ``patterns``
     (n_dof of the structure, n_patterns), orthonormal, 0 where kept.
     """
 
@@ -34,7 +34,7 @@ class CondensedStiffness(NamedTuple):
 
 
 class CondensedModel(Model):
-    """What `condense` makes of a `Model`: its contacts, on the degrees of freedom that are kept.
+    """A `Model` condensed by `condense`: its contacts, on the degrees of freedom that are kept.
 
     Contact parameters stay free, mass, damping and stiffness are those of the structure.
 
@@ -64,19 +64,25 @@ class CondensedModel(Model):
         seen: CondensedStiffness,
         certificate: Certificate,
     ):
-        place = {int(dof): i for i, dof in enumerate(dofs)}
-        own: dict[str, Any] = {name: getattr(structure, name) for name in CONTACT_PARAMETERS}
-        own["contacts"] = tuple(tuple(place[dof] for dof in c) for c in structure.contacts)
-        own |= dict(dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate)
-        own |= dict(seen=seen, lumped=False, _structure=structure)
+        position = {int(dof): i for i, dof in enumerate(dofs)}
+        attributes: dict[str, Any] = {name: getattr(structure, name) for name in CONTACT_PARAMETERS}
+        attributes["contacts"] = tuple(
+            tuple(position[dof] for dof in c) for c in structure.contacts
+        )
+        attributes |= dict(
+            dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
+        )
+        attributes |= dict(seen=seen, lumped=False, _structure=structure)
         nearest = [np.argmin(np.abs(seen.matrix.poles - 1j * natural)) for natural in seen.held]
-        own["held_width"] = np.abs(seen.matrix.poles[np.array(nearest, dtype=int)].real)
+        attributes["held_width"] = np.abs(seen.matrix.poles[np.array(nearest, dtype=int)].real)
         whole = {n: seen.matrix for n in harmonics if n}
-        own["matrices"] = {n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole}
-        own["undamped"] = {
+        attributes["matrices"] = {
+            n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
+        }
+        attributes["undamped"] = {
             n: PoleResidueFunction(seen.undamped, self.band(n, frequency)) for n in whole
         }
-        self.__dict__.update(own)
+        self.__dict__.update(attributes)
 
     seen: CondensedStiffness
     held_width: FloatArray
@@ -86,7 +92,7 @@ class CondensedModel(Model):
 
     @staticmethod
     def band(harmonic: int, frequency: tuple[float, float]) -> tuple[float, float]:
-        """What is verified for one harmonic [rad/s]: iterations may look beyond a band."""
+        """Verified band of one harmonic [rad/s]: iterations may leave the band of the results."""
         low, high = frequency
         return RADIANS * harmonic * 0.95 * low, RADIANS * harmonic * 1.05 * high
 
@@ -110,35 +116,35 @@ class CondensedModel(Model):
 
         Raises KeyError for a name that is no parameter, and as `Model` for bad values.
         """
-        other = object.__new__(CondensedModel)
-        other.__dict__.update(self.__dict__)
+        copy = object.__new__(CondensedModel)
+        copy.__dict__.update(self.__dict__)
         for name, value in values.items():
             check.known(name, self.parameters, "parameter of a condensed model")
-            other.__dict__[name] = self._each(name, value)
-        return other
+            copy.__dict__[name] = self._each(name, value)
+        return copy
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """What tells condensed structures apart, as JSON keeps it."""
+        """Identification of a condensed structure for JSON."""
         model, patterns = self._structure, self.seen.patterns
         parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
-        found = sha256(np.ascontiguousarray(patterns).tobytes())
+        digest = sha256(np.ascontiguousarray(patterns).tobytes())
         for matrix in parts:
             for array in (matrix.indptr, matrix.indices, matrix.data):
-                found.update(np.ascontiguousarray(array).tobytes())
+                digest.update(np.ascontiguousarray(array).tobytes())
         return {
             "n_dof": self.n_whole,
             "dofs": self.dofs.tolist(),
             "frequency": list(self.frequency),
             "harmonics": list(self.harmonics),
             "error": self.certificate.error,
-            "matrices": found.hexdigest(),
+            "matrices": digest.hexdigest(),
         }
 
     def share(self, shape: FloatArray) -> FloatArray:
-        """A force pattern (n_whole, n) as a sum of those known, (n_patterns, n).
+        """Coefficients (n_patterns, n) of force patterns (n_whole, n) by the known patterns.
 
-        ValueError where it acts on other degrees of freedom than those known and those kept.
+        ValueError where a force is no sum of known patterns and forces on kept degrees of freedom.
         """
         inside = shape.copy()
         inside[self.dofs] = 0.0
@@ -154,8 +160,8 @@ class CondensedModel(Model):
     def check_frequencies(self, name: str, values: ArrayLike) -> None:
         """Raise ValueError unless frequencies [Hz] are within the band of the condensation."""
         low, high = self.frequency
-        given = np.asarray(values, dtype=float)
-        if given.min() < low or given.max() > high:
+        frequencies = np.asarray(values, dtype=float)
+        if frequencies.min() < low or frequencies.max() > high:
             raise ValueError(
                 f"{name}={check.shown(values)}: expected frequencies within the band of the "
                 f"condensed structure, {low:g} to {high:g} Hz; condense it for a wider one"
@@ -183,8 +189,8 @@ class CondensedModel(Model):
         self._missing("stiffness_matrix")
 
     def __reduce__(self) -> Any:
-        own = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
-        return CondensedModel, (self.structure, *own)
+        arguments = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
+        return CondensedModel, (self.structure, *arguments)
 
     def __repr__(self) -> str:
         low, high = self.frequency

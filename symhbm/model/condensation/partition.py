@@ -1,7 +1,8 @@
-"""The degrees of freedom of a structure that no contact touches, and what is seen of them.
+"""Partition of a structure into masters and interior, and the dynamic stiffness of the masters.
 
-Masters are kept, all others are the interior. With ``D(s) = K + i s C - s^2 M`` the masters feel
-``Z(s) = D_mm - D_mi D_ii^-1 D_im`` and, for each force on the interior, ``-D_mi D_ii^-1 B``.
+Masters are kept, all other degrees of freedom are the interior. With ``D(s) = K + i s C - s^2 M``
+the condensed stiffness is ``Z(s) = D_mm - D_mi D_ii^-1 D_im`` and, for forces on the interior, the
+condensed force ``-D_mi D_ii^-1 B``.
 """
 
 from collections.abc import Sequence
@@ -16,12 +17,12 @@ from symhbm.model.structure import Model
 from symhbm.numerics import ComplexArray, FloatArray
 
 _COLUMNS = 32
-"""Right-hand sides solved at once: memory stays that of a few vectors."""
+"""Right-hand sides solved at once: little memory."""
 _REFINED = 1e-8
-"""Relative correction of a solution whose successor would be its square, and round-off."""
+"""Relative correction at which refinement ends: the next would be its square, round-off."""
 _REFINEMENTS = 5
 LONG = np.longdouble
-"""What residuals are computed in: stiff elements leave few digits of a soft structure's forces."""
+"""Precision of residuals: stiff elements cancel most digits of the forces of a soft structure."""
 
 
 def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
@@ -56,9 +57,10 @@ def refined(factors: Any, exact: Any, right: Any) -> Any:
 
 
 class Interior:
-    """A structure parted into ``masters`` (n_masters,) and the others, with ``forces`` on those.
+    """A structure parted into ``masters`` (n_masters,) and the interior, with ``forces`` on it.
 
-    ``forces`` (n_interior, n_forces) are force patterns; ``symmetric`` tells that all matrices are.
+    ``forces`` (n_interior, n_forces) are force patterns; ``symmetric`` tells whether all matrices
+    are symmetric.
 
     ValueError where the interior can move without any stiffness.
     """
@@ -75,8 +77,8 @@ class Interior:
         self._outwards = [m[:, others] for m in outer]
         self._masters = [m[:, masters].toarray() for m in outer]
         self.symmetric = all(_symmetric(matrix) for matrix in whole)
-        found, at_rest = self.solve(0.0)
-        static = found[:, : len(masters)]
+        motion, at_rest = self.solve(0.0)
+        static = motion[:, : len(masters)]
         stiffness = self._inside[0]
         rest = np.abs(stiffness @ static + self._inwards[0]).max(initial=0.0)
         terms = abs(stiffness) @ np.abs(static).max(axis=1, initial=0.0)
@@ -89,13 +91,13 @@ class Interior:
         self.at_rest: FloatArray = at_rest.real.astype(float)
 
     def solve(self, s: float) -> tuple[Any, ComplexArray]:
-        """Motion of the interior and what the masters feel at ``s`` [rad/s].
+        """Motion of the interior and condensed stiffness of the masters at ``s`` [rad/s].
 
         Motion (n_interior, n_masters + n_forces), in the precision of residuals, under a unit
         motion of each master and under each unit force; ``[Z, -D_mi D_ii^-1 B]``
         (n_masters, n_masters + n_forces).
         """
-        inside, inwards, outwards, own = (
+        inside, inwards, outwards, kept = (
             dynamic_stiffness([m.astype(LONG) for m in parts], LONG(s))
             for parts in (self._inside, self._inwards, self._outwards, self._masters)
         )
@@ -112,7 +114,7 @@ class Interior:
             motion[:, chosen] = refined(factors, inside, block)
         n = len(self.masters)
         felt = outwards @ motion
-        feel[:, :n], feel[:, n:] = felt[:, :n] + own, -felt[:, n:]
+        feel[:, :n], feel[:, n:] = felt[:, :n] + kept, -felt[:, n:]
         return motion, feel
 
     def _forces_of(self, chosen: slice) -> FloatArray:
@@ -124,7 +126,7 @@ class Interior:
         """Number of masters and forces."""
         return len(self.masters) + self.forces.shape[1]
 
-    def imbalance(
+    def residual(
         self, frequencies: FloatArray, motions: ComplexArray, load: FloatArray
     ) -> FloatArray:
         """Residual of the whole structure's equations, relative to the forces on the interior.
@@ -137,11 +139,11 @@ class Interior:
         push = (self.forces @ load[n:]).astype(complex)[:, None]
         for power, inwards in zip(powers, self._inwards, strict=True):
             push = push - (inwards @ load[:n])[:, None] * power
-        rest = -push
+        residual = -push
         for power, inside in zip(powers, self._inside, strict=True):
-            rest += (inside @ motions) * power
+            residual += (inside @ motions) * power
         size = np.linalg.norm(push, axis=0)
-        return np.linalg.norm(rest, axis=0) / np.where(size > 0, size, 1.0)
+        return np.linalg.norm(residual, axis=0) / np.where(size > 0, size, 1.0)
 
     def projected(self, basis: FloatArray) -> list[FloatArray]:
         """The structure in coordinates of the masters and of a ``basis`` (n_interior, n_basis).
@@ -152,9 +154,9 @@ class Interior:
         static, forces = self.static.astype(float), self.forces
         blocks = []
         parts = zip(self._masters, self._outwards, self._inwards, self._inside, strict=True)
-        for power, (own, outwards, inwards, inside) in enumerate(parts):
+        for power, (kept, outwards, inwards, inside) in enumerate(parts):
             elastic = power == 0
-            # The static motion leaves no elastic force on the interior.
+            # The static motion has no elastic force on the interior.
             push = np.zeros_like(static)
             if not elastic:
                 push = (inwards + _product(inside, self.static)).astype(float)
@@ -162,10 +164,10 @@ class Interior:
             pull = _product(outwards, basis).astype(float) + static.T @ moved
             if elastic and self.symmetric:
                 pull = np.zeros_like(pull)
-            held = (own + _product(outwards, self.static)).astype(float) + static.T @ push
+            condensed = (kept + _product(outwards, self.static)).astype(float) + static.T @ push
             blocks.append(
                 (
-                    np.hstack([held, elastic * (static.T @ forces)]),
+                    np.hstack([condensed, elastic * (static.T @ forces)]),
                     pull,
                     np.hstack([basis.T @ push, elastic * (basis.T @ forces)]),
                     basis.T @ moved,
@@ -175,7 +177,7 @@ class Interior:
 
 
 def _product(matrix: Any, columns: FloatArray) -> Any:
-    """A product in the precision of residuals: of smooth motions stiff elements leave little."""
+    """A product in the precision of residuals: stiff elements cancel in smooth motions."""
     return matrix.astype(LONG) @ columns.astype(LONG)
 
 

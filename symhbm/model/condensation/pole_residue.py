@@ -1,8 +1,8 @@
-"""Functions of the frequency with few poles near a band, as those poles and a polynomial.
+"""Functions of the frequency as a sum over poles near a band and a polynomial.
 
-A structure seen from some of its degrees of freedom has as many poles as it has modes, but only
-those near a band bend its dynamic stiffness there. All others together are a polynomial, to
-round-off, so that a frequency costs a few small products however many modes there are.
+A condensed stiffness has as many poles as the interior has modes; only those near a band vary
+quickly within it. All others together are a polynomial, to round-off: the cost of a frequency does
+not depend on the number of modes.
 """
 
 from typing import NamedTuple
@@ -41,7 +41,7 @@ class PoleSum(NamedTuple):
         return polynomial - (left / (1j * s - self.poles)) @ right
 
     def terms(self, s: float) -> FloatArray:
-        """The sum of the absolute values of all that is added."""
+        """The sum of the absolute values of all terms."""
         polynomial, left, right = (np.abs(at(part, 1j * s)) for part in self[:3])
         return polynomial + (left / np.abs(1j * s - self.poles)) @ right
 
@@ -71,14 +71,14 @@ class PoleResidueFunction:
     poles : (n_poles,)
         Those near the band [rad/s].
     left, right : (n_rows, n_poles), (n_poles, n_columns)
-        What their terms ``left right / (i s - pole)`` are made of.
+        Factors of their terms ``left right / (i s - pole)``.
     """
 
     def __init__(self, whole: PoleSum, band: tuple[float, float]):
         self.middle, self.half = (band[0] + band[1]) / 2, (band[1] - band[0]) / 2
-        place = (-1j * whole.poles - self.middle) / self.half
-        root = np.sqrt(place**2 - 1)
-        close = np.maximum(np.abs(place + root), np.abs(place - root)) < _NEAR
+        position = (-1j * whole.poles - self.middle) / self.half
+        root = np.sqrt(position**2 - 1)
+        close = np.maximum(np.abs(position + root), np.abs(position - root)) < _NEAR
         near, far = whole.of(close), whole.of(~close)
         self.shape = whole.polynomial.shape[1:]
         self.poles = poles = near.poles
@@ -86,7 +86,7 @@ class PoleResidueFunction:
         self.right = _diagonal(near.right.transpose(0, 2, 1), poles).T.copy()
 
         def smooth(s: float) -> ComplexArray:
-            """What is left without the poles: their factors move along the band."""
+            """The function without the poles: their factors vary along the band."""
             p = 1j * s
             moved_right = near.right[1] + near.right[2] * (p + poles)[:, None]
             moved_left = near.left[1] + near.left[2] * (p + poles)
@@ -115,19 +115,19 @@ class PoleResidueFunction:
         last = self._last
         if last is not None and last[0] == s:
             return last[1]
-        place, gap = (s - self.middle) / self.half, 1j * s - self.poles
-        if abs(place) > 1 + OUTSIDE:
+        position, gap = (s - self.middle) / self.half, 1j * s - self.poles
+        if abs(position) > 1 + OUTSIDE:
             raise ArithmeticError(f"{s / (2 * np.pi):g} Hz is outside the band of the condensation")
         if not gap.all():
             raise ZeroDivisionError(f"{s / (2 * np.pi):g} Hz is a resonance of the held structure")
-        weights = np.cos(np.arange(len(self.terms)) * np.arccos(np.clip(place, -1, 1)))
+        weights = np.cos(np.arange(len(self.terms)) * np.arccos(np.clip(position, -1, 1)))
         value, slope = (weights @ self.terms).view(complex).reshape(2, *self.shape)
         inverse = 1 / gap
         factors = np.stack([inverse, -1j * inverse**2])
         near = (self.left * factors[:, None]).reshape(2 * self.shape[0], len(inverse)) @ self.right
         value += near[: self.shape[0]]
         slope += near[self.shape[0] :]
-        # A point is looked at several times.
+        # A point is evaluated several times.
         self._last = s, (value, slope)
         return value, slope
 

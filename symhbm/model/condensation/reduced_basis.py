@@ -1,8 +1,8 @@
-"""What the masters of a large structure feel over a band, from few factorisations.
+"""Condensed stiffness of a large structure over a band, from few factorisations.
 
-Motions of the interior at a few frequencies, exact, are a basis for all others between them. It
-grows by the frequency whose equations it leaves least balanced, until the structure seen from the
-masters is that of direct factorisations at frequencies that gave nothing to the basis.
+Exact motions of the interior at a few frequencies are a basis for all others between them. It is
+extended at the frequency of the largest residual, until the condensed stiffness agrees with direct
+factorisations at frequencies that are not in the basis.
 """
 
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ from symhbm.model.condensation.pole_residue import PoleSum, at
 from symhbm.numerics import ComplexArray, FloatArray
 
 AIM = 1e-11
-"""Error of the responses of the masters at which the basis is good enough."""
+"""Largest error of the responses of the masters."""
 _CONFIRMED = 4
-"""Frequencies in a row at which a basis has to be good enough."""
+"""Successive frequencies at which a basis has to reach `AIM`."""
 MOST = 60
-"""Direct factorisations after which a basis that is not good enough is given up."""
+"""Most direct factorisations."""
 _GRID = 48
-"""Frequencies per harmonic at which the balance of all equations is looked at."""
-_BESIDE = 1e-6
-"""Distance from a resonance, relative: at one that nothing damps, responses have no digits."""
+"""Frequencies per harmonic at which the residual of all equations is evaluated."""
+_NEAR_RESONANCE = 1e-6
+"""Relative distance of evaluations from a resonance: an undamped response is infinite there."""
 _NEW = 1e-8, 1e-13
-"""Part of a motion outside of the basis that is new: its effect is quadratic if symmetric."""
+"""Share of a motion outside of the basis that is kept: its effect is quadratic if symmetric."""
 _BATCH = 16
 
 
@@ -51,21 +51,21 @@ class Certificate(NamedTuple):
 class Reduced(NamedTuple):
     """An interior in the modes of a basis.
 
-    ``whole``, the sum over its poles, ``[Z, G]`` as `Interior.seen`; ``lift`` (n_basis, n_poles),
+    ``whole``, the sum over its poles, ``[Z, G]`` as `Interior.solve`; ``lift`` (n_basis, n_poles),
     from its terms to the basis; ``undamped``, ``Z`` without damping and of symmetric matrices;
-    ``held`` (n_basis,), natural frequencies of the interior [rad/s].
+    ``fixed_frequencies`` (n_basis,), natural frequencies of the interior [rad/s].
     """
 
     whole: PoleSum
     lift: ComplexArray
     undamped: PoleSum
-    held: FloatArray
+    fixed_frequencies: FloatArray
 
 
 def reduce(
     interior: Interior, bands: list[tuple[float, float]], springs: FloatArray
 ) -> tuple[Reduced, Certificate]:
-    """What is seen of an interior over ``bands`` [rad/s], and how good that is.
+    """Condensed stiffness of an interior over ``bands`` [rad/s], and its certificate.
 
     ``springs`` (n_masters, n_masters) are the stiffness of stuck contacts.
 
@@ -80,13 +80,13 @@ def reduce(
     view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
     while len(checked) < _CONFIRMED:
-        # The last of them where round-off of what is seen is amplified most.
-        worst = view.doubt if len(checked) < _CONFIRMED - 1 else view.amplification
+        # The last one is where round-off of the condensed stiffness is amplified most.
+        worst = view.error_estimate if len(checked) < _CONFIRMED - 1 else view.amplification
         s = view.grid[np.argmax(np.where(np.isin(view.grid, used), -1.0, worst))]
         used.append(s)
         motion, exact = interior.solve(s)
-        seen = view.reduced.whole(s)
-        error = max(_error(seen, exact, state) for state in states)
+        approximate = view.reduced.whole(s)
+        error = max(_error(approximate, exact, state) for state in states)
         count += 1
         if error > AIM and count < MOST:
             size = basis.shape[1]
@@ -96,17 +96,17 @@ def reduce(
                 errors, bounds, checked = [], [], []
                 continue
         errors.append(error)
-        bounds.append(_friction_bound(seen, exact))
+        bounds.append(_friction_bound(approximate, exact))
         checked.append(s / (2 * np.pi))
-    found = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
-    return view.reduced, found
+    certificate = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
+    return view.reduced, certificate
 
 
 class _View:
-    """What a basis makes of an interior, and where that is to be looked at.
+    """The condensed stiffness by a basis, and estimates of its error over the frequency.
 
-    ``grid`` (n,) [rad/s] are frequencies, resonances among them; ``doubt`` (n,), how wrong the
-    responses of the masters may be there, up to a factor; ``amplification`` (n,), see `_growth`.
+    ``grid`` (n,) [rad/s] are frequencies, resonances among them; ``error_estimate`` (n,) are errors
+    of the responses of the masters, up to a factor; ``amplification`` (n,), see `_growth`.
     """
 
     def __init__(
@@ -119,24 +119,26 @@ class _View:
     ):
         blocks = interior.projected(basis)
         self.reduced = _reduced(interior, blocks)
-        beside = [_resonances(blocks, state, bands) for state in states]
-        self.grid = np.unique(np.concatenate([grid, *beside]))
+        resonances = [_resonances(blocks, state, bands) for state in states]
+        self.grid = np.unique(np.concatenate([grid, *resonances]))
         self.amplification = _growth(self.reduced, self.grid, states)
-        self.doubt = self.amplification * _imbalance(interior, basis, self.reduced, self.grid)
+        self.error_estimate = self.amplification * _error_estimates(
+            interior, basis, self.reduced, self.grid
+        )
 
 
 def _resonances(
     blocks: list[FloatArray], springs: FloatArray, bands: list[tuple[float, float]]
 ) -> FloatArray:
-    """Angular frequencies beside those where the masters resonate with ``springs`` on them.
+    """Angular frequencies next to the resonances of the masters with ``springs`` on them.
 
-    The most of them that are looked at are spread over all within the ``bands``.
+    Where there are many, a limited number is spread over all within the ``bands``.
     """
-    held, pull, push, inside = blocks
+    masters, pull, push, inside = blocks
     n = len(springs)
     stiffness, _, mass = np.concatenate(
         [
-            np.concatenate([held[:, :, :n], pull], axis=2),
+            np.concatenate([masters[:, :, :n], pull], axis=2),
             np.concatenate([push[:, :, :n], inside], axis=2),
         ],
         axis=1,
@@ -149,7 +151,7 @@ def _resonances(
             squares = np.asarray(eigvals(stiffness, mass))
     natural = np.real(np.sqrt(np.asarray(squares, dtype=complex)))
     within = [natural[(low < natural) & (natural < high)] for low, high in bands]
-    inside_bands = np.unique(np.concatenate(within)) * (1 + _BESIDE)
+    inside_bands = np.unique(np.concatenate(within)) * (1 + _NEAR_RESONANCE)
     chosen = np.linspace(0, len(inside_bands) - 1, min(len(inside_bands), _GRID))
     return inside_bands[chosen.astype(int)]
 
@@ -165,7 +167,7 @@ def _extended(basis: FloatArray, interior: Interior, motion: ComplexArray) -> Fl
         added -= basis @ (basis.T @ added)
     q, r, _ = qr(added, mode="economic", pivoting=True, overwrite_a=True)  # type: ignore
     new = np.asarray(q)[:, np.abs(r.diagonal()) > _NEW[not interior.symmetric]]
-    # What is small beside the basis is so to round-off only once it is of unit size.
+    # A vector of unit size is orthogonal to the basis to round-off only after a second projection.
     for _ in range(2):
         new -= basis @ (basis.T @ new)
         new = qr(new, mode="economic", overwrite_a=True)[0]
@@ -173,7 +175,7 @@ def _extended(basis: FloatArray, interior: Interior, motion: ComplexArray) -> Fl
 
 
 def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
-    held, pull, push, inside = blocks
+    masters, pull, push, inside = blocks
     stiffness, _, mass = inside
     try:
         squares, shapes = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
@@ -190,12 +192,14 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
     poles, vectors = eig(np.vstack([upper, lower]))  # type: ignore
     inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
     lift = shapes @ (vectors[:size] / natural[:, None])
-    whole = PoleSum(held.astype(complex), pull @ lift, (inputs @ shapes.T) @ push, poles)
-    return Reduced(whole, lift, *_undamped(held[:, :, : len(held[0])], pull, push, squares, shapes))
+    whole = PoleSum(masters.astype(complex), pull @ lift, (inputs @ shapes.T) @ push, poles)
+    return Reduced(
+        whole, lift, *_undamped(masters[:, :, : len(masters[0])], pull, push, squares, shapes)
+    )
 
 
 def _undamped(
-    held: FloatArray, pull: FloatArray, push: FloatArray, squares: FloatArray, shapes: FloatArray
+    masters: FloatArray, pull: FloatArray, push: FloatArray, squares: FloatArray, shapes: FloatArray
 ) -> tuple[PoleSum, FloatArray]:
     """``Z`` without damping and of symmetric matrices, and natural frequencies of the interior."""
     no_damping = np.array([1.0, 0.0, 1.0])[:, None, None]
@@ -204,54 +208,54 @@ def _undamped(
     poles = 1j * natural[:, None] * [1, -1]
     left = no_damping * ((pull + push[:, :, : pull.shape[1]].transpose(0, 2, 1)) / 2 @ shapes)
     right = left.transpose(0, 2, 1)[:, :, None] * share[:, :, None]
-    right = right.reshape(3, 2 * len(natural), len(held[0]))
-    polynomial = no_damping * (held + held.transpose(0, 2, 1)) / 2
+    right = right.reshape(3, 2 * len(natural), len(masters[0]))
+    polynomial = no_damping * (masters + masters.transpose(0, 2, 1)) / 2
     whole = PoleSum(polynomial + 0j, np.repeat(left, 2, axis=2) + 0j, right, poles.ravel())
     return whole, natural
 
 
 def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) -> FloatArray:
-    """By how much errors of what is seen grow in the responses of the masters, along a grid.
+    """Amplification of errors of the condensed stiffness in responses of the masters, on a grid.
 
     The largest of all states of springs and all loads; terms that cancel count in full.
     """
     n = len(states[0])
-    found = []
+    growths = []
     for s in grid:
-        seen, terms = reduced.whole(s), reduced.whole.terms(s)
+        matrix, terms = reduced.whole(s), reduced.whole.terms(s)
         growth = []
         for state in states:
-            receptance = np.linalg.inv(seen[:, :n] + state)
-            response = np.hstack([receptance, receptance @ seen[:, n:]])
+            receptance = np.linalg.inv(matrix[:, :n] + state)
+            response = np.hstack([receptance, receptance @ matrix[:, n:]])
             load = terms[:, :n] @ np.abs(response)
             load[:, n:] += terms[:, n:]
             error = np.linalg.norm(np.abs(receptance) @ load, axis=0)
             size = np.linalg.norm(response, axis=0)
             growth.append(np.max(error / np.where(size > 0, size, np.inf)))
-        found.append(max(growth))
-    return np.array(found)
+        growths.append(max(growth))
+    return np.array(growths)
 
 
-def _imbalance(
+def _error_estimates(
     interior: Interior, basis: FloatArray, reduced: Reduced, grid: FloatArray
 ) -> FloatArray:
-    """How wrong what is seen may be, up to a factor, along a grid [rad/s].
+    """Errors of the condensed stiffness, up to a factor, on a grid [rad/s].
 
-    What is left of all equations under random motions and forces.
+    They are residuals of all equations under random motions and forces.
     """
     n, whole, lift = len(interior.masters), reduced.whole, reduced.lift
     load = np.random.default_rng(0).normal(size=interior.n_columns)
     sign = np.where(np.arange(len(load)) < n, -1.0, 1.0)
     static = (interior.static @ load[:n]).astype(float)
-    rest = []
+    residuals = []
     for first in range(0, len(grid), _BATCH):
         some = grid[first : first + _BATCH]
         share = [at(whole.right, 1j * s) @ (sign * load) / (1j * s - whole.poles) for s in some]
         modal = lift @ np.array(share).T
         motions = static[:, None] + basis @ modal.real + 1j * (basis @ modal.imag)
-        rest += interior.imbalance(some, motions, load).tolist()
-    # What is seen of a symmetric structure errs with the square.
-    return np.array(rest) ** (2 if interior.symmetric else 1)
+        residuals += interior.residual(some, motions, load).tolist()
+    # The error of a symmetric condensed stiffness is quadratic in the residual.
+    return np.array(residuals) ** (2 if interior.symmetric else 1)
 
 
 def _error(reduced: ComplexArray, exact: Any, springs: FloatArray) -> float:
@@ -259,7 +263,7 @@ def _error(reduced: ComplexArray, exact: Any, springs: FloatArray) -> float:
     n = len(exact)
     load = np.hstack([np.eye(n), reduced[:, n:]])
     response = np.linalg.solve(reduced[:, :n] + springs, load)
-    # In the precision of the exact: a difference of large forces by stiff surroundings.
+    # In the precision of ``exact``: large forces of stiff surroundings cancel.
     load = np.hstack([np.eye(n), exact[:, n:]])
     rest = load - (exact[:, :n] + springs) @ response
     stiffness = exact[:, :n].astype(complex) + springs
@@ -277,8 +281,8 @@ def _friction_bound(reduced: ComplexArray, exact: Any) -> float:
     except np.linalg.LinAlgError:
         return np.inf
     rest = solve_triangular(root, (exact - reduced).astype(complex), lower=True)
-    own = solve_triangular(root, rest[:, :n].conj().T, lower=True)
+    stiffness_error = solve_triangular(root, rest[:, :n].conj().T, lower=True)
     responses = root.conj().T @ np.linalg.solve(stiffness, exact[:, n:].astype(complex))
     sizes = np.linalg.norm(responses, axis=0)
     forced = np.linalg.norm(rest[:, n:], axis=0) / np.where(sizes > 0, sizes, 1.0)
-    return float(max(np.linalg.norm(own, 2), forced.max(initial=0.0)))
+    return float(max(np.linalg.norm(stiffness_error, 2), forced.max(initial=0.0)))
