@@ -76,7 +76,7 @@ def largest(
     for begin, values in read(holder, name):
         if not values.size or np.isnan(values).all():
             continue
-        # Blades that move alike differ by round-off: the first of them counts.
+        # Of blades that differ by round-off alone the first one counts.
         first = np.argmax(values >= np.nanmax(values) * (1 - ALIKE))
         index = np.unravel_index(first, values.shape)
         value = float(values[index])

@@ -21,7 +21,7 @@ _DESCRIBED_ATTRIBUTES = {
 
 
 def describe(dataset: xr.Dataset) -> str:
-    """Text on a dataset of this library: problem, what was computed, how complete, what came out.
+    """Text on a dataset of this library: problem, request, completeness and results.
 
     Variables are read one at a time, block by block: a lazily opened archive may be larger than
     the memory.
@@ -115,7 +115,7 @@ def _problem(dataset: xr.Dataset) -> Lines:
 
 
 def _drawn(variable: xr.DataArray) -> str:
-    """How the values of a parameter were drawn."""
+    """Distribution of the drawn values of a parameter."""
     draw = json.loads(variable.attrs.get(DRAWN, "{}"))
     if "seed" not in draw:
         return ""
@@ -125,7 +125,7 @@ def _drawn(variable: xr.DataArray) -> str:
 
 
 def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
-    """Values of a parameter with their unit, and how they differ."""
+    """Values of a parameter with their unit and their pattern."""
     variable = dataset[name]
     unit = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
     values = variable.values

@@ -1,4 +1,4 @@
-"""Text on a result: what was computed, peaks, contacts, accuracy."""
+"""Text on a result: request, completeness, peaks, contacts and errors."""
 
 from collections import Counter
 from collections.abc import Iterator

@@ -22,7 +22,7 @@ class Cases:
     """Responses of a problem for all parameter sets of a ``sweep``, each in its ``bands`` [Hz].
 
     Designed parameters that are swept as well keep their proportions to the nominal ones.
-    ``surveys`` and ``follows`` count what was computed.
+    ``surveys`` and ``follows`` count surveyed and followed responses.
     """
 
     def __init__(

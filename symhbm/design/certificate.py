@@ -1,4 +1,4 @@
-"""Certificate of a design: sentences with figures on what is proved and what is not."""
+"""Certificate of a design: proved and unproved statements, with figures."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ STATIONARY = 1e-8
 
 
 def status_of(program: Program, search_result: SearchResult) -> Status:
-    """How a search ended."""
+    """Status of a search."""
     design, active = search_result.design, search_result.active
     if not np.isfinite(design.value):
         unbounded = any("unbounded" in state.reason for state in design.states)

@@ -53,7 +53,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Descent:
-    """Where a descent ended: a surveyed ``design``.
+    """The end of a descent: a surveyed ``design``.
 
     ``converged`` tells that no step of the models leads further down; ``active`` are then the
     active maxima, bounds and constraint rows.
@@ -65,13 +65,13 @@ class Descent:
 
 
 def is_flat(design: Design) -> bool:
-    """Whether no large maximum changes with the design, to first and second order."""
+    """Whether the largest maxima do not change with the design, to first and second order."""
     maxima = [followed for state in design.states for followed in state.contenders[:1]]
     return bool(maxima) and are_flat(maxima)
 
 
 def are_flat(maxima: list[FollowedMaximum]) -> bool:
-    """Whether none of some maxima changes with the design, to first and second order."""
+    """Whether maxima do not change with the design, to first and second order."""
     return all(
         np.abs(followed.gradient).max() < _STILL and np.abs(followed.hessian).max() < _STILL
         for followed in maxima
@@ -103,14 +103,14 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
 
 
 def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, float, bool]:
-    """Steps until none leads further down, with the maxima of the models."""
+    """Steps until the statistic falls no further, without new surveys."""
     for _ in range(_MAX_STEPS):
         if is_flat(current):
             return current, radius, False
         step = program.step(current.states, current.x, radius)
         length = float(np.abs(step.x - current.x).max())
         expected = current.value - step.predicted
-        # Gains below IPOPT's tolerance are none; Newton's method gives the last digits.
+        # Gains below IPOPT's tolerance do not count; Newton's method gives the last digits.
         hidden = abs(expected) <= (_HIDDEN if length <= _SMALL else _ROUND_OFF)
         if length <= PRECISION or hidden:
             return current, radius, step.solved

@@ -71,7 +71,7 @@ class Response:
     ):
         self.variables = variables
         self.bands = bands
-        # Sectors that are alike where no variables are stay alike at every design.
+        # Sectors that are alike at a design of different variables are alike at every design.
         self._problem = sector_of(variables.problem(problem, variables.apart))
         shared = {} if compiled is None else compiled
         key = id(self._problem.residual)

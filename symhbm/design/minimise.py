@@ -93,8 +93,8 @@ def minimise_peak(
         equal numbers in a pattern that repeats, for example ``[0, 1]``; a mapping by name for
         several parameters.
     statistic
-        What of the largest responses of the cases is minimised: the worst, their mean, or the mean
-        of the worst share ``tail`` of them (the conditional value at risk).
+        Statistic of the largest responses of the cases to minimise: the worst, their mean, or the
+        mean of the worst share ``tail`` of them (the conditional value at risk).
     constraint
         On the values of the variables, in their order, for example
         ``LinearConstraint(np.ones(13) / 13, 2.0, 2.0)`` for a given mean of 13.
@@ -116,9 +116,9 @@ def minimise_peak(
     Returns
     -------
     Dataset as that of `frf` at the optimum (`symhbm.rebuild` gives the optimal problem), with the
-    values along ``variable``, what holds them along ``active``, with multipliers that sum to 1, all
-    starts and descents, derivatives by every parameter, ``design_status`` and, in plain sentences,
-    the ``certificate``: what was proved and what was not.
+    values along ``variable``, the active maxima along ``active``, with multipliers that sum to 1,
+    all starts and descents, derivatives by every parameter, ``design_status`` and the
+    ``certificate``: sentences on what is proved and what is not.
 
     Raises
     ------

@@ -37,7 +37,7 @@ _TIE = 1e-6
 
 
 class Statistic(StrEnum):
-    """What of the largest responses of several cases is minimised."""
+    """Statistic of the largest responses of several cases that is minimised."""
 
     WORST = "worst"
     MEAN = "mean"
@@ -149,7 +149,7 @@ class Program:
         else:
             quantile, beyond = y[n + n_heights], y[n + n_heights + 1 :]
             objective = quantile + ca.sum1(beyond) / (self.tail * n_heights)
-            # Where the tail holds all cases, nothing else keeps the quantile from below.
+            # Where the tail holds all cases, the quantile has no other lower bound.
             rows += [ca.exp(t) - quantile - beyond, -beyond, -quantile]
             upper += [0.0] * (2 * n_heights + 1)
             amplitudes = np.exp(heights - top)

@@ -76,7 +76,7 @@ def starts(variables: DesignVariables, n_starts: int | None) -> FloatArray:
 
 
 def around(variables: DesignVariables, x: FloatArray, n_points: int) -> FloatArray:
-    """Designs whose values differ from those of another by up to a factor, (n_points, ...)."""
+    """Designs around another one, (n_points, n_variables): values differ by up to a factor."""
     nearby = x + _NEARBY * (2 * _spread(variables.n_variables, n_points) - 1)
     return np.clip(nearby, variables.lower, variables.upper)
 

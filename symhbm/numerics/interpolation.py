@@ -68,7 +68,7 @@ def _powers(left: float, right: float, slopes: tuple[float, float]) -> tuple[flo
 
 
 def _turns(cube: float, square: float, slope: float) -> list[float]:
-    """Where the derivative of a cubic vanishes, ascending."""
+    """Shares at which the derivative of a cubic vanishes, ascending."""
     root = square**2 - 3 * cube * slope
     if root <= 0:
         return []

@@ -78,7 +78,7 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def check_variables(dataset: xr.Dataset, *names: str) -> None:
-    """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
+    """Raise TypeError unless it is a dataset, KeyError for the first missing variable."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_held(dataset, *names)
@@ -91,7 +91,7 @@ def check_anything(dataset: xr.Dataset, name: str) -> None:
 
 
 def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
-    """The error of a dataset without a converged point: it tells how its curves ended."""
+    """The error of a dataset without a converged point, with the statuses of its curves."""
     ends: Counter[str] = Counter()
     if "status" in dataset.variables:
         ends.update(str(end) for end in dataset["status"].values.ravel())

@@ -11,11 +11,11 @@ from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import FloatArray
 
 _ROUND_OFF = 1e-9
-"""Part of an entry that is round-off of those it is made of."""
+"""Share of an entry that is round-off of its terms."""
 
 
 class Links(NamedTuple):
-    """One matrix as elements: to the ground, between pairs, or why there are none.
+    """Elements of one matrix: to the ground and between pairs, or why there are none.
 
     ``ground`` (n_dof,), ``pairs`` (n_pairs, 2), ``values`` (n_pairs,). Where the matrix is no
     network ``reason`` tells why, ``pairs`` are those it couples, and all values are 0.
@@ -66,7 +66,7 @@ def links(matrix: Any) -> Links:
 
 
 def network(model: Model) -> Network:
-    """Masses, springs and dampers of a model; none of those of a condensed one."""
+    """Masses, springs and dampers of a model; a condensed one has none."""
     none = Links(np.zeros(model.n_dof), np.empty((0, 2), np.intp), np.empty(0), "")
     if isinstance(model, CondensedModel):
         return Network(np.zeros(model.n_dof), none, none, 0, False)

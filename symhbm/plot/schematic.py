@@ -33,7 +33,7 @@ class _Force(NamedTuple):
 
 
 def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figure:
-    """Draw a structure: its masses, what joins them and holds them to the ground, its contacts.
+    """Draw a structure: masses, the elements between them and to the ground, contacts.
 
     Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
     plates that are pressed together a friction damper, a spring with an arrow through it a cubic

@@ -75,7 +75,7 @@ class _Trial:
 def periodic_state(
     linear: LinearMotion, starts: Iterator[FloatArray]
 ) -> tuple[FloatArray, int, Status]:
-    """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended.
+    """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status.
 
     ``starts`` (2 n_dof + n_active,) are states; each is used where Newton's method fails from the
     one before.

@@ -181,7 +181,7 @@ class _Trial:
 def _periodic_state(
     integrator: IntegratedMotion, start: FloatArray
 ) -> tuple[FloatArray, int, Status]:
-    """State at ``tau = 0`` of the periodic motion, steps of Newton's method, and how it ended."""
+    """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status."""
     scale = energy_scale(integrator)
     farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
 

@@ -99,7 +99,7 @@ def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -
     right = np.hstack([jacobian / frequency**2, first / frequency])
     left[size:] = -np.linalg.solve(inertia, right)
     exponents = np.linalg.eigvals(left)
-    # Copies of an exponent differ by harmonics; those cut off by the truncation are the far ones.
+    # Copies of an exponent differ by harmonics; those far from zero suffer from truncation.
     # With odd harmonics alone two exponents may be equally near.
     distance = np.abs(exponents.imag)
     near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
@@ -107,7 +107,7 @@ def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -
 
 
 def verdict(rate: float, frequency: float) -> int:
-    """1 for stable, 0 for unstable, -1 where it is not known."""
+    """1 for stable, 0 for unstable, -1 for unknown."""
     if np.isnan(rate) or abs(rate) <= NEUTRAL * frequency:
         return -1
     return int(rate < 0)

@@ -34,10 +34,10 @@ def condense(
     """Condense a structure to its contacts: all that is linear is eliminated, exactly.
 
     A finite-element model of a hundred thousand degrees of freedom with twenty contacts then costs
-    per frequency what the problem of the contacts does. `HarmonicBalance` takes the result as a
-    model, under the excitations given here, which keep their degrees of freedom; `frf`, `follow`
-    and `solve` give the motion of those that are kept, peaks are told of them, and `recover` gives
-    that of all others.
+    as much per frequency as the problem of the contacts alone. `HarmonicBalance` takes the result
+    as a model, under the excitations given here, which keep their degrees of freedom; `frf`,
+    `follow` and `solve` give motion and peaks of the kept degrees of freedom, and `recover` gives
+    the motion of all others.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ def condense(
     dofs
         Degrees of freedom to keep beside those that contacts touch, blade tips for example.
     tolerance
-        Largest relative error of linear responses of what is kept that is let pass; None returns
-        what was reached, with a warning above 1e-6.
+        Largest allowed relative error of linear responses of the kept degrees of freedom; None
+        warns above 1e-6.
 
     Returns
     -------
@@ -68,27 +68,27 @@ def condense(
 
     Notes
     -----
-    Eliminating the linear degrees of freedom is exact for every harmonic. What the others feel,
-    ``Z(omega)``, is a sum over poles from a basis of exact motions, to which frequencies are added
-    until responses agree with those of direct sparse factorisations of all equations to 1e-11, or
-    to round-off, at four frequencies in a row that gave nothing to the basis: three that the
-    residual of all equations points at, over 0.95 to 1.05 times the band and its harmonics, and the
-    resonance that amplifies round-off most. ``certificate`` of the result tells the largest
-    difference left there. It is a measurement at these frequencies, of linear responses, with all
+    Eliminating the linear degrees of freedom is exact for every harmonic. The condensed stiffness
+    ``Z(omega)`` is a sum over poles from a basis of exact motions. Frequencies are added to the
+    basis until responses agree with those of direct sparse factorisations of all equations to
+    1e-11, or to round-off, at four successive frequencies that are not in the basis: three of
+    largest residual of all equations, over 0.95 to 1.05 times the band and its harmonics, and the
+    resonance that amplifies round-off most. ``certificate`` of the result has the largest
+    difference there. It is a measurement at these frequencies, of linear responses, with all
     contacts open and with all stuck as stiff as those of ``model``.
 
     Responses with friction are no combination of linear ones. Their ``friction_bound`` follows from
-    the difference ``dZ`` of what is felt, because friction of constant normal load only takes power
-    from a difference of two motions (it is monotone): with ``L L^H = (Z - Z^H) / 2i``, what damping
-    takes, a response ``x`` of any slip limits and contact stiffnesses differs by ``e``, whose
-    ``|L^H e|`` is at most ``|L^-1 dZ L^-H|`` of ``|L^H x|``, plus the same part of that of the
-    linear response to forces inside. Cubic springs have no such bound. `recover` checks any single
-    point: how far its response is from that of all equations.
+    the error ``dZ`` of the condensed stiffness, because friction of constant normal load only takes
+    power from a difference of two motions (it is monotone): with ``L L^H = (Z - Z^H) / 2i``, what
+    damping takes, a response ``x`` of any slip limits and contact stiffnesses differs by ``e``,
+    whose ``|L^H e|`` is at most ``|L^-1 dZ L^-H|`` of ``|L^H x|``, plus the same part of that of
+    the linear response to forces inside. Cubic springs have no such bound. `recover` checks any
+    single point: how far its response is from that of all equations.
 
     Residuals are those of NumPy's ``longdouble``. Where that is no longer than a double (some
-    processors and compilers), round-off of stiff elements stays in what is felt: by about the ratio
+    processors and compilers), round-off of stiff elements stays in ``Z``: by about the ratio
     of the highest to the lowest natural frequency, squared, times 1e-16, and amplified by
-    resonances. The certificate tells that too.
+    resonances. The certificate includes that.
 
     Examples
     --------

@@ -35,7 +35,7 @@ def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
 
 def factorised(matrix: Any) -> Any:
     """Solver of a dynamic stiffness, RuntimeError where it is exactly singular."""
-    # Columns ordered for a pattern that is symmetric, as those of structures are.
+    # An ordering for symmetric patterns, which matrices of structures have.
     options = dict(SymmetricMode=True)
     return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
 

@@ -16,7 +16,7 @@ from symhbm.numerics import ComplexArray, FloatArray
 _NEAR = 3.0
 """Sum of the half axes, over half the band, of the ellipse around it whose poles are kept."""
 _TERMS = 40
-"""Terms of the polynomial: what is left out falls with the power of `_NEAR`, to 1e-19."""
+"""Terms of the polynomial: the truncation error falls as a power of `_NEAR`, to 1e-19."""
 _ROUND_OFF = 1e-17
 OUTSIDE = 1e-9
 """Distance beyond the ends of a band, over half of it, that is round-off."""

@@ -31,7 +31,7 @@ _BATCH = 16
 
 
 class Certificate(NamedTuple):
-    """How a condensation was checked.
+    """Errors of a condensation, measured at single frequencies.
 
     ``error``, the largest difference of the linear responses of the masters, to unit forces on them
     and to the excitations, contacts open and contacts stuck, from those of direct factorisations of
