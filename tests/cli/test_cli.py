@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.blocks import blocks
+from symhbm.cli.picture import kinds
 from symhbm.results.archive.working_files import Store
 
 ROOT = Path(__file__).parent.parent.parent
@@ -543,6 +544,19 @@ def test_help_and_version():
         # Lines of examples stay lines.
         assert f"Examples:\n    symhbm {name}" in text
     assert run("--version")[1].strip().endswith(sh.__version__)
+
+
+def test_every_file_of_verbs_is_a_command():
+    files = {path.stem for path in (ROOT / "symhbm" / "cli" / "verbs").glob("[!_]*.py")}
+    assert files == {*main.commands}
+
+
+def test_every_picture_of_the_library_is_a_kind(monkeypatch):
+    expected = ["response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model"]
+    assert kinds() == expected
+    monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
+    monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])
+    assert kinds() == [*expected, "a-new-one"]
 
 
 def test_the_program_is_installed_as_symhbm():

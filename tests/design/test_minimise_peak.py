@@ -83,7 +83,7 @@ class TestOneBlade:
         assert optimum.active_kind.item() == "smooth"
         assert optimum.active_multiplier.item() == pytest.approx(1)
 
-    def test_starts_of_its_own_find_it_as_well(self, best):
+    def test_given_starts_lead_to_the_same_optimum(self, best):
         assert value(best) == pytest.approx(BEST_LOAD, rel=LOAD)
         assert best.sizes["start"] == 3  # a factor of 25 apart, at least 3
         assert best.design_lower.item() == pytest.approx(BOUNDS[0])
@@ -150,7 +150,7 @@ class TestOneBlade:
         assert 3.0 <= value(optimum) <= 3.0 + 1e-6
         assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
 
-    def test_a_band_in_pieces_and_backwards(self):
+    def test_a_divided_and_a_reversed_band(self):
         whole = [(40.0, 20.0), (20.0, 5.0)]
         optimum = design(blade(), frequency=whole, bounds=(1.0, 10.0))
         assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
@@ -320,7 +320,7 @@ def assert_lowest_peak(optimum, steps=(0.01, 0.05, 0.2)):
 
 
 class TestCertificate:
-    def test_nothing_in_the_band_is_higher(self, best):
+    def test_no_response_in_the_band_is_higher(self, best):
         grid = np.unique(
             np.concatenate(
                 [np.linspace(*BAND, 300), BEST_FREQUENCY * (1 + np.geomspace(1e-9, 1e-2, 50))]
@@ -334,13 +334,13 @@ class TestCertificate:
     def test_no_load_beside_is_better(self, best):
         assert_lowest_peak(best)
 
-    def test_nothing_is_higher_in_any_case(self, both):
+    def test_no_response_of_any_case_is_higher(self, both):
         dense = sh.frf(
             sh.rebuild(both), BAND, at=np.linspace(*BAND, 200), over=over(**CASES), progress=False
         )
         assert dense.amplitude.max() <= amplitude(both) * (1 + 1e-9)
 
-    def test_it_says_what_was_proved_and_what_not(self, best):
+    def test_certificate_of_proved_and_unproved_statements(self, best):
         text = best.certificate.item()
         assert (
             "Proved: at this design the largest response over 5 to 40 Hz is 0.00030822885" in text
@@ -365,7 +365,7 @@ def held_at(load):
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
-def test_a_slope_that_nothing_holds_is_no_optimum(distance):
+def test_a_design_with_a_slope_is_no_optimum(distance):
     """Beside the best load the response is the same to many digits; its slope is not."""
     active, status, text = held_at(BEST_LOAD * (1 + distance))
     # By the closed form, over the logarithm of the load.
@@ -466,7 +466,7 @@ class TestEnds:
             assert optimum.active_frequency.item() == pytest.approx(150.0)
             assert "normal_load at its lower bound" in optimum.certificate.item()
 
-    def test_what_is_no_optimum_is_raised_on_demand(self):
+    def test_a_failed_search_raises_on_demand(self):
         with pytest.raises(sh.SolveError, match="does not change") as caught:
             design(blade(), bounds=(300.0, 500.0), throw=True)
         assert caught.value.result.design_status.item() == Status.DESIGN_WITHOUT_EFFECT

@@ -59,7 +59,7 @@ class TestStatistic:
         assert np.all((weights >= 0) & (weights <= 1 / (tail * len(heights)) + ROUND_OFF))
 
     @given(HEIGHTS)
-    def test_what_has_no_bound_is_infinite(self, heights):
+    def test_an_unbounded_response_is_infinite(self, heights):
         for statistic in Statistic:
             assert program(statistic).value(np.append(heights, np.inf)) == np.inf
 
@@ -127,7 +127,7 @@ class TestStep:
     @pytest.mark.parametrize(
         ("low", "high", "feasible"), [(0.2, 20, True), (20.1, 30, False), (3, 2, False)]
     )
-    def test_what_no_design_satisfies_is_known_first(self, low, high, feasible):
+    def test_infeasible_constraints_are_detected_first(self, low, high, feasible):
         rows = LinearConstraint([[1.0, 1.0]], low, high)
         assert program(n_variables=2, constraint=rows).feasible() == feasible
 
@@ -176,7 +176,7 @@ class TestSamples:
         assert worst.case_amplitude.dims == ("sample",)
         assert worst.case_amplitude.values == pytest.approx(peaks_at(load, SAMPLES), rel=1e-10)
 
-    def test_fresh_cases_are_told_and_not_designed_for(self, worst):
+    def test_fresh_cases_are_reported_and_not_designed_for(self, worst):
         expected = peaks_at(worst.design_value.item(), FRESH)
         assert worst.fresh_case_amplitude.values == pytest.approx(expected, rel=1e-10)
         assert worst.fresh_amplitude.item() == pytest.approx(expected.max(), rel=1e-10)
@@ -256,7 +256,7 @@ def pair():
 
 class TestExecutors:
     @pytest.mark.parametrize("kind", [ProcessPoolExecutor, ThreadPoolExecutor])
-    def test_they_change_nothing(self, pair, kind):
+    def test_executors_change_no_digit(self, pair, kind):
         with kind(2) as executor:
             assert design(blade(), bounds=NEAR, over=PAIR, executor=executor).identical(pair)
 
@@ -266,7 +266,7 @@ class TestExecutors:
             optimum = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
         assert optimum.identical(pair)
 
-    def test_one_that_is_shut_down_is_done_without(self, pair):
+    def test_a_closed_executor_is_not_needed(self, pair):
         with ThreadPoolExecutor(1) as executor:
             pass
         with pytest.warns(RuntimeWarning, match="cannot schedule new futures after shutdown"):

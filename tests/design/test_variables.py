@@ -392,7 +392,7 @@ class TestConstraint:
         )
         assert (beside.peak_amplitude.max("peak") > fixed.design_amplitude).all()
 
-    def test_one_that_does_not_bind_changes_nothing(self, mistuned, common):
+    def test_an_inactive_constraint_changes_no_digit(self, mistuned, common):
         loose = LinearConstraint([[1.0], [2.0]], [-np.inf, 0.1], [50.0, np.inf])
         optimum = design(mistuned, bounds=NEAR, frequency=SMALL, constraint=loose)
         assert optimum.design_value.values == pytest.approx(common.design_value.values, rel=1e-8)
@@ -404,7 +404,7 @@ class TestConstraint:
         assert optimum.design_value.item() == pytest.approx(5.0, rel=1e-9)
         assert "Held by the constraint" in optimum.certificate.item()
 
-    def test_one_that_nothing_satisfies_is_said(self, mistuned, tmp_path):
+    def test_an_infeasible_constraint_is_reported(self, mistuned, tmp_path):
         far = LinearConstraint(np.ones((1, 3)) / 3, 600.0, 700.0)
         optimum = design(mistuned, vary="each", constraint=far)
         assert optimum.design_status.item() == Status.DESIGN_INFEASIBLE

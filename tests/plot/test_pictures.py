@@ -279,7 +279,7 @@ def test_between_two_points(sign):
     np.testing.assert_allclose(found, rooted, rtol=1e-13)
 
 
-def test_between_two_points_nothing_overshoots():
+def test_interpolation_does_not_overshoot():
     for first, last in ((50.0, 0.0), (0.0, 50.0), (80.0, 90.0)):
         steps = np.diff(amplitude_between(1.0, 2.0, (first, last), SHARES))
         assert np.all(steps >= 0)
@@ -308,7 +308,7 @@ def failed():
 
 
 @pytest.mark.parametrize("kind", ["response", "disk", "hysteresis", "stick_map", "envelope"])
-def test_nothing_is_not_drawn(failed, kind):
+def test_a_dataset_without_points_is_not_drawn(failed, kind):
     if kind == "envelope":
         failed = failed.rename(normal_load="sample")
     if kind == "disk":

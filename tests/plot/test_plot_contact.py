@@ -146,7 +146,7 @@ def test_paths_and_followed_parameters():
     assert len(ax.lines) == len(loops)
 
 
-def test_motion_that_was_not_found():
+def test_a_motion_that_did_not_converge():
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
     motion = sh.periodic_motion(sh.HarmonicBalance(blade, sh.PointForce()), 100 / (2 * np.pi))
     with pytest.raises(ValueError, match="converged"):

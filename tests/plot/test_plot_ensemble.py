@@ -80,7 +80,7 @@ def test_bands_are_extremes_and_quantiles(ensemble, dof):
     assert texts(ax) == ["smallest to largest of 6", "25 to 75 %", "single samples", "median"]
 
 
-def test_what_failed_is_left_out_and_told(ensemble):
+def test_failed_samples_are_left_out_and_counted(ensemble):
     amplitude = ensemble.amplitude.copy(deep=True)
     amplitude[1] = np.nan
     amplitude[3, 5:8] = np.nan
@@ -212,7 +212,7 @@ def test_boxes_of_an_ensemble(ensemble):
     assert f"sample {worst}, the largest" in texts(ax)
 
 
-def test_samples_with_nan_are_told(ensemble):
+def test_samples_with_nan_are_counted(ensemble):
     values = ensemble.amplitude.max("frequency").copy(deep=True)
     values[2, 1] = np.nan
     (ax,) = sh.plot.blades(values).axes

@@ -196,7 +196,7 @@ def test_ring():
 @pytest.mark.parametrize(
     "change", [dict(normal_load=0), dict(contact_stiffness=0), dict(friction_coefficient=0)]
 )
-def test_a_contact_that_does_nothing_is_open(change):
+def test_a_contact_without_force_is_open(change):
     [(name, value)] = change.items()
     each = np.full(13, FRICTION[name], dtype=float)
     each[4] = value
@@ -256,7 +256,7 @@ def test_masses_without_inertia():
 # What is not drawn
 
 
-def test_what_is_not_drawn_is_told():
+def test_omitted_properties_are_listed():
     stiffness = 1e4 * second_difference(4)
     stiffness[0, 2] = stiffness[2, 0] = 3e3
     mass = np.eye(4) + 0.1 * (np.eye(4, k=1) + np.eye(4, k=-1))
@@ -314,7 +314,7 @@ def test_plates_are_dots_and_lines(bending):
     assert labels[0].endswith(f", {count}")
 
 
-def test_places_are_as_far_from_each_other_as_there_are_links():
+def test_distances_follow_the_number_of_links():
     grid = links(membrane())
     places = spread(200, grid.pairs)
     steps = np.linalg.norm(places[grid.pairs[:, 0]] - places[grid.pairs[:, 1]], axis=1)
@@ -327,7 +327,7 @@ def test_places_are_as_far_from_each_other_as_there_are_links():
     assert np.abs(row[:, 1]).max() < 1e-6
 
 
-def test_parts_that_nothing_joins_stand_apart():
+def test_unconnected_parts_stand_apart():
     places = spread(6, np.array([[0, 1], [1, 2], [3, 4], [4, 5]]))
     between = np.linalg.norm(places[:3, None] - places[None, 3:], axis=2)
     within = np.linalg.norm(places[:3, None] - places[None, :3], axis=2)

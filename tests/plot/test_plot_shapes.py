@@ -259,7 +259,7 @@ def test_blades_that_were_not_kept():
         sh.plot.disk(sh.solve(ring(), 60.0).isel(dof=[0, 1, 3, 4, 5, 6]))
 
 
-def test_blades_that_nothing_tells():
+def test_unknown_blades():
     """Seven degrees of freedom of one blade are no disk."""
     stiffness = 4e4 * (2 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1))
     blade = sh.Model(np.eye(7), 0.2 * np.eye(7), stiffness)

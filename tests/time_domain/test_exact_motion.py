@@ -652,7 +652,7 @@ def test_every_change_of_sign_is_found(roots, outside):
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
-def test_close_pairs_are_told_from_touching(gap):
+def test_close_pairs_differ_from_double_zeros(gap):
     """Round-off of the values, 1e-16, hides pairs closer than 1e-8 only."""
     found = list(crossings(polynomial([0.3, 0.3 + gap])))
     assert [falls for _, falls in found] == [True, False]

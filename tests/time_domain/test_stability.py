@@ -68,7 +68,7 @@ def fastest_growth(omega, amplitude):
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8])
-def test_growth_however_slow_is_told(distance):
+def test_slow_growth_is_unstable(distance):
     """Next to a fold growth vanishes with the root of the distance; its sign stays what it is."""
     omega = UPPER_FOLD * (1 - distance)
     # All solutions: [(1 - omega^2 + 3/4 gamma a^2)^2 + (c omega)^2] a^2 = f^2, cubic in a^2.
@@ -91,7 +91,7 @@ def test_growth_however_slow_is_told(distance):
 
 
 @pytest.mark.parametrize("frequency", [1e-3, 1.0, 1e4])
-def test_what_is_neither_growth_nor_decay(frequency):
+def test_neutral_motions_are_unknown(frequency):
     """Only what round-off leaves of no growth at all is not known."""
     for share in (1.01 * NEUTRAL, 1e-6, 1e-3, 1.0):
         assert verdict(share * frequency, frequency) == 0
@@ -174,14 +174,14 @@ def test_small_motions_leave_the_static_force_of_a_stuck_contact():
     assert float(point.growth_rate) == pytest.approx(0.3 * np.log(largest), rel=1e-6)
 
 
-def test_mass_that_cannot_be_inverted_is_not_known():
+def test_singular_mass_is_unknown():
     model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=0.4)
     point = sh.solve(sh.HarmonicBalance(model, sh.PointForce(amplitude=0.1)), 0.1, throw=True)
     assert np.isnan(point.growth_rate)
     assert int(point.stability) == -1
 
 
-def test_too_stiff_to_follow_is_not_known():
+def test_too_stiff_is_unknown():
     problem = duffing(contact_stiffness=1e15, friction_coefficient=0.5, normal_load=0.01)
     point = sh.solve(problem, 0.2, throw=True)
     assert int(point.contact_state[0]) == 1
