@@ -12,8 +12,11 @@ from symhbm.model import PARAMETERS
 from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
 
 _WIDTH, _MARGIN = 100, 24
+"""Width of a line, and of its label."""
 _MOST_LISTED = 8
+"""Most values that are listed one by one."""
 _OF_FORCE = ("force_amplitude", "engine_order")
+"""Parameters of the excitation, which has lines of its own."""
 _DESCRIBED_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
     *("problem", "swept", "followed", "accuracy", "left_out", "verification"),

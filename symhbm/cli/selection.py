@@ -11,7 +11,9 @@ from symhbm.numerics import check
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
 _ROUND_OFF = 1e-9
+"""Relative difference up to which a number equals a label."""
 _MOST_LISTED = 12
+"""Most labels that an error lists one by one."""
 
 
 class Selection(NamedTuple):

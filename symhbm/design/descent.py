@@ -35,8 +35,11 @@ _SMALL = 1e-3
 _DIGITS = 1e-12
 """Last step of Newton's method."""
 _MAX_POLISHES = 6
+"""Most steps of Newton's method: it converges quadratically."""
 _MAX_STEPS = 100
+"""Most steps between two surveys."""
 _MAX_SURVEYS = 30
+"""Most surveys of a descent."""
 
 Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
 """Maxima of all cases at a design: surveyed, or followed from another design."""

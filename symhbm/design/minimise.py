@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
+"""Statuses of an optimum."""
 _DESCENTS = 3
 """Descents from the starts that are spread over the bounds: the lowest of them."""
 _AROUND = 2

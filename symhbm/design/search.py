@@ -12,6 +12,7 @@ from symhbm.design.variables import DesignVariables, Group
 from symhbm.numerics import FloatArray
 
 _SEED = 2013
+"""Seed of the starts: a search is reproducible."""
 _NEARBY = np.log(3.0)
 """Distance of designs around another one: less than a descent reaches over."""
 _APART = np.log(25.0)

@@ -10,6 +10,7 @@ from symhbm.numerics.arrays import FloatArray
 from symhbm.numerics.fourier import FourierBasis
 
 MACHINE = np.finfo(float).eps
+"""Round-off of double precision."""
 _STEPS = 6
 """Free steps before the search is bracketed: one to three suffice."""
 

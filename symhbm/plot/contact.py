@@ -23,6 +23,7 @@ from symhbm.plot.drawing import (
 from symhbm.results import Description
 
 N_ANGLES = 512
+"""Points of a loop beside its events: more than a figure resolves."""
 
 
 def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:

@@ -40,6 +40,7 @@ SYMBOLS = {"frequency": ("$f$", "Hz")}
 SYMBOLS |= {name: (parameter.symbol, parameter.unit) for name, parameter in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
+"""Largest family of curves with a legend; a larger one has a colour bar."""
 WIDE = 30
 """Ratio of values from which a scale is logarithmic."""
 OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)

@@ -20,6 +20,7 @@ from symhbm.plot.drawing import Moving, decibel
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
 _MAX_HALVINGS = 8
+"""Most halvings of a segment."""
 _SAME = 1e-12
 """Relative distance at which two values are one."""
 _TIED = 1e-9

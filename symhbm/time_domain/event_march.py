@@ -24,6 +24,7 @@ _OUTSIDE = 1e-9
 _REST = 1e-12
 """Share of the largest velocity below which the sign of a relative velocity is round-off."""
 _EVENTS_PER_CONTACT = 2000
+"""Events per contact above which contacts change their states without end."""
 
 
 @dataclass(frozen=True)

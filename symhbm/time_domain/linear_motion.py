@@ -33,6 +33,7 @@ BERNSTEIN = np.array([[comb(i, k) / comb(DEGREE, k) for k in _ROW] for i in _ROW
 """Maps powers to Bernstein coefficients; every entry is at most one: no digits are lost."""
 _LEFT = np.array([[comb(i, k) / 2.0**i for k in _ROW] for i in _ROW])
 _RIGHT = _LEFT[::-1, ::-1].copy()
+"""Map Bernstein coefficients to those on either half of a cell."""
 
 
 @dataclass(frozen=True)

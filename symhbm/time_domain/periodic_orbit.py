@@ -16,6 +16,7 @@ from symhbm.time_domain.linear_motion import LinearMotion, extremes
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
 _ITERATIONS = 60
+"""Most steps of Newton's method, from all starts."""
 _SHARES = 0.5 ** np.arange(4)
 """Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10

@@ -34,6 +34,7 @@ _FIRST = 0.3
 _SHORTEST = 1e-7
 """Step of the integrator [rad] below which the motion grows without bound."""
 _ITERATIONS = 40
+"""Most steps of Newton's method."""
 _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
 _SAMPLES = 4096

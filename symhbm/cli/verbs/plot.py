@@ -11,6 +11,7 @@ from symhbm.cli.picture import draw, kinds
 from symhbm.cli.terminal import check_place, final_name, opened
 
 _PICTURES = ("png", "pdf", "svg")
+"""Formats of pictures."""
 
 
 class _Kind(click.ParamType):

@@ -21,6 +21,7 @@ _COLUMNS = 32
 _REFINED = 1e-8
 """Relative correction at which refinement ends: the next would be its square, round-off."""
 _REFINEMENTS = 5
+"""Most refinements of a solution."""
 LONG = np.longdouble
 """Precision of residuals: stiff elements cancel most digits of the forces of a soft structure."""
 

@@ -18,6 +18,7 @@ _NEAR = 3.0
 _TERMS = 40
 """Terms of the polynomial: the truncation error falls as a power of `_NEAR`, to 1e-19."""
 _ROUND_OFF = 1e-17
+"""Size of a term, relative to the largest one, that is left out."""
 OUTSIDE = 1e-9
 """Distance beyond the ends of a band, over half of it, that is round-off."""
 

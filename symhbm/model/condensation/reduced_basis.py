@@ -28,6 +28,7 @@ _NEAR_RESONANCE = 1e-6
 _NEW = 1e-8, 1e-13
 """Share of a motion outside of the basis that is kept: its effect is quadratic if symmetric."""
 _BATCH = 16
+"""Motions whose residuals are evaluated at once: little memory."""
 
 
 class Certificate(NamedTuple):
