@@ -1,7 +1,9 @@
 """Figures of selected parts of a dataset, by kind."""
 
 import inspect
+import os
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any
 
 import xarray as xr
@@ -18,7 +20,8 @@ _FIRST = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "
 
 def kinds() -> list[str]:
     """Names of the pictures of `symhbm.plot`: its functions that draw into axes."""
-    offered = {name: getattr(sh.plot, name) for name in sh.plot.__all__}
+    plot = _plot()
+    offered = {name: getattr(plot, name) for name in plot.__all__}
     functions = {name: value for name, value in offered.items() if inspect.isfunction(value)}
     names = {
         name.replace("_", "-")
@@ -40,13 +43,20 @@ def draw(
     names = {choice.partition("=")[0].strip() for choice in choices} - {*INNER}
     part = part.squeeze([dim for dim in part.dims if dim in names and part.sizes[dim] == 1])
     kind = kind or _natural_kind(part)
-    function = getattr(sh.plot, kind.replace("-", "_"))
+    function = getattr(_plot(), kind.replace("-", "_"))
     for name, value in options.items():
         if name not in inspect.signature(function).parameters:
             raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
     if kind == "model":
         return kind, _structure(part)
     return kind, function(_by_blade(part) if kind == "blades" else part, **options)
+
+
+def _plot() -> ModuleType:
+    """The module of pictures, imported late: Matplotlib is slow."""
+    # Pictures go to files, whatever screen there is.
+    os.environ["MPLBACKEND"] = "agg"
+    return sh.plot
 
 
 def _structure(dataset: xr.Dataset) -> Any:
@@ -58,7 +68,7 @@ def _structure(dataset: xr.Dataset) -> Any:
             f"{', '.join(several)}; select one, for example --select {several[0]}="
             f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
         )
-    figure = sh.plot.model(sh.rebuild(dataset))
+    figure = _plot().model(sh.rebuild(dataset))
     moves = Description(dataset).moving
     if moves != "frequency":
         ax = figure.axes[0]
@@ -78,13 +88,11 @@ def _natural_kind(dataset: xr.Dataset) -> str:
 
 def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
-    from symhbm.plot import nothing_to_draw
-
     amplitude = dataset["amplitude"]
     kept = {*set_dimensions(dataset), "dof"}
     largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
     complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
     if not largest.where(complete).notnull().any():
-        raise nothing_to_draw(dataset)
+        raise _plot().nothing_to_draw(dataset)
     attributes = {"long_name": "largest displacement of all points", "units": "m"}
     return largest.where(complete).assign_attrs(attributes)

@@ -1,10 +1,10 @@
 """The command ``symhbm plot``."""
 
-import os
 from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from symhbm.cli.arguments import archive_argument, select_option
 from symhbm.cli.picture import draw, kinds
@@ -24,6 +24,11 @@ class _Kind(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         return click.Choice(kinds()).convert(value, param, ctx)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        return click.Choice(kinds()).shell_complete(ctx, param, incomplete)
 
 
 @click.command()
@@ -73,8 +78,6 @@ def plot(
     check_place(output)
     with opened(archive) as dataset:
         options = {k: v for k, v in (("dof", dof), ("contact", contact)) if v is not None}
-        # The picture goes to a file, whatever screen there is.
-        os.environ["MPLBACKEND"] = "agg"
         kind, figure = draw(dataset, kind, choices, options)
     output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
     figure.savefig(output)
