@@ -1,4 +1,4 @@
-"""The front doors to curves: responses over the frequency or over any other parameter."""
+"""`frf` and `follow`: response curves over the frequency or over any other parameter."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from symhbm.model import PARAMETERS, warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
-from symhbm.response.curve import curve_of
-from symhbm.response.run import run, told
+from symhbm.response.curve import continuation_problem_of
+from symhbm.response.run import reported, run
 from symhbm.results import (
     Angles,
     Peaks,
@@ -157,11 +157,11 @@ def frf(
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
-    task = dict(name="frequency", band=band, at=check_grid(at, band))
+    axis = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
-    return _run(problem, task, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
 def follow(
@@ -245,25 +245,25 @@ def follow(
     check_problem(problem)
     bound = check_parameter(problem, parameter)
     band = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
-    task = dict(
+    axis = dict(
         name=parameter,
         band=band,
         at=check_grid(at, band),
         frequency=check.scalar("frequency", frequency, "positive"),
         index=check_place(problem, parameter, contact, dof),
     )
-    problem.check_frequencies("frequency", task["frequency"])
+    problem.check_frequencies("frequency", axis["frequency"])
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
-    return _run(problem, task, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
 def _run(
     problem: HarmonicBalance,
-    described: dict[str, Any],
+    axis: dict[str, Any],
     options: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
     archive: str | os.PathLike[str] | None,
@@ -277,30 +277,31 @@ def _run(
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
-    moving = {described["name"], *sweep.values}
-    springs = "cubic_stiffness" in moving
-    if options["accuracy"] is None:  # else the set is made complete
+    moving = {axis["name"], *sweep.values}
+    cubic_springs = "cubic_stiffness" in moving
+    if options["accuracy"] is None:  # else harmonics are added
         check_mean(problem)
     if not isinstance(problem.model, CondensedModel):
-        hertz = described.get("frequency")
-        band = described["band"] if hertz is None else (hertz, hertz)
+        hertz = axis.get("frequency")
+        band = axis["band"] if hertz is None else (hertz, hertz)
         warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
-    may_fold = springs or not problem.single_valued
+    may_fold = cubic_springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
     angles = options["angles"]
     if angles is not None:
         check_angles(problem, angles)
         check_path_angles(angles, may_fold, accuracy)
-    task = Request(
-        **described,
-        each=peaks == "each",
+    request = Request(
+        **axis,
+        per_dof=peaks == "each",
         may_fold=may_fold,
         stability=check_stability(problem, options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
-        keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
+        keep=check_keep(options["keep"], options["verifiable"], axis["name"], accuracy),
         angles=angles,
     )
-    curve_of(task, problem)
-    return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)
+    # Compiles the equations here, where errors reach the user.
+    continuation_problem_of(request, problem)
+    return reported(run(problem, sweep, request, archive, executor, progress), throw, depth=4)

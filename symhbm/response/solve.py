@@ -1,4 +1,4 @@
-"""The front door to one point."""
+"""`solve`: the response at one frequency."""
 
 from dataclasses import replace
 from typing import Literal
@@ -76,34 +76,34 @@ def solve(
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
     problem.check_frequencies("frequency", frequency)
-    if accuracy is None:  # else the set is made complete
+    if accuracy is None:  # else harmonics are added
         check_mean(problem)
     if not isinstance(problem.model, CondensedModel):
         warn_of_doubts(problem.model, (frequency, frequency))
     if angles is not None:
         check_angles(problem, angles)
-    target, wanted = check_accuracy(problem, accuracy), check_stability(problem, stability)
-    problem, found, error = _solved(problem, RADIANS * frequency, target)
-    stability = wanted or not problem.single_valued
-    point = describe(problem, found.unknowns, frequency, found.iterations, stability)
-    status: str = found.status
-    if found.converged and not point["converged"]:
+    accuracy, stability = check_accuracy(problem, accuracy), check_stability(problem, stability)
+    problem, solution, error = _solved(problem, RADIANS * frequency, accuracy)
+    stability = stability or not problem.single_valued
+    point = describe(problem, solution.unknowns, frequency, solution.iterations, stability)
+    status: str = solution.status
+    if solution.converged and not point["converged"]:
         status = Status.NO_CONVERGENCE
     if status == Status.SUCCESS and angles is not None:
-        result = solve_angles(problem, RADIANS * frequency, angles, found.unknowns)
-        status, iterations = result.status, found.iterations + result.iterations
+        result = solve_angles(problem, RADIANS * frequency, angles, solution.unknowns)
+        status, iterations = result.status, solution.iterations + result.iterations
         if result.converged:
             point = describe(problem, result.unknowns, frequency, iterations, stability)
             point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
         else:
             blank = nothing(problem, 1, stability) | {"iterations": np.array([iterations])}
             point = {name: values[0] for name, values in blank.items()}
-    if target is not None:
+    if accuracy is not None:
         point["highest_harmonic"] = np.int32(problem.basis.highest)
         point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
-        if status == Status.SUCCESS and error > target:
+        if status == Status.SUCCESS and error > accuracy:
             status = Status.ACCURACY_NOT_REACHED
-    result = schema.label_point(problem, frequency, point, str(status), target)
+    result = schema.label_point(problem, frequency, point, str(status), accuracy)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
     return result
@@ -112,17 +112,17 @@ def solve(
 def _solved(
     problem: HarmonicBalance, frequency: float, accuracy: float | None
 ) -> tuple[HarmonicBalance, NewtonResult, float]:
-    """The problem with the harmonics it takes, its solution and the error of that."""
+    """The problem with the harmonics that the accuracy needs, its solution and truncation error."""
     if accuracy is None:
         return problem, solve_point(problem, frequency), np.nan
     refinement = Refinement(problem, FrequencyProblem, accuracy)
-    problem = refinement.curve(0).problem
-    found = solve_point(problem, frequency)
-    if not found.converged:
-        return problem, found, np.nan
-    response = Solution(frequency, 0, found.unknowns, np.nan, found.iterations)
-    response = refinement.settle(response)
-    problem = refinement.curve(response.level).problem
-    assert response.unknowns is not None
-    found = replace(found, unknowns=response.unknowns, iterations=response.solves)
-    return problem, found, response.error
+    problem = refinement.equations(0).problem
+    start = solve_point(problem, frequency)
+    if not start.converged:
+        return problem, start, np.nan
+    solution = Solution(frequency, 0, start.unknowns, np.nan, start.iterations)
+    solution = refinement.settle(solution)
+    problem = refinement.equations(solution.level).problem
+    assert solution.unknowns is not None
+    result = replace(start, unknowns=solution.unknowns, iterations=solution.solves)
+    return problem, result, solution.error

@@ -1,4 +1,4 @@
-"""What a dataset is: the request, names and units of its variables, provenance."""
+"""Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import schema, tables, variables
 from symhbm.results.description import Description
