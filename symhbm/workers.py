@@ -148,11 +148,11 @@ class Workers:
 
 
 def progress_bar(
-    unit: str, progress: bool, total: int | None = None, initial: int = 0, what: str | None = None
+    unit: str, progress: bool, total: int | None = None, initial: int = 0, label: str | None = None
 ) -> tqdm:
     """A bar of ``progress`` that appears after a few seconds."""
     return tqdm(
-        desc=what,
+        desc=label,
         total=total,
         initial=initial,
         unit=unit,

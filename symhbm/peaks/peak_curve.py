@@ -28,7 +28,7 @@ from symhbm.peaks.tracking import (
     UpperEnvelope,
     polished,
 )
-from symhbm.results import Request, check_band, check_grid, check_parameter, check_place, schema
+from symhbm.results import Request, check_band, check_grid, check_index, check_parameter, schema
 from symhbm.workers import check_executor
 
 
@@ -114,7 +114,7 @@ def peak_curve(
     ends = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
     low, high = sorted(ends)
     grid = check_grid(at, ends)
-    index = check_place(problem, parameter, contact, dof)
+    index = check_index(problem, parameter, contact, dof)
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)
     if problem.samples is not None:

@@ -17,7 +17,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import VARIABLES, Description, check_held
+from symhbm.results import VARIABLES, Description, check_present
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -81,7 +81,7 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError for what is no dataset, KeyError for the first variable it does not hold."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    check_held(dataset, *names)
+    check_present(dataset, *names)
 
 
 def check_anything(dataset: xr.Dataset, name: str) -> None:

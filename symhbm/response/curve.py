@@ -21,7 +21,7 @@ from symhbm.model import Symmetry, find_symmetry
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Solution, joined, status_of
-from symhbm.response.describe import amplitude_slopes, describe_each, nothing
+from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
 from symhbm.results import CurveTable, Request
 
 SMALLEST = 1e-3
@@ -177,7 +177,7 @@ class _Computation:
         shape = (len(solutions),) if shape is None else shape
         at = np.arange(len(solutions)) if rows is None else np.array(rows, dtype=int)
         size, highest = math.prod(shape), self._highest_level
-        table = nothing(self._problem(highest), size, self._request.stability)
+        table = unsolved(self._problem(highest), size, self._request.stability)
         table |= self._truncation(size, highest)
         table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [solution.solves for solution in solutions]

@@ -33,7 +33,7 @@ def describe_each(
     the equations become NaN. ``stability`` adds the growth rates of perturbations.
     """
     first = problems[0]
-    table = nothing(first, len(problems), stability)
+    table = unsolved(first, len(problems), stability)
     table["iterations"][:] = iterations
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     for i in range(0, len(problems), size):
@@ -57,7 +57,7 @@ def describe(
     return {name: values[0] for name, values in table.items()}
 
 
-def nothing(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
+def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
     """Results of points without a solution: NaN, -1 or False."""
     n_dof, n_contacts = problem.model.n_dof, problem.model.n_contacts
 

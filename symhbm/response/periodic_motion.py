@@ -41,7 +41,7 @@ def periodic_motion(
     Parameters
     ----------
     problem
-        What moves; its samples play no part, nor do its harmonics but in the default start.
+        What to solve; its samples are not used, its harmonics for the default start alone.
     frequency
         Excitation frequency [Hz].
     harmonics

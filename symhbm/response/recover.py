@@ -20,7 +20,8 @@ from symhbm.results import meaning
 def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     """Response of all degrees of freedom of a condensed structure at one point of a result.
 
-    Each harmonic is one direct factorisation of the interior, which is moved by what is kept.
+    Each harmonic takes one direct factorisation of the interior, which the kept degrees of freedom
+    move.
 
     Parameters
     ----------
@@ -28,23 +29,23 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         What was solved, of a condensed structure.
     point
         One point of a result of `frf`, `follow` or `solve`, ``response.isel(point=3)``, or one
-        of its peaks, ``response.drop_dims("point").isel(peak=0)``. Parameters that were swept
-        have the values they have there.
+        of its peaks, ``response.drop_dims("point").isel(peak=0)``. Swept parameters have their
+        values at this point.
 
     Returns
     -------
     Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
-    degrees of freedom, ``frequency`` [Hz], and two measures of all equations of the whole
-    structure, contacts included: ``residual_norm``, their largest residual over the largest sum of
-    absolute force terms, and ``condensation_error``, how far the response of what is kept is from
-    solving them: the length of a step of Newton's method over that of the response. It tells how
-    exact this one response is, slipping contacts and resonances included.
+    degrees of freedom, ``frequency`` [Hz], and two errors in all equations of the whole structure,
+    contacts included. ``residual_norm`` is their largest residual over the largest sum of absolute
+    force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
+    freedom over that of their response: the error of this response by condensation.
 
     Raises
     ------
     TypeError, ValueError
-        If the problem is not condensed, if the dataset is not one point, or one without a
-        solution, and if a harmonic of the force resonates with what is kept held.
+        If the problem is not condensed, if the dataset is not one point or has no solution, and if
+        a harmonic of the force resonates with the interior while the kept degrees of freedom are
+        fixed.
     """
     check_problem(problem)
     if not isinstance(problem.model, CondensedModel):

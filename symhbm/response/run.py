@@ -61,14 +61,14 @@ def run(
         kept = {tables.name_of(key, request) for key in tables.flat(blank)}
         call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
     if archive is None:
-        with Spool() as spool, _noted(lambda: _lost(len(spool), sweep.size)):
+        with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
             for encoded in compute(problem, sweep, request, blank, executor, progress):
                 spool.add(encoded)
             return schema.label(call, sweep, request, spool.stacked())
     target = _target("archive", archive)
     file, call = working_file(target), call.dataset()
     if target.exists():
-        complete = _of_call(call, target, progress)
+        complete = _checked_archive(call, target, progress)
         if file.exists():
             # The process that wrote it was killed just before it removed the working file.
             with suppress(ArchiveError), Store(file) as store:
@@ -114,14 +114,14 @@ def resume(
     path
         The ``archive`` that `frf` or `follow` was given.
     executor
-        Where the parameter sets that are left are computed; by default in this process.
+        Where the remaining parameter sets are computed; by default in this process.
     progress
         Show a bar when it takes longer than a few seconds.
 
     Returns
     -------
-    Dataset of the archive, opened lazily, as the uninterrupted call gives it. One that is finished
-    comes as it is, with a line on stderr that nothing was computed where ``progress`` is shown.
+    Dataset of the archive, opened lazily, as from the uninterrupted call. A finished archive is
+    opened without computing, and a line on stderr says so where ``progress`` is shown.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def resume(
         If the archive is in use by another process, cannot be written, or the working file is
         damaged or of a problem that cannot be rebuilt.
     KeyboardInterrupt
-        If it is interrupted; a note says what is safe and how to go on.
+        If it is interrupted; a note tells which results are safe and how to go on.
 
     Warns
     -----
@@ -139,10 +139,10 @@ def resume(
         If curves are incomplete, with the most common reason.
     """
     check_executor(executor)
-    return reported(_resumed(path, executor, check.flag("progress", progress)))
+    return reported(_resume(path, executor, check.flag("progress", progress)))
 
 
-def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
+def _resume(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
@@ -166,12 +166,12 @@ def _finished(
     progress: bool,
 ) -> xr.Dataset:
     if target.exists():
-        complete = _of_call(call, target, progress)
+        complete = _checked_archive(call, target, progress)
         store.remove()
         return complete
     sweep, request = schema.recall(call)
     _check_names(store, blank)
-    with _noted(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
+    with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
         curves = compute(problem, sweep, request, blank, executor, progress, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.
         with closing(curves):
@@ -183,7 +183,7 @@ def _finished(
 
 
 @contextmanager
-def _noted(rest: Callable[[], str]) -> Iterator[None]:
+def _with_note(rest: Callable[[], str]) -> Iterator[None]:
     """Add a note to KeyboardInterrupt on the results that are safe."""
     try:
         yield
@@ -192,7 +192,7 @@ def _noted(rest: Callable[[], str]) -> Iterator[None]:
         raise
 
 
-def _lost(n_done: int, n_sets: int) -> str:
+def _lost_text(n_done: int, n_sets: int) -> str:
     if n_sets == 1:
         return "nothing is kept of a curve that is not finished"
     return (
@@ -201,7 +201,7 @@ def _lost(n_done: int, n_sets: int) -> str:
     )
 
 
-def _of_call(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
+def _checked_archive(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
     """A finished archive; ArchiveError if it is one of another computation."""
     complete = load(target, lazy=True)
     try:

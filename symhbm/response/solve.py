@@ -13,7 +13,7 @@ from symhbm.model import warn_of_doubts
 from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, check
 from symhbm.response.accuracy import Refinement, Solution, check_accuracy
-from symhbm.response.describe import describe, nothing
+from symhbm.response.describe import describe, unsolved
 from symhbm.results import schema
 from symhbm.time_domain import check_stability
 
@@ -27,7 +27,7 @@ def solve(
     angles: Literal["newton", "rootfinder", "ipopt"] | None = None,
     throw: bool = False,
 ) -> xr.Dataset:
-    """Solve Eq. (9) at one ``frequency`` [Hz], from nothing.
+    """Solve Eq. (9) at one ``frequency`` [Hz], without a guess.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def solve(
     frequency
         Excitation frequency [Hz].
     accuracy
-        Error of the displacements that the harmonics left out may make, as in `symhbm.frf`; the
-        dataset has the harmonics that takes. By default those of the problem.
+        Largest error by truncation of the harmonics, as in `symhbm.frf`; the dataset has the
+        harmonics that this needs. By default it has those of the problem.
     stability
         Add ``growth_rate`` and ``stability``, as in `symhbm.frf`.
     angles
@@ -45,11 +45,11 @@ def solve(
         ``rootfinder`` or IPOPT, started from the solution with located angles and checked against
         it. By default the located angles are the result.
     throw
-        Raise SolveError where nothing converged.
+        Raise SolveError where it did not converge.
 
     Returns
     -------
-    Dataset without a ``point`` dimension. Where nothing converged, ``converged`` is False, the
+    Dataset without a ``point`` dimension. Where it did not converge, ``converged`` is False, the
     values are NaN and ``status`` says why, also where the form with angles as unknowns does not
     apply to the motion. Where cubic springs make several solutions, it is one of them; `frf` finds
     those on one connected branch, which need not be all.
@@ -60,7 +60,7 @@ def solve(
         If the frequency is not positive and finite; for angles as unknowns, if there is no such
         solver, a harmonic is even, or friction is sampled.
     SolveError
-        If nothing converged and ``throw`` is True.
+        If it did not converge and ``throw`` is True.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def solve(
             point = describe(problem, result.unknowns, frequency, iterations, stability)
             point |= {"theta_0": result.theta_0, "theta_star": result.theta_star}
         else:
-            blank = nothing(problem, 1, stability) | {"iterations": np.array([iterations])}
+            blank = unsolved(problem, 1, stability) | {"iterations": np.array([iterations])}
             point = {name: values[0] for name, values in blank.items()}
     if accuracy is not None:
         point["highest_harmonic"] = np.int32(problem.basis.highest)

@@ -25,33 +25,33 @@ def verify(
     exact: int | Literal["all", "none"] = 4,
     progress: bool = True,
 ) -> xr.Dataset:
-    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from itself alone.
+    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
 
-    Every point and every peak is; events, angles of slip, stability and estimated errors are not.
+    Points and peaks are verified; events, switching angles, stability and estimated errors are not.
 
     Parameters
     ----------
     dataset
         What to verify, or a part of it.
     points
-        All points that have a solution, or so many of them, evenly spread.
+        Number of points to verify, evenly spread over those with a solution, or all of these.
     bounds
         Largest allowed value by name of `FIGURES`, in place of the default; None lifts it.
     exact
-        How many points are compared with their exact periodic motion (up to a second each): those
-        of the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
-        springs it is the motion closest to what is stored.
+        Number of points compared with their exact periodic motion (up to a second each): those of
+        the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
+        springs it is the motion closest to the stored response.
     progress
         Show a bar when it takes longer than a few seconds.
 
     Returns
     -------
     Copy of the dataset with the variables of `FIGURES` (all dimensionless) over its points, and
-    with ``peak_`` before their names over its peaks. They are NaN where there is no solution or
-    none was asked for, infinite where a figure cannot be computed. The attribute ``verification``
-    holds the worst of each as JSON, and under ``missing`` the variables without which something is
-    not verified: where ``keep`` left out the coefficients of points, the peaks alone are. A bound
-    on a figure that no point has is broken: what was not checked does not pass.
+    with the prefix ``peak_`` over its peaks. They are NaN at points without a solution or not asked
+    for, infinite where a figure cannot be computed. The attribute ``verification`` holds the worst
+    values as JSON, and under ``missing`` the variables without which a part is not verified: where
+    ``keep`` left out the coefficients of points, only the peaks are. A bound on a figure that no
+    point has is broken: it was not checked.
 
     Raises
     ------

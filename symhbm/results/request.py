@@ -142,7 +142,7 @@ def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | 
     return grid
 
 
-def check_place(
+def check_index(
     problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
 ) -> int | None:
     """The number of the one contact or blade that is chosen, None for all."""

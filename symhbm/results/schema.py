@@ -58,12 +58,12 @@ def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
     return f"{words}; {', '.join(by_keep)} left out by keep=" if by_keep else words
 
 
-def check_held(dataset: xr.Dataset, *names: str, what: str = "dataset") -> None:
+def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") -> None:
     """Raise KeyError for the first variable a dataset does not hold, with the reason."""
     for name in names:
         if name in left_out(dataset) and name not in dataset.variables:
             raise KeyError(f"{name!r} was left out by keep=; compute with keep=[..., {name!r}]")
-        check.known(name, [str(held) for held in dataset.variables], f"variable of the {what}")
+        check.known(name, [str(held) for held in dataset.variables], f"variable of the {container}")
 
 
 def differences(first: xr.Dataset, second: xr.Dataset) -> list[str]:

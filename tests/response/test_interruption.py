@@ -126,14 +126,14 @@ def test_a_working_file_of_other_names_is_refused(tmp_path, monkeypatch):
     """As one of another version is: its curves could not be put beside those of today."""
     from symhbm.response import curve
 
-    path, nothing = tmp_path / "x.nc", curve.nothing
+    path, unsolved = tmp_path / "x.nc", curve.unsolved
 
-    def more(*given):
-        table = nothing(*given)
+    def more(*arguments):
+        table = unsolved(*arguments)
         return table | {"angle": table["residual_norm"].copy()}
 
     with monkeypatch.context() as patch:
-        patch.setattr(curve, "nothing", more)
+        patch.setattr(curve, "unsolved", more)
         interrupted(monkeypatch, 1, lambda: call(archive=path))
     for use in (lambda: call(archive=path), lambda: sh.resume(path)):
         with pytest.raises(sh.ArchiveError, match=r"another version .*differ in angle; finish it"):

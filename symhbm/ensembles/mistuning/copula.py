@@ -177,17 +177,17 @@ def _between(sizes: Mapping[str, int], between: Any) -> tuple[list[str], FloatAr
     return names, matrix
 
 
-def _root(what: str, matrix: FloatArray) -> FloatArray:
+def _root(label: str, matrix: FloatArray) -> FloatArray:
     """Symmetric root of a correlation matrix, which need not have full rank."""
     size = len(matrix)
     if not np.array_equal(matrix, matrix.T) or np.any(np.diag(matrix) != 1):
-        raise ValueError(f"{what}: expected a symmetric matrix with ones on its diagonal")
+        raise ValueError(f"{label}: expected a symmetric matrix with ones on its diagonal")
     if size == 0 or np.array_equal(matrix, np.eye(size)):
         return matrix
     values, vectors = np.linalg.eigh(matrix)
     if values[0] < -_ROUND_OFF * size:
         raise ValueError(
-            f"{what}: expected a positive semidefinite matrix, its lowest eigenvalue is "
+            f"{label}: expected a positive semidefinite matrix, its lowest eigenvalue is "
             f"{values[0]:.3g}"
         )
     return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T

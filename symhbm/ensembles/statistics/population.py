@@ -19,30 +19,30 @@ BLOCK = 2**26
 _ENTRIES = ("row", "column", "value")
 
 
-def followed(dataset: object, what: str) -> tuple[xr.Dataset, Description, str]:
+def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, str]:
     """A response curve, its description, and the dimension of its points.
 
     Raises TypeError and ValueError for anything else.
     """
     if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"{what}={check.shown(dataset)}: expected an xarray Dataset")
-    check_schema(dataset, what)
+        raise TypeError(f"{argument}={check.shown(dataset)}: expected an xarray Dataset")
+    check_schema(dataset, argument)
     missing = [name for name in ("amplitude", "status") if name not in dataset.variables]
     if missing:
         raise ValueError(
-            f"{what}: expected a result of frf or follow, got one {without(dataset, missing)}"
+            f"{argument}: expected a result of frf or follow, got one {without(dataset, missing)}"
         )
     description = Description(dataset)
     moving = description.moving
     dims = dataset["amplitude"].dims
     if "solution" in dims:
         raise ValueError(
-            f"{what}: expected one response at each {moving}, it has several (dimension "
+            f"{argument}: expected one response at each {moving}, it has several (dimension "
             "'solution'); select one, for example the first by .isel(solution=0)"
         )
     along = next((name for name in ("point", moving) if name in dims), None)
     if along is None:
-        raise ValueError(f"{what}: expected a response curve, got one point")
+        raise ValueError(f"{argument}: expected a response curve, got one point")
     return dataset, description, along
 
 

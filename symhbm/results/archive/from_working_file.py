@@ -102,7 +102,7 @@ def _fill(
     for name in {"coordinates"} & {*target.ncattrs()}:
         target.delncattr(name)
     target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
-    with progress_bar("curve", progress, store.n_sets, what="archive") as bar:
+    with progress_bar("curve", progress, store.n_sets, label="archive") as bar:
         for corner in itertools.product(*map(range, [0] * len(slab), sweep.shape, slab)):
             region = [
                 slice(start, min(start + step, size))

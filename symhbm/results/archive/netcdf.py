@@ -224,16 +224,16 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
     return problem
 
 
-def check_schema(dataset: xr.Dataset, what: str) -> None:
+def check_schema(dataset: xr.Dataset, source: str) -> None:
     """Raise ArchiveError unless ``dataset`` follows a schema this version can read."""
     number = dataset.attrs.get("symhbm_schema")
     if number is None:
         raise ArchiveError(
-            f"{what}: not written by symhbm (the attribute symhbm_schema is missing)"
+            f"{source}: not written by symhbm (the attribute symhbm_schema is missing)"
         )
     if not isinstance(number, (int, np.integer)) or not 1 <= number <= SCHEMA_VERSION:
         raise ArchiveError(
-            f"{what}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
+            f"{source}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
         )
 
 
