@@ -69,9 +69,9 @@ def frf(
         path along ``point``, peaks among them.
     over
         Named parameters to sweep. Each value of a list is set for all blades or contacts alike; the
-        list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or ``contact`` (a
-        pattern) and any other, for example ``sample``. Several names give their product; names
-        that share a dimension go in pairs.
+        list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or
+        ``contact`` (a pattern) and any other, for example ``sample``. Several names give their
+        product; names that share a dimension go in pairs.
     accuracy
         Largest error of the displacements by truncation of the harmonics, relative to their
         amplitudes. Every point then has the harmonics that this needs, those of the problem at
