@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation.angles import check_angles, check_path_angles
 from symhbm.model import PARAMETERS, warn_of_doubts
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import curve_of
@@ -281,10 +280,9 @@ def _run(
     springs = "cubic_stiffness" in moving
     if options["accuracy"] is None:  # else the set is made complete
         check_mean(problem)
-    if not isinstance(problem.model, CondensedModel):
-        hertz = described.get("frequency")
-        band = described["band"] if hertz is None else (hertz, hertz)
-        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
+    hertz = described.get("frequency")
+    band = described["band"] if hertz is None else (hertz, hertz)
+    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
     angles = options["angles"]

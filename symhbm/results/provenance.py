@@ -22,7 +22,6 @@ from symhbm.model import (
     PointForce,
     dims_of,
 )
-from symhbm.model.condensation import CondensedModel
 from symhbm.results.description import Description
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -144,10 +143,10 @@ def with_provenance(
             target = f"{name}_nominal"
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         variables[target] = (dims, np.array(value), attributes)
-    if isinstance(problem.model, CondensedModel):
+    if problem.model.kept is not None:
         about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
-        coordinates[OF_STRUCTURE] = ("dof", problem.model.dofs, about)
-    elif not problem.model.lumped:
+        coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, about)
+    elif problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
     about_all = {
@@ -170,7 +169,7 @@ def with_provenance(
         if followed.accuracy is not None:
             about_all["accuracy"] = followed.accuracy
     model = problem.model
-    if isinstance(model, CondensedModel):
+    if model.kept is not None:
         about_all[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
     return Parts(variables, coordinates, about_all, sizes)
@@ -203,10 +202,7 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
-    condensed = {}
-    if isinstance(problem.model, CondensedModel):
-        condensed["condensed"] = problem.model.description
-    return condensed | {
+    return problem.model.description() | {
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,
