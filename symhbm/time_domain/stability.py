@@ -28,7 +28,7 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     if wanted and not problem.model.has_matrices:
         raise ValueError(
             "stability=True: expected False for a structure without matrices; responses of "
-            "friction with dissipative damping are stable, for cubic springs use a whole structure, "
+            "friction with damping are stable, for cubic springs use a whole structure, "
             "of a condensed one the attribute structure of its model"
         )
     return wanted
