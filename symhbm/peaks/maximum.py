@@ -155,7 +155,7 @@ class Maximum:
         slope, bend = (basis.values(self._extreme[1], derivative) for derivative in (1, 2))
         # The angle of the largest displacement varies with the coefficients.
         block = np.outer(slope, slope) / abs(bend @ self.motion)
-        return _placed(block, np.arange(self.dof_slice.start, self.dof_slice.stop), size)
+        return _embedded(block, np.arange(self.dof_slice.start, self.dof_slice.stop), size)
 
     @property
     def slip_margin(self) -> float:
@@ -186,7 +186,7 @@ class Maximum:
         curvature[: len(involved), : len(involved)] = (
             rows[:, involved].T @ block @ rows[:, involved]
         )
-        return _placed(curvature, columns, second_order.n_variables)
+        return _embedded(curvature, columns, second_order.n_variables)
 
     @cached_property
     def _limit(self) -> tuple[float, FloatArray, FloatArray]:
@@ -249,7 +249,7 @@ def _loops(
     return sorted(loops, key=lambda pair: pair[0])
 
 
-def _placed(block: FloatArray, index: NDArray[np.intp], size: int) -> Any:
+def _embedded(block: FloatArray, index: NDArray[np.intp], size: int) -> Any:
     """A square block at an index of rows and columns of a zero matrix, dense or sparse by size."""
     if size <= DENSE_LIMIT:
         matrix = np.zeros((size, size))

@@ -31,6 +31,9 @@ from symhbm.peaks.tracking import (
 from symhbm.results import Request, check_band, check_grid, check_parameter, check_place, schema
 from symhbm.workers import check_executor
 
+_ROUNDS = 6
+"""Largest number of times that minima and exchanges are surveyed and missed branches followed."""
+
 
 def peak_curve(
     problem: HarmonicBalance,
@@ -128,7 +131,7 @@ def peak_curve(
             "responses that need not be unique, frf with over= gives them"
         )
     check_mean(problem)
-    first, last = (_set(problem, parameter, index, value) for value in (low, high))
+    first, last = (_with_value(problem, parameter, index, value) for value in (low, high))
     bands = _bands(frequency, first, last)
     limits = float(np.min(bands)), float(np.max(bands))
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
@@ -137,15 +140,15 @@ def peak_curve(
         leading = LeadingBranches(Parameter(start, parameter, index, (low, high)), surveyor, grid)
         curve = _Curve(leading)
         rows = curve.rows(grid)
-    task = Request(name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index)
-    result = schema.label_peak_curve(problem, task, bands, curve.results(rows), curve.status(rows))
+    request = Request(
+        name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index
+    )
+    result = schema.label_peak_curve(
+        problem, request, bands, curve.results(rows), curve.status(rows)
+    )
     if throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result
-
-
-_ROUNDS = 6
-"""Largest number of times that minima and exchanges are surveyed and missed branches followed."""
 
 
 class _Row:
@@ -283,7 +286,7 @@ def _stacked(values: list) -> np.ndarray:
     return np.array(values, dtype=object if isinstance(values[0], str) else None)
 
 
-def _set(
+def _with_value(
     problem: HarmonicBalance, parameter: str, index: int | None, value: float
 ) -> HarmonicBalance:
     values = np.array(problem.parameters[parameter], dtype=float)

@@ -242,8 +242,8 @@ def _derivatives(
 def _contacts_at_rest(maximum: Maximum) -> list[int]:
     """Contacts at rest whose force has a kink there.
 
-    With a mean value in the basis it is centred between the extremes of the motion; without
-    normal load there is no stick.
+    With a mean value in the basis the force is centred between the extremes of the motion; without
+    normal load the contact never sticks.
     """
     problem = maximum.problem
     moving = problem.relative(maximum.unknowns)[:, problem.basis.order > 0]

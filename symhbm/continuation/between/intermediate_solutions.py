@@ -58,7 +58,9 @@ def solved_between(
     segments = _segments(points)
     for _ in range(_MAX_DEPTH):
         halves = []
-        for segment, share in zip(segments, _shares(segments, corrector, per_dof), strict=True):
+        for segment, share in zip(
+            segments, _needed_shares(segments, corrector, per_dof), strict=True
+        ):
             solves_before = corrector.solves
             middle = _solution(segment, corrector, points[segment.number], share) if share else None
             if middle is not None:
@@ -84,7 +86,7 @@ def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
     return segments
 
 
-def _shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
+def _needed_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
     """Shares (n,) of the segments at which a solution is needed, 0 where none is.
 
     Where the response is single-valued, they are shares of the parameter interval.
@@ -92,11 +94,11 @@ def _shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> Float
     size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
     batches = [segments[i : i + size] for i in range(0, len(segments), size)]
     return np.concatenate(
-        [_worst_shares(batch, corrector, per_dof) for batch in batches] or [np.empty(0)]
+        [_batch_shares(batch, corrector, per_dof) for batch in batches] or [np.empty(0)]
     )
 
 
-def _worst_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
+def _batch_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
     """Those of one batch: the samples of the largest error above the tolerance."""
     curve = corrector.curve
     left, right = (

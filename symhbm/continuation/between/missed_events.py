@@ -88,15 +88,15 @@ def _doubtful_shares(
     shares = segments.begin[:, None] + segments.width[:, None] * _SHARES
     first_limit, last_limit = limit[segments.number][:, None], limit[segments.number + 1][:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
-        excess = (
+        slip_margin = (
             np.log(np.maximum(doubtful, 0.0))
             - first_limit
             - shares[..., None] * (last_limit - first_limit)
         )
-        beyond = np.where(np.isfinite(first_limit + last_limit), outward * excess, -np.inf)
+        beyond = np.where(np.isfinite(first_limit + last_limit), outward * slip_margin, -np.inf)
     highest = beyond.max(axis=-1)
-    highest_share = highest.argmax(axis=-1)
-    return np.where(highest.max(axis=-1) > BEYOND, _SHARES[highest_share], 0.0)
+    share_index = highest.argmax(axis=-1)
+    return np.where(highest.max(axis=-1) > BEYOND, _SHARES[share_index], 0.0)
 
 
 def _relative_motion(problem: HarmonicBalance, at: PathState) -> ValueAndRate:

@@ -46,7 +46,7 @@ class Segments(NamedTuple, Generic[At]):
             np.array([any(event.kind == kind for event in p.events) for p in points])
             for kind in (EventKind.ONSET, EventKind.END)
         )
-        drowned = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
+        unbounded = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
         count = len(points) - 1
         segments = cls(
             number=np.arange(count),
@@ -60,7 +60,7 @@ class Segments(NamedTuple, Generic[At]):
             slip_events=np.stack([onset[:-1], end[1:]], axis=-1),
             slip=np.array([point.slip for point in points[:-1]]),
         )
-        return segments.take(~(drowned[:-1] | drowned[1:]))
+        return segments.take(~(unbounded[:-1] | unbounded[1:]))
 
     def take(self, index: Any) -> Self:
         """A selection of the segments."""

@@ -48,7 +48,7 @@ def amplitude_and_slope(
         return amplitude.reshape(shape), slope.reshape(shape)
     amplitude, angle = largest_displacement(problem.basis, coefficients)
     values = problem.basis.values(angle)
-    # The angle of a maximum moves, but the displacement is stationary by it.
+    # The angle of the maximum varies, but the displacement is stationary by the angle.
     sign = np.sign(np.einsum("dm,dm->d", values, coefficients))
     slope = sign * np.einsum("dm,dm->d", values, derivative.reshape(-1, size))
     return amplitude.reshape(shape), slope.reshape(shape)
@@ -87,15 +87,13 @@ class SlopeEstimate(NamedTuple):
 
     def falls_from(self) -> NDArray[np.bool_]:
         """Whether each amplitude surely falls all along from the left end, (..., n_dof)."""
-        return (self.slopes + _ERROR_PROFILE[:, None] * self.error[..., None, :])[..., 1:-1, :].max(
-            -2
-        ) < 0
+        upper = self.slopes + _ERROR_PROFILE[:, None] * self.error[..., None, :]
+        return upper[..., 1:-1, :].max(-2) < 0
 
     def rises_to(self) -> NDArray[np.bool_]:
         """Whether each amplitude surely rises all along to the right end, (..., n_dof)."""
-        return (self.slopes - _ERROR_PROFILE[:, None] * self.error[..., None, :])[..., 1:-1, :].min(
-            -2
-        ) > 0
+        lower = self.slopes - _ERROR_PROFILE[:, None] * self.error[..., None, :]
+        return lower[..., 1:-1, :].min(-2) > 0
 
     def take(self, index: Any) -> Self:
         """A selection of the segments."""
@@ -119,7 +117,7 @@ def estimate_slopes(
     where there are none or an event lies between.
     """
     measured = measure(problem.single_valued, left, right, scale)
-    length = np.where(measured.length == 0, 1.0, measured.length)  # one point twice
+    length = np.where(measured.length == 0, 1.0, measured.length)  # coincident ends
     amplitudes, slopes = _interpolated(problem, left, right, scale, measured, length, slip_events)
     samples = (
         ValueAndRate(at.bare(), at.state[..., :-1], at.direction[..., :-1])

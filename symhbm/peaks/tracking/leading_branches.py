@@ -195,14 +195,15 @@ class LeadingBranches:
         if not middle.candidates:
             return False
         reach = _SLOPE_FACTOR * max(high.value - middle.value, middle.value - low.value)
-        top, *others = sorted(middle.candidates, key=lambda c: -c.maximum.amplitude)
+        highest, *others = sorted(middle.candidates, key=lambda c: -c.maximum.amplitude)
 
         def rate(conditions: Conditions) -> float:
             return self.parameter.slope(conditions) / conditions.maximum.amplitude
 
         return any(
-            np.log(top.maximum.amplitude / c.maximum.amplitude) <= reach * abs(rate(c) - rate(top))
-            for c in (top, *others)
+            np.log(highest.maximum.amplitude / c.maximum.amplitude)
+            <= reach * abs(rate(c) - rate(highest))
+            for c in (highest, *others)
             if not self.followed.branches_through(c, middle.value)
         )
 
@@ -221,9 +222,9 @@ class LeadingBranches:
             return inside or self._between_unbounded(surveyed)
         if not surveyed.survey.maxima:
             return False
-        top = self.followed.highest(surveyed.value)
+        highest = self.followed.highest(surveyed.value)
         floor = (1 - AGREEMENT) * surveyed.survey.height
-        return top is not None and top[1].maximum.amplitude >= floor
+        return highest is not None and highest[1].maximum.amplitude >= floor
 
     def _between_unbounded(self, surveyed: SurveyedValue) -> bool:
         """Whether the surveys on both sides are unbounded."""
