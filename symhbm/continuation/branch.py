@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.between import Peak, locate_peaks, overlooked, unbounded_peak
+from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
@@ -104,7 +104,7 @@ class Branch:
 
     def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
         """A path with the events that its steps passed over."""
-        passed = overlooked(points, self.corrector) if self.curve.single_valued else {}
+        passed = find_missed_events(points, self.corrector) if self.curve.single_valued else {}
         path = []
         for i, here in enumerate(points):
             path.append(here)
@@ -131,7 +131,7 @@ class Branch:
             passed = self._walked_anew(here, there, value) if depth < _MAX_DEPTH else None
             if passed is None:
                 # That state is one of round-off, next to the limit.
-                alone = locate_peaks([here, there], self.corrector, self.each, regardless=True)
+                alone = locate_peaks([here, there], self.corrector, self.each, ignore_states=True)
                 path += alone.between.get(0, ())
                 peaks += alone.peaks
                 lost += alone.lost + len(alone.other_states)

@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.condensed_modes import modes_below
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import ContactSprings, ContactState, contact_springs
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
@@ -43,9 +41,10 @@ class ResonanceCount:
         if problem.n_dof > LARGEST_SIZE:
             return None
         harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
-        if isinstance(model, CondensedModel):
+        if not model.has_matrices:
             pairs = zip(harmonics, springs, strict=True)
-            return tuple(modes_below(model, n, frequency, spring) for n, spring in pairs)
+            counts = [model.modes_below(n, frequency, spring) for n, spring in pairs]
+            return None if None in counts else tuple(counts)  # type: ignore[arg-type]
         mass, stiffness, spread, directions = self._matrices(problem, harmonics)
         square = (frequency * np.array(harmonics))[:, None, None] ** 2
         whole = stiffness + (spread * springs[:, None, :]) @ directions - square * mass

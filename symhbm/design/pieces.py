@@ -99,10 +99,10 @@ class Response:
         found = survey(self.at(x), self.bands)
         # What a band that was not followed to its end hides may be higher.
         top = found.height if found.complete else np.inf
-        n_peaks = sum(summit.kind != MaximumKind.EDGE for summit in found.summits)
+        n_peaks = sum(summit.kind != MaximumKind.EDGE for summit in found.maxima)
         if not np.isfinite(top):
             return Maxima([], np.inf, True, n_peaks, _why(found))
-        summits = [s for s in found.summits if s.amplitude >= CONTENDER * top][:_MOST]
+        summits = [s for s in found.maxima if s.amplitude >= CONTENDER * top][:_MOST]
         pieces = [self._piece(Conditions(self._second_order, s)) for s in summits]
         return Maxima(pieces, float(np.log(top)), True, n_peaks)
 
@@ -128,7 +128,7 @@ class Response:
         return Maxima(found, found[0].value, False) if found else None
 
     def _piece(self, conditions: Conditions) -> FollowedMaximum:
-        summit = conditions.summit
+        summit = conditions.maximum
         entries = self.space.derivative(summit.problem, self._second_order.places)
         slope = entries.T @ conditions.gradient
         bend = entries.T @ conditions.hessian @ entries + np.diag(slope)

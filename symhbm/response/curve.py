@@ -18,7 +18,6 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Solution, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
@@ -58,8 +57,6 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
     """
     unique = problem.single_valued and not request.may_fold and not request.stability
     if not request.sector or not unique or request.index is not None or problem.samples is not None:
-        return None
-    if isinstance(problem.model, CondensedModel):
         return None
     return find_symmetry(problem.model, problem.excitation, problem.basis)
 

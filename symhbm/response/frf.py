@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation.angles import check_angles, check_path_angles
 from symhbm.model import PARAMETERS, warn_of_doubts
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import continuation_problem_of
@@ -281,10 +280,9 @@ def _run(
     cubic_springs = "cubic_stiffness" in moving
     if options["accuracy"] is None:  # else harmonics are added
         check_mean(problem)
-    if not isinstance(problem.model, CondensedModel):
-        hertz = axis.get("frequency")
-        band = axis["band"] if hertz is None else (hertz, hertz)
-        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
+    hertz = axis.get("frequency")
+    band = axis["band"] if hertz is None else (hertz, hertz)
+    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     may_fold = cubic_springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
     angles = options["angles"]
@@ -302,6 +300,6 @@ def _run(
         keep=check_keep(options["keep"], options["verifiable"], axis["name"], accuracy),
         angles=angles,
     )
-    # Compiles the equations here, where errors reach the user.
+    # Compiled once: copies of the problem for all parameter sets share the functions.
     continuation_problem_of(request, problem)
     return reported(run(problem, sweep, request, archive, executor, progress), throw, depth=4)

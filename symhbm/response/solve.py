@@ -10,7 +10,6 @@ from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Status, solve_point
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, check
 from symhbm.response.accuracy import Refinement, Solution, check_accuracy
 from symhbm.response.describe import describe, unsolved
@@ -78,8 +77,7 @@ def solve(
     problem.check_frequencies("frequency", frequency)
     if accuracy is None:  # else harmonics are added
         check_mean(problem)
-    if not isinstance(problem.model, CondensedModel):
-        warn_of_doubts(problem.model, (frequency, frequency))
+    warn_of_doubts(problem.model, (frequency, frequency))
     if angles is not None:
         check_angles(problem, angles)
     accuracy, stability = check_accuracy(problem, accuracy), check_stability(problem, stability)

@@ -31,6 +31,11 @@ class Description:
         return self.problem.get("condensed")
 
     @property
+    def structure(self) -> dict[str, Any] | None:
+        """The class of a structure without matrices that is not condensed, None for others."""
+        return self.problem.get("structure")
+
+    @property
     def request(self) -> dict[str, Any]:
         """Entries of `Request.to_json`; those of a single point tell the frequency alone."""
         return self._read("followed", {"name": "frequency"})

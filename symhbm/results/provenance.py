@@ -22,7 +22,6 @@ from symhbm.model import (
     PointForce,
     dims_of,
 )
-from symhbm.model.condensation import CondensedModel
 from symhbm.results.description import Description
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -144,10 +143,10 @@ def with_provenance(
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         stored_name = f"{name}_nominal" if nominal else name
         variables[stored_name] = (dims, np.array(value), attributes)
-    if isinstance(problem.model, CondensedModel):
+    if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
-        coordinates[OF_STRUCTURE] = ("dof", problem.model.dofs, attributes)
-    elif not problem.model.lumped:
+        coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
+    elif problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
     global_attributes = {
@@ -164,7 +163,7 @@ def with_provenance(
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy
     model = problem.model
-    if isinstance(model, CondensedModel):
+    if model.kept is not None:
         kept = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
         global_attributes[LARGEST_OF] = kept
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
@@ -198,10 +197,7 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
-    condensed = {}
-    if isinstance(problem.model, CondensedModel):
-        condensed["condensed"] = problem.model.description
-    return condensed | {
+    return problem.model.description() | {
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,

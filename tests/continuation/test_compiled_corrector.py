@@ -8,9 +8,9 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.between.crests import zero
-from symhbm.continuation.between.divisions import Segments
-from symhbm.continuation.between.slopes import Slopes, turning
+from symhbm.continuation.between.located_maximum import falling_zero
+from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.slopes import Slopes, estimate_slopes
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import compiled
 from symhbm.continuation.correctors.bordered_system import point_system
@@ -272,11 +272,11 @@ def test_slopes_of_many_stretches_are_those_of_each():
     sides = (Slopes.of(problem, PathState(state, side)) for side in (before, after))
     stretches = Segments.of(points, *sides)
     roots = np.random.default_rng(0).random((len(points) - 1, 2)) < 0.3
-    stretches = stretches._replace(roots=roots)
-    together = turning(problem, *stretches[3:-1])
+    stretches = stretches._replace(slip_events=roots)
+    together = estimate_slopes(problem, *stretches[3:-1])
     assert np.isfinite(together.error).all()
     for k in range(len(points) - 1):
-        alone = turning(problem, *stretches.take(k)[3:-1])
+        alone = estimate_slopes(problem, *stretches.take(k)[3:-1])
         for one, many in zip(alone[:-1], together.take(k)[:-1], strict=True):
             # Sums of a few numbers in another order.
             assert one == pytest.approx(many, rel=1e-7, abs=1e-18)
@@ -296,6 +296,6 @@ def test_slopes_of_many_stretches_are_those_of_each():
     ],
 )
 def test_a_maximum_between_slopes_of_opposite_sign(slope, start):
-    share = zero(slope, slope(0.0), slope(1.0), start)
+    share = falling_zero(slope, slope(0.0), slope(1.0), start)
     aside = 1e-8
     assert slope(share - aside) > 0 > slope(share + aside)

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd
 from symhbm.continuation.newton import ACCEPTED, newton
 from symhbm.continuation.start import solve_point
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import DENSE_LIMIT, FloatArray, check
 
 AGREEMENT = 1e-9
@@ -75,7 +74,7 @@ def check_angles(problem: HarmonicBalance, solver: str) -> None:
     """Raise ValueError unless there is such a solver and the form can be written for a problem."""
     if not isinstance(solver, str) or solver not in _SOLVERS:
         raise ValueError(f"angles={check.shown(solver)}: expected one of {', '.join(_SOLVERS)}")
-    if isinstance(problem.model, CondensedModel):
+    if not problem.model.has_matrices:
         raise ValueError(
             f"angles={solver!r}: expected None for a condensed structure, whose linear part is no "
             "CasADi function; use the attribute structure of its model"

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from symhbm.balance import CondensedForces, Equations
+from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
 from symhbm.continuation.correctors.constraints import BEYOND
 from symhbm.continuation.problem import WEAKEST
@@ -25,7 +25,7 @@ _MOST_FILL = 20_000
 """Entries of the factors of the structure up to which resonances are counted at every point."""
 
 
-def point_system(equations: Equations, structure: CondensedForces | None = None) -> ca.Function:
+def point_system(equations: Equations, structure: DynamicStiffness | None = None) -> ca.Function:
     """CasADi function of the scaled system at a point, of a condensed ``structure`` where given.
 
     Inputs: all ``parameters``, ``point`` and ``guess`` (unknowns and frequency), ``normal`` and

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import CondensedForces, Equations
+from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
@@ -100,13 +100,16 @@ def compiled_corrector(curve: ContinuationProblem) -> CompiledCorrector | None:
     """
     if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
         return None
-    if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
+    part = curve.problem.structure
+    if part is None and curve.problem.n_unknowns > DENSE_LIMIT:
+        return None
+    if part is not None and part.band_functions is None:
         return None
     return CompiledCorrector(curve) if curve.problem.in_closed_form else None
 
 
 @lru_cache(maxsize=32)
-def _programs(equations: Equations, structure: CondensedForces | None) -> "_Programs":
+def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
     return _Programs(point_system(equations, structure))
 
 

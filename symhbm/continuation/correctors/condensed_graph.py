@@ -1,6 +1,6 @@
 """The linear part of a condensed structure under one harmonic as a graph of CasADi.
 
-What `CondensedForces.added` computes with NumPy, for corrections that are one compiled call.
+What `DynamicStiffness.added` computes with NumPy, for corrections that are one compiled call.
 Complex numbers are pairs of real and imaginary parts.
 """
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from symhbm.balance import CondensedForces
+from symhbm.balance import DynamicStiffness
 from symhbm.model.condensation import OUTSIDE, PoleResidueFunction
 
 Pair = tuple[Any, Any]
@@ -25,13 +25,15 @@ class _Balance(NamedTuple):
     inertia: Any
 
 
-def condensed_graph(structure: CondensedForces) -> ca.Function:
+def condensed_graph(structure: DynamicStiffness) -> ca.Function:
     """CasADi function of the forces of a condensed structure, for harmonics 0 and 1.
 
     Inputs: unknowns [m], frequency [rad/s] and amplitude of the excitation. Outputs: forces [N],
     the largest sum of their absolute terms [N], derivatives by the unknowns and by the frequency,
     and the largest inertia force [N]. NaN outside the band.
     """
+    assert structure.band_functions is not None
+    assert structure.mass is not None
     size, n_components = len(structure.mass), structure.n_components
     unknowns = ca.MX.sym("unknowns", size * n_components)
     frequency, amplitude = ca.MX.sym("frequency"), ca.MX.sym("amplitude")

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.condensed_modes import condensed_modes
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
-from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray
 
@@ -62,8 +60,10 @@ def modes(
     springs = springs_of(problem, unknowns, friction)
     for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
-        if isinstance(problem.model, CondensedModel):
-            found.append(_condensed(problem, n, frequency, contacts, size, limit))
+        if not problem.model.has_matrices:
+            found.append(_without_matrices(problem, n, frequency, contacts, size, limit))
+            if found[-1] is None:
+                return None
             continue
         try:
             structure = reduced(problem, n)
@@ -81,20 +81,22 @@ def modes(
     return Modes(exciting, *(np.array(parts) for parts in zip(*found, strict=True)))
 
 
-def _condensed(
+def _without_matrices(
     problem: HarmonicBalance,
     harmonic: int,
     frequency: float,
     contacts: Sequence[FloatArray],
     size: float,
     limit: FloatArray,
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """The same of a condensed structure: of its modes, what the kept degrees of freedom feel."""
-    model: CondensedModel = problem.model  # type: ignore[assignment]
-    detuning, width, near, shapes = condensed_modes(model, harmonic, frequency, *contacts)
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]] | None:
+    """The same as the structure itself tells its modes, None if it does not."""
+    found = problem.model.modes_near(harmonic, frequency, *contacts)
+    if found is None:
+        return None
+    detuning, width, near, shapes = found
     force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
     natural = (harmonic * frequency + detuning)[near]
-    drive = _drive(shapes.T @ force, model.directions @ shapes, limit)
+    drive = _drive(shapes.T @ force, problem.model.directions @ shapes, limit)
     motion = np.linalg.norm(shapes, axis=0)
     excited = np.ones(len(width), dtype=bool)
     excited[near] = _excited(drive * motion, natural, width[near], size)

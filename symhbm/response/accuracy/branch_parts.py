@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from symhbm.continuation import Branch, Event, PathPoint, PathState, Status
-from symhbm.continuation.between import Peak, amplitude_and_slope, leading, turns_back
+from symhbm.continuation.between import Peak, amplitude_and_slope, is_smooth_fold, leading
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.truncation import SMALLEST
 
@@ -32,7 +32,7 @@ class Solution:
     def of(cls, point: PathPoint, level: int, error: float) -> "Solution":
         """The solution at a point of a path."""
         tangents = np.stack([point.before, point.after])
-        if turns_back(point):
+        if is_smooth_fold(point):
             tangents[:, -1] = 0.0
         solution = point.value, level, point.unknowns, error
         return cls(*solution, point.solves, tangents, point.events)

@@ -210,12 +210,18 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, "dataset")
     try:
-        condensed = Description(dataset).condensed
-        problem = None if condensed else describe_problem(dataset)
+        description = Description(dataset)
+        incomplete = description.condensed or description.structure
+        problem = None if incomplete else describe_problem(dataset)
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
+    if description.structure is not None:
+        raise ArchiveError(
+            f"dataset: of a structure {description.structure['type']}, whose class is not in it; "
+            "compute on with the problem that gave this dataset"
+        )
     if problem is None:
         raise ArchiveError(
             "dataset: of a condensed structure, whose matrices are not in it; condense the "

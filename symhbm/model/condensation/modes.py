@@ -5,38 +5,46 @@ eigenvalue per mode below ``s`` beyond those that the structure has there with t
 freedom held (Wittrick and Williams): modes are counted exactly, and none is computed.
 """
 
-from typing import NamedTuple
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.condensation import CondensedModel
+from symhbm.model.condensation.pole_residue import PoleResidueFunction
+from symhbm.model.structure import NearModes
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
 _BESIDE = 1e-9
 """Distance from a natural frequency of the held structure, relative, at which Z has no digits."""
 
 
-class CondensedModes(NamedTuple):
-    """All modes in ascending order, arrays (n_modes,).
+class Condensed(Protocol):
+    """What modes are found from; see `CondensedModel`."""
 
-    ``detuning``, the natural less the exciting frequency [rad/s]: its sign is exact, its size to
-    first order and within the natural frequencies of the held structure around it, that of a mode
-    far away halfway between them; ``width``, half that of the resonance [rad/s], of a mode far
-    away that of the narrower of them; ``near``, whether the mode is not far away; ``shapes``
-    (n_dof, n_near), the motions of those that are not, of unit mass.
-    """
+    seen: Any
+    held_width: FloatArray
+    matrices: dict[int, PoleResidueFunction]
+    undamped: dict[int, PoleResidueFunction]
 
-    detuning: FloatArray
-    width: FloatArray
-    near: NDArray[np.bool_]
-    shapes: FloatArray
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom that are kept."""
+        ...
+
+    @property
+    def directions(self) -> Any:
+        """Directions of the contacts, sparse (n_contacts, n_dof)."""
+        ...
 
 
-def condensed_modes(
-    model: CondensedModel, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
-) -> CondensedModes:
+def modes_near(
+    model: Condensed, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
+) -> NearModes:
     """Modes near a harmonic of an angular ``frequency`` [rad/s].
+
+    The sign of each detuning is exact, its size to first order and within the natural frequencies
+    of the held structure around it; that of a mode far away is halfway between them, its width
+    that of the narrower of them.
 
     ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
     what they take out of it [N/m].
@@ -66,24 +74,24 @@ def condensed_modes(
     detuning[near] = eigenvalues / inertia + s - exciting
     width[near] = np.abs(_each(vectors, damping)) / inertia
     shapes = vectors * np.sqrt(2 * s / inertia)
-    return CondensedModes(np.clip(detuning, lowest, highest), width, near, shapes)
+    return NearModes(np.clip(detuning, lowest, highest), width, near, shapes)
 
 
-def modes_below(model: CondensedModel, harmonic: int, frequency: float, spring: FloatArray) -> int:
-    """Number of modes below a harmonic of an angular ``frequency``, see `condensed_modes`."""
+def modes_below(model: Condensed, harmonic: int, frequency: float, spring: FloatArray) -> int:
+    """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
     s = _regular(model, harmonic * frequency)
     stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
     whole = stiffness + _square(model.directions.toarray(), spring)
     return negative_eigenvalues(whole) + int(np.count_nonzero(model.seen.held < s))
 
 
-def _regular(model: CondensedModel, s: float) -> float:
+def _regular(model: Condensed, s: float) -> float:
     """A frequency, or one beside it where the held structure resonates and Z is infinite."""
     beside = np.abs(model.seen.held / s - 1).min(initial=1.0) < _BESIDE
     return s * (1 + 2 * _BESIDE) if beside else s
 
 
-def _beside(model: CondensedModel, s: float) -> float:
+def _beside(model: Condensed, s: float) -> float:
     """A frequency, or one beside a resonance of the held structure by half the width of that.
 
     Nearer to it ``Z`` without damping grows beyond all bounds and that with damping does not:
