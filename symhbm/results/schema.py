@@ -19,6 +19,20 @@ from symhbm.results.tables import name_of
 from symhbm.results.variables import SLOPES, VARIABLES, derivative, meaning
 
 _NO_SWEEP = Sweep({}, (), ())
+_CURVE_AXES = ("minimum", "event")
+"""Axes of peak curves beside the parameter, which are prefixes of their variables."""
+_MOTION_AXES = {
+    "angle": "angle",
+    "displacement": "angle",
+    "velocity": "angle",
+    "friction_force": "angle",
+    "event_angle": "event",
+    "event_kind": "event",
+    "event_contact": "event",
+    "multiplier_real": "multiplier",
+    "multiplier_imag": "multiplier",
+}
+"""Axes of the variables of a periodic motion that have one."""
 
 
 def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> DatasetParts:
@@ -144,9 +158,6 @@ def label_point(
     return parts.dataset()
 
 
-_CURVE_AXES = ("minimum", "event")
-
-
 def label_peak_curve(
     problem: HarmonicBalance,
     request: Request,
@@ -174,19 +185,6 @@ def label_peak_curve(
     followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
     parts.attributes["followed"] = json.dumps(followed)
     return parts.dataset()
-
-
-_MOTION_AXES = {
-    "angle": "angle",
-    "displacement": "angle",
-    "velocity": "angle",
-    "friction_force": "angle",
-    "event_angle": "event",
-    "event_kind": "event",
-    "event_contact": "event",
-    "multiplier_real": "multiplier",
-    "multiplier_imag": "multiplier",
-}
 
 
 def label_motion(

@@ -54,7 +54,7 @@ def uniform(
     Parameters
     ----------
     problem
-        Whose nominal values are spread.
+        The structure or problem with the nominal values.
     n_samples
         Number of samples; of Sobol points, powers of 2 fill the space most evenly.
     seed
@@ -65,8 +65,8 @@ def uniform(
     correlation
         Between blades or contacts, in their order around the ring: a correlation length in blades
         ``L``, by the kernel ``exp(-d / L)`` of the distance ``d`` around the ring, or a matrix
-        ``(n, n)``; for all parameters, or by name. It is that of Gaussian variables, of which each
-        value is a monotone function (a Gaussian copula): the distributions stay as they are.
+        ``(n, n)``; for all parameters, or by name. It holds for Gaussian variables of which each
+        value is a monotone function (a Gaussian copula), so the distributions do not change.
     between
         Such correlations between parameters at the same blade or contact, by pairs of names.
     half_widths
@@ -159,12 +159,12 @@ def lognormal(
 def explicit(
     problem: Model | HarmonicBalance, *, relative: bool = False, **values: Any
 ) -> xr.Dataset:
-    """Given samples, checked and labelled.
+    """Explicit samples, checked and labelled.
 
     Parameters
     ----------
     problem
-        Whose parameters are given.
+        The structure or problem whose parameters they are.
     relative
         The values are factors of the nominal ones.
     values

@@ -32,7 +32,7 @@ def convergence(
     confidence: float = 0.95,
     of: str = _LARGEST,
 ) -> xr.Dataset:
-    """Mean, standard deviation, quantiles and maximum of the first so many samples.
+    """Mean, standard deviation, quantiles and maximum over growing numbers of samples.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def convergence(
     ``standard_deviation`` with one from the fourth moment, for many samples both, and the
     ``..._standard_error`` of each; ``quantile_value`` (n_samples, quantile) with an interval of
     order statistics, which holds for any distribution and is infinite where samples are too few;
-    ``maximum`` with ``share_below_maximum``: at this confidence at least that share of all samples
-    there may be lies below it.
+    ``maximum`` with ``share_below_maximum``: at this confidence, at least that share of the whole
+    population lies below it.
 
     Raises
     ------
@@ -118,7 +118,8 @@ def _summary(values: FloatArray, probabilities: FloatArray, confidence: float) -
     n, tail = values.size, (1 - confidence) / 2
     mean, deviation = values.mean(), values.std(ddof=1)
     error = deviation / np.sqrt(n)
-    # The variance of the variance from the fourth moment, and by its root that of the deviation.
+    # The variance of the variance follows from the fourth moment, and from it the error of the
+    # standard deviation.
     moment = np.mean((values - mean) ** 4)
     variance = max((moment - deviation**4 * (n - 3) / (n - 1)) / n, 0.0)
     spread = np.sqrt(variance) / (2 * deviation) if deviation > 0 else 0.0
@@ -171,7 +172,7 @@ def position(
     Dataset with ``share_below``, the share of samples below the value, ``probability`` that the
     worst of ``n`` independent samples is below it, the power ``n`` of that share, both with their
     exact (Clopper-Pearson) intervals, and ``worst_quantile`` (quantile), the quantiles of the worst
-    of ``n``; one that is beyond what so many samples can tell is infinite.
+    of ``n``, infinite where there are too few samples for them.
 
     Raises
     ------

@@ -70,7 +70,7 @@ def extreme_value_fit(
 
     Returns
     -------
-    Dataset with ``status``, and NaN for what there is not where the fit failed; ``location``,
+    Dataset with ``status``, and NaN where the fit or its intervals failed; ``location``,
     ``scale``, ``shape``, ``upper_bound`` (infinite unless the shape is negative), ``return_level``
     (level) and the ``..._interval`` of each; ``block_maximum``; the Kolmogorov-Smirnov and
     Anderson-Darling statistics with the probability of a larger one if the fit were true

@@ -15,6 +15,9 @@ from symhbm.continuation.events import Reduced, reduced
 from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray, FourierBasis
 
+_LEAST_DAMPING = 1e-300
+"""[rad2/s2] Keeps resonant responses of undamped modes finite."""
+
 
 class Superharmonics(NamedTuple):
     """Modes excited by truncated harmonics, arrays (n_harmonics, n_dof).
@@ -63,7 +66,7 @@ def superharmonics(
                 structure, point_force[:, same_wave], point_share[:, same_wave]
             )
             exciting = harmonics[same_wave, None] * omega
-            resonant = modal_force / np.maximum(2 * exciting * width, 1e-300)
+            resonant = modal_force / np.maximum(2 * exciting * width, _LEAST_DAMPING)
             detuning[same_wave] = natural - exciting
             response[same_wave] = resonant * np.abs(shape / size[:, None]).max(axis=0)
         results.append(Superharmonics(detuning, response))
