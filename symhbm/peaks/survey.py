@@ -59,7 +59,7 @@ def survey(
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        walk = Branch(FrequencyProblem(problem), ends, max_points, each=True)
+        walk = Branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
         if walk.status not in COMPLETE:
             status = walk.status
         unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]

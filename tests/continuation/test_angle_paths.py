@@ -197,7 +197,7 @@ def test_false_solutions_are_no_points():
     point = np.append(state[: len(x)], state[-1])
     evaluation = curve.evaluate(point[:-1], point[-1], slip)
     angles = system.angles.split(state[:-1])[1:]
-    assert not corrector._holds(point, *angles, slip, evaluation)
+    assert not corrector._is_valid(point, *angles, slip, evaluation)
 
 
 @pytest.mark.parametrize("moving", ["frequency", "normal_load", "contact_stiffness", "mass"])

@@ -126,7 +126,7 @@ def test_a_hop_over_an_event_lands_on_it(overshoot, monkeypatch):
     found = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=True)
     assert found is not None
     # Both are solved to the round-off of the limit.
-    assert found.found.point[-1] == pytest.approx(event.value, rel=1e-11)
+    assert found.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
     assert found.slip.tolist() == event.slip.tolist()
     kept = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=False)
     assert kept is None
@@ -139,8 +139,8 @@ def test_hops_reach_the_end_alone():
     base = points[3]
     found = corners.step_over_corner(Corrector(curve), base, 30 * TURN, 0.2)
     assert found is not None
-    assert found.found.residual_norm <= 1e-11
-    assert base.value < found.found.point[-1] < 30 * TURN
+    assert found.solution.residual_norm <= 1e-11
+    assert base.value < found.solution.point[-1] < 30 * TURN
 
 
 def test_a_mass_matrix_that_is_singular():

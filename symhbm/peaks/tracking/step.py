@@ -104,7 +104,8 @@ def search(
         ends = max(near.frequency - down, low), min(near.frequency + up, high)
         if ends[0] >= ends[1]:
             return None
-        walk = Branch(FrequencyProblem(problem), ends, _MAX_POINTS, each=True, guess=near.unknowns)
+        curve = FrequencyProblem(problem)
+        walk = Branch(curve, ends, _MAX_POINTS, per_dof=True, guess=near.unknowns)
         if not walk.points:
             return None
         width = ends[1] - ends[0]
