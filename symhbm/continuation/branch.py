@@ -52,6 +52,7 @@ class Branch:
         self._follow(*band, max_points, guess)
 
     def _follow(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
+        """Follow one path after another, beyond each pole, and set points, peaks and status."""
         missed, points_left = 0, max_points
         if guess is None:
             solution = self._solve_from_scratch(start)
@@ -80,14 +81,11 @@ class Branch:
             if tangent is None:
                 break
             peak = unbounded_peak(self.curve.problem, last, tangent.direction * scale)
-            if (
-                not 0
-                < (peak.value - last.value) * self._heading
-                < (end - last.value) * self._heading
-            ):
-                break  # the band ends on the flank: its end is the maximum
+            to_pole, to_end = peak.value - last.value, end - last.value
+            if not 0 < to_pole * self._heading < to_end * self._heading:
+                break  # the band ends on the flank of the resonance, before its pole
             self.peaks.append(peak)
-            for distance in np.array(_RESTARTS) * (peak.value - last.value):
+            for distance in np.array(_RESTARTS) * to_pole:
                 start = peak.value + distance
                 solution = self.corrector.free(-last.unknowns, start)
                 if not solution.converged:
@@ -213,6 +211,7 @@ class Branch:
         return segments[:1] if self.curve.single_valued else segments
 
     def _solve_between(self, left: PathPoint, right: PathPoint, value: float) -> PathState | None:
+        """The solution at a value between two points of the path."""
         if left is right:
             return PathState(left.state, left.after)
         if self.curve.single_valued:
@@ -237,6 +236,7 @@ class Branch:
         return self._solve_along(segment, value) if near_fold else self._solve_at_value(guess, left)
 
     def _solve_at_value(self, guess: FloatArray, left: PathPoint) -> PathState | None:
+        """The solution at the value of a guess, in the contact states of the point before."""
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         solution = self.corrector.correct(guess, scale, plane, left.slip)

@@ -51,7 +51,7 @@ def condensed_modes(
     eigenvalues, vectors = np.linalg.eigh(stiffness)
     damping = _symmetric(model.matrices[harmonic](s)[0].imag[:, :n_dof])
     damping = damping + _contact_matrix(directions, loss)
-    # The derivative of Z by the frequency is that of the inertia of a motion, interior included.
+    # The inertia of a mode, interior included, is in the derivative of Z by the frequency.
     inertia = np.maximum(-_quadratic_forms(vectors, slope), 1e-300)
     n_fixed_below = int(np.count_nonzero(fixed < s))
     n_modes = len(fixed) + n_dof

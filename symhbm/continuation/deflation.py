@@ -1,8 +1,8 @@
 """Another solution at the same value of the parameter, by deflated Newton iterations.
 
 The equations are multiplied by ``1 + 1/|x - known|^2``, lengths relative to the known solution, so
-that this one no longer solves them. A Newton step of the deflated equations is one of the original
-equations, of another length.
+that this one no longer solves them. A Newton step of the deflated equations has the direction of a
+step of the original equations and another length.
 
 Reference: P. E. Farrell, A. Birkisson, S. W. Funke, Deflation techniques for finding distinct
 solutions of nonlinear partial differential equations, SIAM J. Sci. Comput. 37, 2015.

@@ -12,7 +12,7 @@ from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check, length_of
 
 WEAKEST = 0.1
-"""Share of the response to which distances of weaker harmonics are relative."""
+"""Smallest share of the response to which the distance of a harmonic is relative."""
 
 
 class ContinuationProblem(ABC):

@@ -19,7 +19,7 @@ _OFF_RESONANCE = 1.01
 
 
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
-    """Response with every contact held by its spring, None where it is unbounded.
+    """Response with all contacts stuck, None where it is unbounded.
 
     ``frequency`` in rad/s; the result (n_unknowns,) in m.
     """

@@ -116,15 +116,15 @@ class AngleCorrector(Corrector):
         solves_before = self.solves
         problem, frequency = self.curve.at(value)
         if self.applies(value) is False:
-            nothing = np.full(problem.n_unknowns, np.nan)
+            unknowns = np.full(problem.n_unknowns, np.nan)
             evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
-            return NewtonResult(nothing, evaluation, 1, Status.NO_CONVERGENCE)
+            return NewtonResult(unknowns, evaluation, 1, Status.NO_CONVERGENCE)
         amplitude = float(problem.parameters["force_amplitude"])
         stuck = linear_response(problem, frequency)
         if stuck is None:
-            nothing = np.zeros(problem.n_unknowns)
-            evaluation = problem.evaluate(nothing, frequency)
-            return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
+            unknowns = np.zeros(problem.n_unknowns)
+            evaluation = problem.evaluate(unknowns, frequency)
+            return NewtonResult(unknowns, evaluation, 1, Status.SYSTEM_SINGULAR)
         slip_margin = problem.locate(stuck).slip_margin
         slip_margin = slip_margin[np.isfinite(slip_margin)]
         result = self.free(stuck, value)
@@ -137,9 +137,9 @@ class AngleCorrector(Corrector):
             starts.append((frictionless, _STRONG * np.exp(-slip_margin.min())))
         for linear, share in starts:
             corrector = AngleCorrector(curve, self.solver)
-            small = corrector.free(share * linear, share * amplitude)
-            if small.converged:
-                path = Path(curve, small.unknowns, share * amplitude, amplitude, corrector)
+            first = corrector.free(share * linear, share * amplitude)
+            if first.converged:
+                path = Path(curve, first.unknowns, share * amplitude, amplitude, corrector)
                 points = list(path)
                 if path.status == Status.REACHED_END:
                     result = self.free(points[-1].unknowns, value)
@@ -156,8 +156,8 @@ class AngleCorrector(Corrector):
             return None
         angles = self._system.angles
         unknowns, slip = angles.start(problem, located.unknowns)
-        both_angles = two_angles(angles, unknowns, slip)
-        return bool(angles.applies(problem, located.unknowns, *both_angles).all())
+        thetas = two_angles(angles, unknowns, slip)
+        return bool(angles.applies(problem, located.unknowns, *thetas).all())
 
     def _is_valid(
         self,
@@ -175,10 +175,9 @@ class AngleCorrector(Corrector):
         slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles
-        both_angles = two_angles(
-            angles, np.concatenate([point[:-1], theta_0, rho]), slides & ~at_limit
-        )
-        applies = angles.applies(problem, point[:-1], *both_angles)
+        unknowns = np.concatenate([point[:-1], theta_0, rho])
+        thetas = two_angles(angles, unknowns, slides & ~at_limit)
+        applies = angles.applies(problem, point[:-1], *thetas)
         return bool(np.all(applies | past_limit | at_limit | ~slides))
 
     def _with_tangent(

@@ -171,7 +171,7 @@ def solve_angles(
     values = np.concatenate([np.ravel(a, order="F") for a in (*data, column, row)])
     point, iterations = _SOLVERS[solver](angles, first, values, column, evaluation)
     residual = np.asarray(_scaled(angles)(point, values)[0].full())
-    # In this order a value that is not finite fails too.
+    # The negated comparison is also true of NaN.
     if not np.abs(residual).max() <= ACCEPTED:
         return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
 

@@ -14,7 +14,7 @@ from symhbm.continuation.newton import TOLERANCE
 
 MAX_CORRECTIONS = 10
 STAGNATION = 1e-3
-"""Last step up to which the rest of an iteration on the curve is round-off."""
+"""Last step up to which an iteration that stagnates on the curve does so by round-off."""
 RUNNING, DONE, FAILED = 0, 1, 2
 _DENSE_LIMIT = 80
 """Number of unknowns up to which LAPACK on the full matrix is faster than sparse elimination."""

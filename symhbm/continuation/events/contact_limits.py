@@ -20,7 +20,7 @@ _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
 """Last step to a limit, relative to the response: the error of the limit is its square."""
 _SHARP = 0.1
-"""Cosine of the angle between both tangents of a step below which shares are of the parameter."""
+"""Cosine of the angle between both tangents below which the parameter measures the step."""
 _FLAT = 1e-3
 """Component of a tangent along a step below which a cubic does not follow the path."""
 _LARGEST_SHARE = 1.0001

@@ -149,7 +149,7 @@ class ResonanceFinder:
         if not passed.any():
             return None
         distance, width = np.abs(left[passed]), width[passed]
-        # The flank first, then the peak: a mode changes the response on both flanks oppositely.
+        # The flank first, then the peak: its two flanks change the response in opposite senses.
         aim = np.where(distance > 2 * _FELT * width, distance - 1.5 * _FELT * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
 
