@@ -125,7 +125,7 @@ def agree(stretch: BranchPart, i: int, other: BranchPart, j: int, accuracy: floa
     if np.any(np.abs(level - finer) > accuracy * np.maximum(finer, SMALLEST * finer.max())):
         return False
     alike = np.sign(slope * here.after[-1]) == np.sign(finer_slope * there.after[-1])
-    return bool(alike.all() if stretch.walk.each else alike[leading(finer)])
+    return bool(alike.all() if stretch.walk.per_dof else alike[leading(finer)])
 
 
 def merged(spans: list[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -102,7 +102,7 @@ class Refinement:
         """Add the responses between points of a stretch that its amplitudes do not tell."""
         walk, points = stretch.walk, stretch.walk.points[stretch.first : stretch.last + 1]
         before = walk.corrector.solves
-        found = solved_between(points, walk.corrector, walk.each)
+        found = solved_between(points, walk.corrector, walk.per_dof)
         for i, stations in found.items():
             responses = [Solution.at(float(s.state[-1]), stretch.level, s, n) for s, n in stations]
             stretch.between[stretch.first + i] = [self.settle(each) for each in responses]
