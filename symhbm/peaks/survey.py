@@ -59,7 +59,7 @@ def survey(
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        branch = Branch(FrequencyProblem(problem), ends, max_points, each=True)
+        branch = Branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
         if branch.status not in COMPLETE:
             status = branch.status
         unbounded += [peak for peak in branch.peaks if peak.kind == PeakKind.UNBOUNDED]

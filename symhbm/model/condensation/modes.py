@@ -1,8 +1,9 @@
-"""Modes of a condensed structure with its contacts, as few numbers of its dynamic stiffness tell.
+"""Modes of a condensed structure with its contacts, from its dynamic stiffness at one frequency.
 
-At a frequency ``s`` the undamped ``Z(s)`` with the springs of the contacts has one negative
-eigenvalue per mode below ``s`` beyond those that the structure has there with the kept degrees of
-freedom held (Wittrick and Williams): modes are counted exactly, and none is computed.
+The fixed-interface structure is the one whose kept degrees of freedom are held at rest. The number
+of modes below ``s`` is that of the fixed-interface modes below ``s`` plus that of the negative
+eigenvalues of the undamped ``Z(s)`` with the springs of the contacts (Wittrick and Williams). So
+modes are counted exactly, and none is computed.
 """
 
 from typing import Any, Protocol
@@ -14,8 +15,8 @@ from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.structure import NearModes
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
-_BESIDE = 1e-9
-"""Distance from a natural frequency of the held structure, relative, at which Z has no digits."""
+_NEAR_POLE = 1e-9
+"""Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""
 
 
 class Condensed(Protocol):
@@ -46,71 +47,74 @@ def modes_near(
     of the held structure around it; that of a mode far away is halfway between them, its width
     that of the narrower of them.
 
-    ``spring`` and ``loss`` (n_contacts,) are the stiffness of the contacts in this harmonic and
-    what they take out of it [N/m].
+    ``spring`` and ``loss`` (n_contacts,) are the stiffness and the loss stiffness of the contacts
+    in this harmonic [N/m].
     """
     exciting, n_dof = harmonic * frequency, model.n_dof
-    held, held_width = model.seen.held, model.held_width
-    s = _beside(model, exciting)
+    fixed, fixed_width = model.seen.held, model.held_width
+    s = _beside_resonance(model, exciting)
     stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
     directions = model.directions.toarray()
-    eigenvalues, vectors = np.linalg.eigh(_symmetric(stiffness) + _square(directions, spring))
+    stiffness = _symmetric(stiffness) + _contact_matrix(directions, spring)
+    eigenvalues, vectors = np.linalg.eigh(stiffness)
     damping = _symmetric(model.matrices[harmonic](s)[0].imag[:, :n_dof])
-    damping = damping + _square(directions, loss)
-    # The derivative of Z by the frequency is that of the inertia of a motion, interior included.
-    inertia = np.maximum(-_each(vectors, slope), 1e-300)
-    below = int(np.count_nonzero(held < s))
-    whole = len(held) + n_dof
-    near = np.zeros(whole, dtype=bool)
-    near[below : below + n_dof] = True
-    # Each mode lies between two of the held structure.
-    none = np.full(n_dof, np.inf)
-    lowest = np.concatenate([-none, held - exciting])
-    highest = np.concatenate([held - exciting, none])
-    width = np.minimum(*(np.concatenate(w) for w in ((none, held_width), (held_width, none))))
+    damping = damping + _contact_matrix(directions, loss)
+    # The inertia of a mode, interior included, is in the derivative of Z by the frequency.
+    inertia = np.maximum(-_quadratic_forms(vectors, slope), 1e-300)
+    n_fixed_below = int(np.count_nonzero(fixed < s))
+    n_modes = len(fixed) + n_dof
+    near = np.zeros(n_modes, dtype=bool)
+    near[n_fixed_below : n_fixed_below + n_dof] = True
+    # Each mode lies between two fixed-interface frequencies.
+    infinite = np.full(n_dof, np.inf)
+    lowest = np.concatenate([-infinite, fixed - exciting])
+    highest = np.concatenate([fixed - exciting, infinite])
+    width = np.minimum(
+        np.concatenate([infinite, fixed_width]), np.concatenate([fixed_width, infinite])
+    )
     between = np.isfinite(highest - lowest)
-    detuning = np.zeros(whole)
+    detuning = np.zeros(n_modes)
     detuning[between] = (lowest[between] + highest[between]) / 2
     detuning[near] = eigenvalues / inertia + s - exciting
-    width[near] = np.abs(_each(vectors, damping)) / inertia
+    width[near] = np.abs(_quadratic_forms(vectors, damping)) / inertia
     shapes = vectors * np.sqrt(2 * s / inertia)
     return NearModes(np.clip(detuning, lowest, highest), width, near, shapes)
 
 
 def modes_below(model: Condensed, harmonic: int, frequency: float, spring: FloatArray) -> int:
     """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
-    s = _regular(model, harmonic * frequency)
+    s = _off_pole(model, harmonic * frequency)
     stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
-    whole = stiffness + _square(model.directions.toarray(), spring)
-    return negative_eigenvalues(whole) + int(np.count_nonzero(model.seen.held < s))
+    dynamic = stiffness + _contact_matrix(model.directions.toarray(), spring)
+    return negative_eigenvalues(dynamic) + int(np.count_nonzero(model.seen.held < s))
 
 
-def _regular(model: Condensed, s: float) -> float:
-    """A frequency, or one beside it where the held structure resonates and Z is infinite."""
-    beside = np.abs(model.seen.held / s - 1).min(initial=1.0) < _BESIDE
-    return s * (1 + 2 * _BESIDE) if beside else s
+def _off_pole(model: Condensed, s: float) -> float:
+    """A frequency, or one beside it where it is a fixed-interface frequency, a pole of Z."""
+    at_pole = np.abs(model.seen.held / s - 1).min(initial=1.0) < _NEAR_POLE
+    return s * (1 + 2 * _NEAR_POLE) if at_pole else s
 
 
-def _beside(model: Condensed, s: float) -> float:
-    """A frequency, or one beside a resonance of the held structure by half the width of that.
+def _beside_resonance(model: Condensed, s: float) -> float:
+    """A frequency, but no closer to a fixed-interface frequency than half the width of that.
 
-    Nearer to it ``Z`` without damping grows beyond all bounds and that with damping does not:
-    widths of modes there would be none.
+    Closer to it ``Z`` grows without bound if undamped and does not if damped, which would give
+    modes without width.
     """
-    held = model.seen.held
-    if not held.size:
+    fixed = model.seen.held
+    if not fixed.size:
         return s
-    place = np.argmin(np.abs(held - s))
-    nearest, half_width = held[place], model.held_width[place]
-    to_next = np.min(np.abs(held[held != nearest] - nearest), initial=np.inf)
-    distance = max(min(half_width, to_next / 4), 2 * _BESIDE * s)
+    i = np.argmin(np.abs(fixed - s))
+    nearest, half_width = fixed[i], model.held_width[i]
+    to_next = np.min(np.abs(fixed[fixed != nearest] - nearest), initial=np.inf)
+    distance = max(min(half_width, to_next / 4), 2 * _NEAR_POLE * s)
     if abs(s - nearest) >= distance:
         return s
     return float(nearest + np.copysign(distance, s - nearest))
 
 
-def _each(vectors: FloatArray, matrix: FloatArray) -> FloatArray:
-    """The quadratic form of each column."""
+def _quadratic_forms(vectors: FloatArray, matrix: FloatArray) -> FloatArray:
+    """The quadratic form ``v' A v`` of each column ``v``."""
     return np.sum(vectors * (matrix @ vectors), axis=0)
 
 
@@ -118,5 +122,5 @@ def _symmetric(matrix: NDArray) -> FloatArray:
     return (matrix + matrix.T) / 2
 
 
-def _square(directions: FloatArray, factors: FloatArray) -> FloatArray:
+def _contact_matrix(directions: FloatArray, factors: FloatArray) -> FloatArray:
     return (directions.T * factors) @ directions

@@ -105,7 +105,7 @@ def search(
         if ends[0] >= ends[1]:
             return None
         branch = Branch(
-            FrequencyProblem(problem), ends, _MAX_POINTS, each=True, guess=start.unknowns
+            FrequencyProblem(problem), ends, _MAX_POINTS, per_dof=True, guess=start.unknowns
         )
         if not branch.points:
             return None

@@ -126,7 +126,7 @@ def agree(coarse: BranchPart, i: int, fine: BranchPart, j: int, accuracy: float)
     if np.any(np.abs(amplitude - fine_amplitude) > allowed):
         return False
     alike = np.sign(slope * coarse_point.after[-1]) == np.sign(fine_slope * fine_point.after[-1])
-    return bool(alike.all() if coarse.branch.each else alike[leading(fine_amplitude)])
+    return bool(alike.all() if coarse.branch.per_dof else alike[leading(fine_amplitude)])
 
 
 def merged(spans: list[tuple[int, int]]) -> list[tuple[int, int]]:

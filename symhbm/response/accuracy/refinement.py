@@ -103,7 +103,7 @@ class Refinement:
         """Add the solutions between points that interpolation of the amplitudes needs."""
         branch, points = part.branch, part.branch.points[part.first : part.last + 1]
         before = branch.corrector.solves
-        between = solved_between(points, branch.corrector, branch.each)
+        between = solved_between(points, branch.corrector, branch.per_dof)
         for i, states in between.items():
             solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
             part.between[part.first + i] = [self.settle(solution) for solution in solutions]
