@@ -42,6 +42,7 @@ def viscous_disk(damping: float) -> sh.HarmonicBalance:
 def friction_disk(place: str, normal_load: float) -> sh.HarmonicBalance:
     """Return the disk with friction dampers, and the least viscous damping."""
     alone = viscous_disk(DAMPING)
+    assert isinstance(alone.model, sh.Model)
     disk = replace(
         alone.model,
         contacts=[*alone.model.contacts, *PLACES[place]],

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
-from symhbm.model import EngineOrder, HarmonicForce, Model, PointForce, bladed_disk, single_blade
+from symhbm.model import (
+    EngineOrder,
+    HarmonicForce,
+    Model,
+    PointForce,
+    Structure,
+    bladed_disk,
+    single_blade,
+)
 from symhbm.model.condensation import condense
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
@@ -29,6 +37,7 @@ __all__ = [
     "PointForce",
     "SolveError",
     "Status",
+    "Structure",
     "SwitchingAngles",
     "bladed_disk",
     "condense",

@@ -1,7 +1,7 @@
-"""Work shared with other processes: who computes it, how far it is, and how workers end.
+"""Work shared with an executor, progress bars, and the end of worker processes.
 
-A killed parent does not tell its workers, which then wait for ever; an interrupt from the keyboard
-reaches them all, and each that waits for work would print where it waited.
+Workers of a killed parent would wait for ever; an interrupt from the keyboard reaches all of them,
+and those that wait for work would print a traceback.
 """
 
 import os
@@ -22,16 +22,16 @@ from symhbm.numerics import check
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
 _SECONDS = 1.0
-"""Between two looks at the parent."""
+"""Between two checks that the parent is alive."""
 
 
 class _Worker:
     """The state of this process."""
 
     process: int | None = None
-    """Which it is: a forked one begins anew."""
+    """Its id when it attended: a forked process has another, and attends again."""
     call: str | None = None
-    """The call that the last piece of work was of."""
+    """The call that the last piece of work belongs to."""
     busy = False
     stopped: str | None = None
     """The call that was interrupted."""
@@ -41,13 +41,13 @@ _worker = _Worker()
 
 
 def attend() -> None:
-    """Have this process end with its parent and wait in silence, if it is a worker of a pool.
+    """Make this process end with its parent and wait silently, if it is a worker of a pool.
 
-    Workers do their work in the main thread of a process that multiprocessing started; any other
-    is left alone.
+    Workers compute in the main thread of a process that multiprocessing started; other processes
+    are left as they are.
     """
-    own = threading.current_thread() is threading.main_thread() and parent_process() is not None
-    if not own or _worker.process == os.getpid():
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread or parent_process() is None or _worker.process == os.getpid():
         return
     _worker.process, _worker.busy = os.getpid(), False
     threading.Thread(target=_end_with_parent, args=[os.getppid()], daemon=True).start()
@@ -57,7 +57,7 @@ def attend() -> None:
 
 @contextmanager
 def at_work(call: str) -> Iterator[None]:
-    """Do a piece of work of a ``call``; raises KeyboardInterrupt once that was interrupted."""
+    """Context of a piece of work of a ``call``; KeyboardInterrupt once that was interrupted."""
     attend()
     if _worker.process != os.getpid():
         yield
@@ -80,14 +80,14 @@ def _interrupted(signum: int, frame: FrameType | None) -> None:
 def _end_with_parent(process: int) -> None:
     parent = parent_process()
     assert parent is not None
-    # Its end of the pipe may be open in other workers; who adopts this one is another process.
+    # Other workers may keep the parent's end of the pipe open, but an orphan has another parent.
     while os.getppid() == process and parent.is_alive():
         parent.join(_SECONDS)
     os._exit(1)
 
 
 def check_executor(executor: object) -> None:
-    """Raise TypeError unless ``executor`` is None or has the face of an Executor."""
+    """Raise TypeError unless ``executor`` is None or has the method ``submit``."""
     if isinstance(executor, type) or (
         executor is not None and not callable(getattr(executor, "submit", None))
     ):
@@ -95,11 +95,11 @@ def check_executor(executor: object) -> None:
 
 
 def warn_of_executor(error: BaseException, results: str) -> None:
-    """Warn that an executor failed, and that this process computes the ``results`` it does not."""
-    what = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
+    """Warn that an executor failed and that this process computes the remaining ``results``."""
+    failure = "a worker died" if isinstance(error, BrokenExecutor) else "the executor failed"
     why = " ".join([type(error).__name__, *map(str, error.args)])
     warnings.warn(
-        f"{what} ({why}); the {results} that the executor does not compute are computed in this "
+        f"{failure} ({why}); the {results} that the executor does not compute are computed in this "
         "process",
         RuntimeWarning,
         stacklevel=3,
@@ -107,21 +107,21 @@ def warn_of_executor(error: BaseException, results: str) -> None:
 
 
 class Workers:
-    """Calls shared with an executor; what it does not compute is computed in this process.
+    """Calls shared with an executor; those that it does not compute run in this process.
 
-    ``results`` names what the calls give, in the warning of an executor that fails.
+    ``results`` names the values of the calls in the warning of an executor that fails.
     """
 
     def __init__(self, executor: Executor | None, results: str):
         self.executor, self._results = executor, results
 
     def map(
-        self, remote: Callable[..., Any], here: Callable[..., Any], calls: Sequence[tuple]
+        self, remote: Callable[..., Any], local: Callable[..., Any], calls: Sequence[tuple]
     ) -> Iterator[Any]:
-        """What ``calls`` of ``remote`` give, in their order; in this process, of ``here``."""
+        """Values of ``remote`` for all ``calls``, in order; in this process, of ``local``."""
         pending = [self._submit(remote, call) for call in calls]
         for call, future in zip(calls, pending, strict=True):
-            yield self._result(here, call, future)
+            yield self._result(local, call, future)
 
     def _submit(self, remote: Callable[..., Any], call: tuple) -> Future | None:
         if self.executor is None:
@@ -132,27 +132,27 @@ class Workers:
             self._give_up(error)
             return None
 
-    def _result(self, here: Callable[..., Any], call: tuple, future: Future | None) -> Any:
+    def _result(self, local: Callable[..., Any], call: tuple, future: Future | None) -> Any:
         if future is not None:
             try:
                 return future.result()
             except (Exception, CancelledError) as error:
                 self._give_up(error)
-        return here(*call)
+        return local(*call)
 
     def _give_up(self, error: BaseException) -> None:
-        """Go on in this process, and say so once."""
+        """Go on in this process, and warn once."""
         if self.executor is not None:
             warn_of_executor(error, self._results)
         self.executor = None
 
 
 def progress_bar(
-    unit: str, progress: bool, total: int | None = None, initial: int = 0, what: str | None = None
+    unit: str, progress: bool, total: int | None = None, initial: int = 0, label: str | None = None
 ) -> tqdm:
-    """A bar that appears where there is ``progress`` to show for more than a few seconds."""
+    """A bar of ``progress`` that appears after a few seconds."""
     return tqdm(
-        desc=what,
+        desc=label,
         total=total,
         initial=initial,
         unit=unit,

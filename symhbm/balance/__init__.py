@@ -1,7 +1,7 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
 from symhbm.balance.batch import check_each, locate_each
-from symhbm.balance.condensed_forces import CondensedForces
+from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
@@ -10,7 +10,7 @@ from symhbm.balance.second_order import SecondOrder, turning_hessian
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, slip_angles
 
 __all__ = [
-    "CondensedForces",
+    "DynamicStiffness",
     "Equations",
     "Evaluation",
     "HarmonicBalance",

@@ -7,8 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import FRICTION_PARAMETERS, Model, Symmetry
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import FRICTION_PARAMETERS, Structure, Symmetry
 from symhbm.model.contacts import (
     FREE,
     ContactState,
@@ -53,7 +52,7 @@ class Equations:
 
     def __init__(
         self,
-        model: Model,
+        model: Structure,
         basis: FourierBasis,
         cubic: bool = False,
         symmetry: Symmetry | None = None,
@@ -178,14 +177,14 @@ class Equations:
             self.conservative = ca.Function("conservative", inputs[:-1], [conservative, inertia])
         self._derivatives: dict[str, ca.Function] = {}
 
-    def rows(self, model: Model, name: str) -> Any:
+    def rows(self, model: Structure, name: str) -> Any:
         """The rows of a matrix of the structure that are balanced here, by columns."""
-        if isinstance(model, CondensedModel):
-            return sp.csc_array((model.n_dof, model.n_dof))  # `CondensedForces` has them
+        if not model.has_matrices:
+            return sp.csc_array((model.n_dof, model.n_dof))  # `DynamicStiffness` has them
         matrix = getattr(model, f"{name}_matrix")
         return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
 
-    def _spread_out(self, model: Model, name: str, factor: FloatArray) -> Any:
+    def _spread_out(self, model: Structure, name: str, factor: FloatArray) -> Any:
         """A matrix of the structure that acts on components as ``factor`` does, by the unknowns."""
         rows = self.rows(model, name)
         layout = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)

@@ -8,12 +8,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance.condensed_forces import CondensedForces
+from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import MATRIX_INPUTS, Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.unknowns import Unknowns
-from symhbm.model import CONTACT_PARAMETERS, Excitation, Model, Symmetry, find_symmetry
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import CONTACT_PARAMETERS, Excitation, Model, Structure, Symmetry, find_symmetry
 from symhbm.model.contacts import ContactState, locate, locate_sampled
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
@@ -75,13 +74,13 @@ class HarmonicBalance(Unknowns):
 
     def __init__(
         self,
-        model: Model,
+        model: Structure,
         excitation: Excitation,
         harmonics: Iterable[int] = (1,),
         samples: int | None = None,
         symmetry: Symmetry | None = None,
     ):
-        if not isinstance(model, Model):
+        if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
             raise TypeError(f"excitation={check.shown(excitation)}: expected an excitation")
@@ -92,12 +91,12 @@ class HarmonicBalance(Unknowns):
             samples = check.integer("samples", samples, minimum=2 * self.basis.highest + 1)
         self.samples = samples
         self.symmetry = symmetry
-        self._structure: CondensedForces | None = None
-        if isinstance(model, CondensedModel):
+        self._structure: DynamicStiffness | None = None
+        if not model.has_matrices:
             if symmetry is not None:
-                raise ValueError("symmetry: expected None for a condensed structure")
-            self._structure = CondensedForces(model, excitation, self.basis)
-        else:
+                raise ValueError("symmetry: expected None for a structure without matrices")
+            self._structure = DynamicStiffness(model, excitation, self.basis)
+        elif isinstance(model, Model):
             _advise(model)
         # Shared by all copies of this problem: each is compiled once.
         self._compiled: dict[tuple, Equations] = {}
@@ -134,14 +133,13 @@ class HarmonicBalance(Unknowns):
     def _check_compiled(self, what: str) -> None:
         if self._structure is not None:
             raise TypeError(
-                f"{what}: a condensed structure has no such CasADi function; use evaluate, or a "
-                "HarmonicBalance of the whole structure, the attribute structure of its model"
+                f"{what}: a structure without matrices has no such CasADi function; use evaluate, "
+                "or of a condensed one a HarmonicBalance of the attribute structure of its model"
             )
 
     def check_frequencies(self, name: str, values: Any) -> None:
         """Raise ValueError unless frequencies [Hz] are among those that the model is made for."""
-        if isinstance(self.model, CondensedModel):
-            self.model.check_frequencies(name, values)
+        self.model.check_frequencies(name, values)
 
     def _compile(self, cubic: bool) -> Equations:
         """The equations of this structure, harmonic set and sector, with or without springs."""
@@ -162,8 +160,8 @@ class HarmonicBalance(Unknowns):
         other = object.__new__(HarmonicBalance)
         other.__dict__.update(self.__dict__, **changes)
         other._equations = other._compile(self._equations.cubic)
-        if isinstance(other.model, CondensedModel):
-            other._structure = CondensedForces(other.model, other.excitation, other.basis)
+        if not other.model.has_matrices:
+            other._structure = DynamicStiffness(other.model, other.excitation, other.basis)
         other._set_arguments()
         return other
 
@@ -182,7 +180,7 @@ class HarmonicBalance(Unknowns):
         return self._equations.closed and self.samples is None
 
     @property
-    def structure(self) -> CondensedForces | None:
+    def structure(self) -> DynamicStiffness | None:
         """Of a condensed structure, its linear part beside the compiled forces."""
         return self._structure
 
@@ -233,8 +231,8 @@ class HarmonicBalance(Unknowns):
                 other._equations = self._compile(cubic=True)
         if of_force:
             other.excitation = self.excitation.with_parameters(**of_force)
-            if isinstance(other.model, CondensedModel) and {*of_force} != {"force_amplitude"}:
-                other._structure = CondensedForces(other.model, other.excitation, self.basis)
+            if not other.model.has_matrices and {*of_force} != {"force_amplitude"}:
+                other._structure = DynamicStiffness(other.model, other.excitation, self.basis)
         other._set_arguments()
         if self.symmetry is not None and not {*values} <= _COMMON:
             found = find_symmetry(other.model, other.excitation, self.basis)
@@ -369,9 +367,5 @@ def check_problem(problem: object, whole: bool = False) -> None:
     """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed."""
     if not isinstance(problem, HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
-    if whole and isinstance(problem.model, CondensedModel):
-        raise TypeError(
-            "problem: expected one of a whole structure, this is condensed and has no matrices; "
-            "use a HarmonicBalance of the attribute structure of its model, or sweep parameters "
-            "of the condensed one with over= of frf"
-        )
+    if whole and not problem.model.has_matrices:
+        raise TypeError(f"problem: {problem.model.WITHOUT_MATRICES}")

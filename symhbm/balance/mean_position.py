@@ -11,7 +11,6 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import DENSE_LIMIT, complete_harmonics
 
 _SINGULAR = 1e-13
@@ -28,8 +27,7 @@ def check_mean(problem: HarmonicBalance) -> None:
     model, harmonics = problem.model, problem.harmonics
     if 0 in harmonics or not model.n_contacts:
         return
-    size = model.n_whole if isinstance(model, CondensedModel) else model.n_dof
-    acts = problem.excitation.shape(size, problem.basis).any(axis=0)
+    acts = problem.excitation.shape(model.n_whole, problem.basis).any(axis=0)
     exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
@@ -46,11 +44,7 @@ def check_mean(problem: HarmonicBalance) -> None:
 def is_held(problem: HarmonicBalance) -> bool:
     """Whether stiffness or cubic springs determine where the structure stands in the mean."""
     model = problem.model
-    stiffness: Any
-    if isinstance(model, CondensedModel):
-        stiffness = sp.csc_array(model.seen.static[:, : model.n_dof].real)
-    else:
-        stiffness = model.stiffness_matrix
+    stiffness = model.static_stiffness
     springs = model.directions[model.cubic_stiffness != 0]
     diagonal = np.abs(stiffness.diagonal())
     # Cubic springs hold with any stiffness: that of the structure, where they are.

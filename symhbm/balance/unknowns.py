@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 
 from symhbm.balance.equations import Equations
-from symhbm.model import Model, Symmetry
+from symhbm.model import Structure, Symmetry
 from symhbm.numerics import FloatArray, FourierBasis
 
 
 class Unknowns:
     """Numbers and meaning of the unknowns of `HarmonicBalance`."""
 
-    model: Model
+    model: Structure
     basis: FourierBasis
     symmetry: Symmetry | None
     _equations: Equations

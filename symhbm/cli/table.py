@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, blocks, moving, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
-from symhbm.results import Description, check_held, left_out
+from symhbm.results import Description, check_present, left_out
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}
@@ -36,7 +36,7 @@ def rows(
     stored = [str(name) for name in dataset.variables]
     for name in variables or ():
         if name != "all":
-            check_held(dataset, name, what="archive")
+            check_present(dataset, name, container="archive")
     along = _along(dataset, table)
     names = _variables(dataset, table, along, variables)
     if (selection.low, selection.high) != (-np.inf, np.inf) and table == "sets":

@@ -1,4 +1,4 @@
-"""One solution, and the branch of solutions through it."""
+"""Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of

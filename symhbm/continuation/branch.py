@@ -1,4 +1,4 @@
-"""A path over a whole band: taken up again beyond poles, with its peaks, and asked for values."""
+"""The branch of solutions over a whole band, with its peaks and its solutions at given values."""
 
 from functools import cached_property
 
@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.between import Peak, locate_peaks, overlooked, unbounded_peak
+from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
@@ -19,16 +19,16 @@ from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, cubic
 
 _RESTARTS = (1, 10, 100, 1000)
-"""Distances from a pole, relative to that of the last point before it, to take a path up at."""
+"""Distances beyond a pole at which a new path starts, over that of the last point before it."""
 
 _MAX_DEPTH = 4
-"""How often a stretch is walked anew for events that were passed over."""
+"""How often a segment is followed again because its step passed over events."""
 
 
 class Branch:
     """Points, peaks and status of a curve from the first to the last value of a ``band``.
 
-    A resonance that nothing bounds ends a path; it is taken up again beyond. ``each`` asks for the
+    An unbounded resonance ends a path, and another path starts beyond it. ``per_dof`` asks for the
     peaks of every degree of freedom instead of those of the largest response; ``guess``
     (n_unknowns,) [m] may be a response close to that at the first value.
     """
@@ -38,63 +38,64 @@ class Branch:
         curve: ContinuationProblem,
         band: tuple[float, float],
         max_points: int,
-        each: bool,
+        per_dof: bool,
         guess: FloatArray | None = None,
     ):
         self.curve = curve
-        self.each = each
+        self.per_dof = per_dof
         self.corrector = self._corrector_of(curve)
         self.points: list[PathPoint] = []
         self.peaks: list[Peak] = []
         self.rejected = 0
         self.status = Status.NO_START
         self._heading = 1 if band[1] > band[0] else -1
-        self._go(*band, max_points, guess)
+        self._follow(*band, max_points, guess)
 
-    def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        lost, room = 0, max_points
-        found = self._solve_anew(start) if guess is None else self.corrector.free(guess, start)
-        if guess is not None and not found.converged:
-            found = self._solve_anew(start)
-        if found.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
-            self.status = found.status
-        while found.converged and (end - start) * self._heading > 0:
-            # A path that cannot be taken up beyond its pole keeps the status it ended with.
-            path = Path(self.curve, found.unknowns, start, end, self.corrector, room)
-            segment = list(path)
-            room -= len(segment)
+    def _follow(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
+        """Follow one path after another, beyond each pole, and set points, peaks and status."""
+        missed, points_left = 0, max_points
+        if guess is None:
+            solution = self._solve_from_scratch(start)
+        else:
+            solution = self.corrector.free(guess, start)
+        if guess is not None and not solution.converged:
+            solution = self._solve_from_scratch(start)
+        if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
+            self.status = solution.status
+        while solution.converged and (end - start) * self._heading > 0:
+            # Without a solution beyond its pole the branch keeps the status of the path.
+            path = Path(self.curve, solution.unknowns, start, end, self.corrector, points_left)
+            path_points = list(path)
+            points_left -= len(path_points)
             self.rejected += path.rejected
             self.status = path.status
-            points, peaks, missing = self._located(self._completed(segment))
+            points, peaks, missed_here = self._with_peaks(self._with_missed_events(path_points))
             self.points += points
-            self.peaks += sorted(peaks, key=lambda peak: (self.each * peak.dof, peak.value))
-            lost += missing
+            self.peaks += sorted(peaks, key=lambda peak: (self.per_dof * peak.dof, peak.value))
+            missed += missed_here
             if path.status != Status.UNBOUNDED:
                 break
-            last = segment[-1]
+            last = path_points[-1]
             scale = self.curve.scale(last.state)
             tangent = self.corrector.tangent(last.state, scale, last.before / scale, last.slip)
             if tangent is None:
                 break
             peak = unbounded_peak(self.curve.problem, last, tangent.direction * scale)
-            if (
-                not 0
-                < (peak.value - last.value) * self._heading
-                < (end - last.value) * self._heading
-            ):
-                break  # the band ends on the way up: an edge
+            to_pole, to_end = peak.value - last.value, end - last.value
+            if not 0 < to_pole * self._heading < to_end * self._heading:
+                break  # the band ends on the flank of the resonance, before its pole
             self.peaks.append(peak)
-            for distance in np.array(_RESTARTS) * (peak.value - last.value):
+            for distance in np.array(_RESTARTS) * to_pole:
                 start = peak.value + distance
-                found = self.corrector.free(-last.unknowns, start)
-                if not found.converged:
-                    found = self._solve_anew(start)
-                if found.converged:
+                solution = self.corrector.free(-last.unknowns, start)
+                if not solution.converged:
+                    solution = self._solve_from_scratch(start)
+                if solution.converged:
                     break
-        if lost and self.status == Status.REACHED_END:
+        if missed and self.status == Status.REACHED_END:
             self.status = Status.PEAK_NOT_LOCATED
         complete = self.status == Status.REACHED_END and not self.curve.single_valued
-        if complete and any(self._has_others(self.points[end]) for end in (0, -1)):
+        if complete and any(self._has_other_solution(self.points[i]) for i in (0, -1)):
             self.status = Status.OTHER_SOLUTIONS
         if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
             self.status = Status.BRANCH_POINTS
@@ -102,64 +103,66 @@ class Branch:
     def _corrector_of(self, curve: ContinuationProblem) -> Corrector:
         return Corrector(curve)
 
-    def _completed(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
-        """A path with the events that its steps passed over."""
-        passed = overlooked(points, self.corrector) if self.curve.single_valued else {}
-        path = []
-        for i, here in enumerate(points):
-            path.append(here)
-            if i in passed and depth < _MAX_DEPTH:
-                between = self._walked_anew(here, points[i + 1], passed[i]) or []
-                path += self._completed([here, *between, points[i + 1]], depth + 1)[1:-1]
-        return path
+    def _with_missed_events(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
+        """The points of a path together with the events that its steps passed over."""
+        values = find_missed_events(points, self.corrector) if self.curve.single_valued else {}
+        completed = []
+        for i, point in enumerate(points):
+            completed.append(point)
+            if i in values and depth < _MAX_DEPTH:
+                added = self._points_through(point, points[i + 1], values[i]) or []
+                segment = [point, *added, points[i + 1]]
+                completed += self._with_missed_events(segment, depth + 1)[1:-1]
+        return completed
 
-    def _located(
+    def _with_peaks(
         self, points: list[PathPoint], depth: int = 0
     ) -> tuple[list[PathPoint], list[Peak], int]:
-        """A path with its peaks among its points, the peaks, and the number of those not found.
+        """A path with its peaks among its points, the peaks, and how many could not be solved for.
 
-        Where they tell of events that were passed over, the path is walked anew.
+        A segment in which a contact has another state is followed again, through that state.
         """
-        located = locate_peaks(points, self.corrector, self.each)
-        path, peaks, lost = [], located.peaks, located.lost
-        for i, here in enumerate(points):
-            path += [here, *located.between.get(i, ())]
+        located = locate_peaks(points, self.corrector, self.per_dof)
+        path, peaks, missed = [], located.peaks, located.lost
+        for i, left in enumerate(points):
+            path += [left, *located.between.get(i, ())]
             if i not in located.other_states:
                 continue
-            there = points[i + 1]
+            right = points[i + 1]
             value = located.other_states[i]
-            passed = self._walked_anew(here, there, value) if depth < _MAX_DEPTH else None
-            if passed is None:
-                # That state is one of round-off, next to the limit.
-                alone = locate_peaks([here, there], self.corrector, self.each, regardless=True)
+            added = self._points_through(left, right, value) if depth < _MAX_DEPTH else None
+            if added is None:
+                # The other state is one of round-off, next to the limit.
+                alone = locate_peaks(
+                    [left, right], self.corrector, self.per_dof, ignore_states=True
+                )
                 path += alone.between.get(0, ())
                 peaks += alone.peaks
-                lost += alone.lost + len(alone.other_states)
+                missed += alone.lost + len(alone.other_states)
                 continue
-            inner, others, missing = self._located([here, *passed, there], depth + 1)
-            path += inner[1:-1]
-            peaks += others
-            lost += missing
-        return path, peaks, lost
+            refined, more_peaks, more_missed = self._with_peaks([left, *added, right], depth + 1)
+            path += refined[1:-1]
+            peaks += more_peaks
+            missed += more_missed
+        return path, peaks, missed
 
-    def _walked_anew(
-        self, here: PathPoint, there: PathPoint, value: float
+    def _points_through(
+        self, left: PathPoint, right: PathPoint, value: float
     ) -> list[PathPoint] | None:
-        """The points between two others, with one at a ``value`` that the path passed over."""
-        walked = [here]
-        for end in (value, there.value):
-            path = Path(
-                self.curve, here.unknowns, walked[-1].value, end, self.corrector, base=walked[-1]
-            )
-            walked += list(path)[1:]
+        """The points between two others, one of them at a ``value`` that the path passed over."""
+        followed = [left]
+        for end in (value, right.value):
+            base = followed[-1]
+            path = Path(self.curve, left.unknowns, base.value, end, self.corrector, base=base)
+            followed += list(path)[1:]
             self.rejected += path.rejected
             if path.status != Status.REACHED_END:
                 return None
-        # A contact that is in another state up to the next point changed it there, to round-off.
-        return walked[1:-1] if np.array_equal(walked[-1].slip, here.slip) else None
+        # A contact still in another state at the right point changes there, but for round-off.
+        return followed[1:-1] if np.array_equal(followed[-1].slip, left.slip) else None
 
-    def _has_others(self, point: PathPoint) -> bool:
-        """Whether another solution is found at the value of a point."""
+    def _has_other_solution(self, point: PathPoint) -> bool:
+        """Whether Newton's method finds another solution at the value of a point."""
         linear = linear_response(*self.curve.at(point.value))
         starts = [1.01 * point.unknowns, *([] if linear is None else [linear])]
 
@@ -172,102 +175,105 @@ class Branch:
     def at(self, value: float) -> list[tuple[PathState | None, int]]:
         """Solutions at a value of the band, in the order of the path.
 
-        Each comes with the linear solves it took; None stands for one that was not found.
+        Each comes with the linear solves it took; None stands for one that could not be solved for.
         """
-        found = []
-        for here, there in self._segments(value):
-            before = self.corrector.solves
-            station = self._between(here, there, value)
-            if station is not None and self._norm(station.state[:-1], value) > ACCEPTED:
-                # A contact changes its state for a moment between two points of the path.
-                station = self._station(self.corrector.free(station.state[:-1], value), value)
-            if station is None and self.curve.single_valued:
-                station = self._station(self._solve_anew(value), value)
-            found.append((station, self.corrector.solves - before))
-        if not found and self.points:
-            anew = self._solve_anew(value)
-            found = [(self._station(anew, value), anew.iterations)]
-        return found or [(None, 0)]
+        solutions = []
+        for left, right in self._segments(value):
+            solves_before = self.corrector.solves
+            solution = self._solve_between(left, right, value)
+            if solution is not None and self._norm(solution.state[:-1], value) > ACCEPTED:
+                # A contact is in another state for a moment between two points of the path.
+                solution = self._path_state(self.corrector.free(solution.state[:-1], value), value)
+            if solution is None and self.curve.single_valued:
+                solution = self._path_state(self._solve_from_scratch(value), value)
+            solutions.append((solution, self.corrector.solves - solves_before))
+        if not solutions and self.points:
+            result = self._solve_from_scratch(value)
+            solutions = [(self._path_state(result, value), result.iterations)]
+        return solutions or [(None, 0)]
 
-    def _station(self, found: NewtonResult, value: float) -> PathState | None:
-        """What an iteration at a value ended at, None if that is no solution."""
-        if not found.converged:
+    def _path_state(self, result: NewtonResult, value: float) -> PathState | None:
+        """The solution of an iteration at a value, with its tangent, None without one."""
+        if not result.converged:
             return None
-        direction = np.append(slope_of(found.evaluation), 1.0)
-        return PathState(np.append(found.unknowns, value), direction)
+        direction = np.append(slope_of(result.evaluation), 1.0)
+        return PathState(np.append(result.unknowns, value), direction)
 
     @cached_property
     def _values(self) -> FloatArray:
         return np.array([point.value for point in self.points])
 
     def _segments(self, value: float) -> list[tuple[PathPoint, PathPoint]]:
-        """Neighbours on the path between which the value lies, a point on it with itself."""
-        beyond = np.sign(self._values - value)
-        at = np.flatnonzero(beyond == 0)
-        between = np.flatnonzero(beyond[1:] * beyond[:-1] < 0)
-        pairs = sorted([(i, i) for i in at] + [(i, i + 1) for i in between])
-        found = [(self.points[i], self.points[j]) for i, j in pairs]
-        return found[:1] if self.curve.single_valued else found
+        """Neighbouring points around the value; a point at the value is paired with itself."""
+        side = np.sign(self._values - value)
+        at_points = np.flatnonzero(side == 0)
+        between = np.flatnonzero(side[1:] * side[:-1] < 0)
+        pairs = sorted([(i, i) for i in at_points] + [(i, i + 1) for i in between])
+        segments = [(self.points[i], self.points[j]) for i, j in pairs]
+        return segments[:1] if self.curve.single_valued else segments
 
-    def _between(self, here: PathPoint, there: PathPoint, value: float) -> PathState | None:
-        if here is there:
-            return PathState(here.state, here.after)
+    def _solve_between(self, left: PathPoint, right: PathPoint, value: float) -> PathState | None:
+        """The solution at a value between two points of the path."""
+        if left is right:
+            return PathState(left.state, left.after)
         if self.curve.single_valued:
-            share = (value - here.value) / (there.value - here.value)
-            guess = np.append(_between(here, there, share), value)
-            return self._correct(guess, here)
-        path = Segment(
+            share = (value - left.value) / (right.value - left.value)
+            guess = np.append(_interpolated(left, right, share), value)
+            return self._solve_at_value(guess, left)
+        segment = Segment(
             self.corrector,
-            PathState(here.state, here.after),
-            PathState(there.state, there.before),
-            here.slip,
+            PathState(left.state, left.after),
+            PathState(right.state, right.before),
+            left.slip,
         )
 
         def distance(share: float) -> float:
-            ends = {0.0: here.value, 1.0: there.value}
-            at = ends[share] if share in ends else path.interpolate(np.array([share]))[0][0, -1]
-            return float(at) - value
+            ends = {0.0: left.value, 1.0: right.value}
+            if share in ends:
+                return ends[share] - value
+            return float(segment.interpolate(np.array([share]))[0][0, -1]) - value
 
-        guess = path.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
-        near_fold = any(e.kind == EventKind.FOLD for p in (here, there) for e in p.events)
-        return self._along(path, value) if near_fold else self._correct(guess, here)
+        guess = segment.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
+        near_fold = any(e.kind == EventKind.FOLD for p in (left, right) for e in p.events)
+        return self._solve_along(segment, value) if near_fold else self._solve_at_value(guess, left)
 
-    def _correct(self, guess: FloatArray, here: PathPoint) -> PathState | None:
+    def _solve_at_value(self, guess: FloatArray, left: PathPoint) -> PathState | None:
+        """The solution at the value of a guess, in the contact states of the point before."""
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
-        found = self.corrector.correct(guess, scale, plane, here.slip)
-        return None if found is None else PathState(found.point, found.direction * scale)
+        solution = self.corrector.correct(guess, scale, plane, left.slip)
+        return None if solution is None else PathState(solution.point, solution.direction * scale)
 
-    def _along(self, path: Segment, value: float) -> PathState | None:
-        """Solve along the path: next to a fold two solutions at one value are too close."""
+    def _solve_along(self, segment: Segment, value: float) -> PathState | None:
+        """The solution at a value, searched along the path; near a fold two are too close."""
 
         def distance(share: float) -> float:
-            ends = {0.0: path.left, 1.0: path.right}
-            station = ends.get(share) or path.solve(share)
-            if station is None:
+            ends = {0.0: segment.left, 1.0: segment.right}
+            solution = ends.get(share) or segment.solve(share)
+            if solution is None:
                 raise ArithmeticError
-            return float(station.state[-1]) - value
+            return float(solution.state[-1]) - value
 
         try:
             share = float(scipy.optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
         except ArithmeticError:
             return None
-        return path.solve(share)
+        return segment.solve(share)
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
         return self.curve.evaluate(unknowns, value).norm
 
-    def _solve_anew(self, value: float) -> NewtonResult:
-        found = solve_point(*self.curve.at(value))
-        self.corrector.solves += found.iterations
-        return found
+    def _solve_from_scratch(self, value: float) -> NewtonResult:
+        result = solve_point(*self.curve.at(value))
+        self.corrector.solves += result.iterations
+        return result
 
 
-def _between(here: PathPoint, there: PathPoint, share: float) -> FloatArray:
-    """Unknowns between two points of a path by cubic interpolation over the parameter."""
-    length, step = there.value - here.value, there.unknowns - here.unknowns
-    left, right = (
+def _interpolated(left: PathPoint, right: PathPoint, share: float) -> FloatArray:
+    """Unknowns between two points of a path, by cubic interpolation over the parameter."""
+    length, step = right.value - left.value, right.unknowns - left.unknowns
+    first, last = (
         length * point[:-1] / point[-1] if point[-1] * length > 0 else step
-        for point in (here.after, there.before)
+        for point in (left.after, right.before)
     )
-    return cubic(here.unknowns, there.unknowns, (left, right), share)
+    return cubic(left.unknowns, right.unknowns, (first, last), share)

@@ -1,8 +1,8 @@
 """Another solution at the same value of the parameter, by deflated Newton iterations.
 
 The equations are multiplied by ``1 + 1/|x - known|^2``, lengths relative to the known solution, so
-that it is none any more. A Newton step of these equations is one of the original ones, of another
-length.
+that this one no longer solves them. A Newton step of the deflated equations has the direction of a
+step of the original equations and another length.
 
 Reference: P. E. Farrell, A. Birkisson, S. W. Funke, Deflation techniques for finding distinct
 solutions of nonlinear partial differential equations, SIAM J. Sci. Comput. 37, 2015.
@@ -19,15 +19,16 @@ from symhbm.numerics import Factorisation, FloatArray
 DISTINCT = 1e-6
 """Distance of two different solutions, relative to one of them."""
 _NEAR = 1e-6
-"""Residual norm at which Newton's method takes over."""
+"""Residual norm below which Newton's method without deflation takes over."""
 _MAX_ITERATIONS = 40
 _FARTHEST = 1e6
+"""Distance from the known solution, relative to it, beyond which an iteration has diverged."""
 
 
 def other_solution(
     evaluate: Callable[[FloatArray], Evaluation], known: FloatArray, starts: Iterable[FloatArray]
 ) -> FloatArray | None:
-    """A solution (n_unknowns,) that is not the ``known`` one, None if no start leads to any."""
+    """A solution (n_unknowns,) other than the ``known`` one, None if no start leads to one."""
     size = np.linalg.norm(known) or 1.0
     for start in starts:
         unknowns = np.array(start, dtype=float)
@@ -44,10 +45,10 @@ def other_solution(
             if step is None:
                 break
             if evaluation.norm < _NEAR:
-                found = newton(evaluate, unknowns)
-                distance = np.linalg.norm(found.unknowns - known)
-                if found.converged and distance > DISTINCT * size:
-                    return found.unknowns
+                result = newton(evaluate, unknowns)
+                distance = np.linalg.norm(result.unknowns - known)
+                if result.converged and distance > DISTINCT * size:
+                    return result.unknowns
             rate = -2 * float(offset @ step) / (square * (1 + square) * size)
             unknowns = unknowns + step / ((1 - rate) or 1.0)
     return None

@@ -1,4 +1,4 @@
-"""One point: Newton's method with a line search on the residual."""
+"""Newton's method with a line search on the residual, for one solution."""
 
 import contextlib
 from collections.abc import Callable
@@ -13,11 +13,12 @@ from symhbm.numerics import Factorisation, FloatArray
 TOLERANCE = 1e-12
 """Largest residual over the largest sum of absolute force terms: some thousand round-offs."""
 ACCEPTED = 10 * TOLERANCE
-"""Largest residual norm of a point held in its contact states, once every contact is free."""
+"""Largest residual norm with free contacts of a point solved with its contact states held."""
 PRECISION = 1e-6
 """Largest last step relative to the response: convergence is quadratic, the error its square."""
 MAX_ITERATIONS = 60
 SMALLEST_STEP = 2.0**-12
+"""Share of a Newton step below which the line search gives up."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> N
         merit = np.linalg.norm(evaluation.residual)
         length = 1.0
         while length >= SMALLEST_STEP:
-            # A step that overshoots all numbers is one more that is too long.
+            # A step that overflows is too long.
             with contextlib.suppress(ArithmeticError):
                 trial = evaluate(unknowns + length * step)
                 decrease = (1 - 1e-4 * length) * merit

@@ -2,11 +2,11 @@
 
 The friction force has a corner where a contact begins or ends to slip, and the path may turn by
 more than 90 degrees there. Each step therefore keeps the contact states of its start, on equations
-that continue smoothly past the limits; a contact found beyond its limit ends the step on the exact
-onset, its state flips, and the path goes on along the tangent of the far side.
+that continue smoothly past the limits. A step that takes a contact beyond its limit ends on that
+limit instead; the state flips, and the path continues along the tangent of the far side.
 
-Lengths are measured relative to the response and to the parameter at the start of the step, so
-that they mean the same in any units.
+Lengths are relative to the response and to the parameter at the start of the step, so that they
+mean the same in any units.
 """
 
 from collections.abc import Iterator
@@ -39,27 +39,29 @@ from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 
 FIRST_STEP = 0.02
+"""Arc length of the first step, predicted along a straight line."""
 LARGEST_STEP = 0.5
+"""Longest arc length of a step: half of the response or of the parameter."""
 PREDICTION_ERROR = 0.02
-"""Distance between predicted and corrected point aimed at, relative to the response."""
-MAX_LOOKS = 5
+"""Distance between predicted and corrected point that step control aims at."""
+MAX_AIMS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
-AIMED_LOOKS = 2
-"""Number of them that end where the modes at both ends of the step say that it is."""
+MAX_FULL_AIMS = 2
+"""Number of them that end where the modes at both ends of the step place the resonance."""
 STEEP = 1e-3
-"""Part of a tangent along the parameter below which its sign is worth a tangent of its own."""
-SMALLEST_HOP = 1e-3
-"""First step tried over a corner that nobody located."""
-SHRUNK = 1 / 50
-"""Fall of the step, against those before, at which a corner nobody located is taken to be near."""
+"""Component of a tangent along the parameter below which the tangent is computed again."""
+SMALLEST_CORNER_STEP = 1e-3
+"""Smallest first step across a corner that event location missed."""
+SHRINKAGE = 1 / 50
+"""Step over the usual one below which a corner that event location missed is assumed to be near."""
 
 
 class Path:
-    """Iterator over the points of a curve from ``start`` to ``end``, from known ``unknowns``.
+    """Iterator over the points of a curve from ``start``, where ``unknowns`` solve it, to ``end``.
 
-    ``base`` may be a point of another path to go on from, in its contact states. Folds, branch
-    points, onsets and ends of slip are points of their own. ``status`` tells why it ended,
-    ``rejected`` counts the steps tried in vain.
+    ``base`` may be a point of another path to continue from, in its contact states. Folds, branch
+    points, onsets and ends of slip are points. ``status`` tells why the path ended, ``rejected``
+    counts the rejected steps.
     """
 
     def __init__(
@@ -76,15 +78,15 @@ class Path:
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
-        self._begin = np.append(unknowns, float(start)) if base is None else base.state
+        self._start = np.append(unknowns, float(start)) if base is None else base.state
         self._base = base
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
         self._orientation = 0
-        self._predictor = Predictor.straight(len(self._begin))
-        self._lookout = ResonanceFinder(curve)
-        self._counted = self.corrector.solves
+        self._predictor = Predictor.straight(len(self._start))
+        self._resonance_finder = ResonanceFinder(curve)
+        self._solves_before = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
         point = self._first()
@@ -101,11 +103,11 @@ class Path:
                 attempt = None
                 self.rejected += 1
                 step /= 4
-                stuck = step < max(SHRUNK * usual, SMALLEST_STEP)
-                hops = self._curve.single_valued and self._curve.angles is None
-                if stuck and hops:
-                    # Steps that shrank from corner to corner tell nothing of what lies beyond.
-                    attempt, step = self._hop(point, max(usual, SMALLEST_HOP))
+                stuck = step < max(SHRINKAGE * usual, SMALLEST_STEP)
+                may_cross = self._curve.single_valued and self._curve.angles is None
+                if stuck and may_cross:
+                    # A step that shrank from corner to corner does not suit the path beyond.
+                    attempt, step = self._cross_corner(point, max(usual, SMALLEST_CORNER_STEP))
             if attempt is None:
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP
@@ -123,7 +125,7 @@ class Path:
             if point.value == self._end:
                 self.status = Status.REACHED_END
                 return
-            if point.value == self._begin[-1]:
+            if point.value == self._start[-1]:
                 self.status = Status.TURNED_BACK
                 return
             if point.amplification > max(base.amplification, UNBOUNDED_AMPLIFICATION):
@@ -134,171 +136,180 @@ class Path:
         self.status = Status.MAXIMUM_POINTS
 
     def _folds(self, base: PathPoint, point: PathPoint) -> list[PathPoint] | None:
-        """The folds between two points, None if the points are too far apart to tell."""
+        """The folds between two points, None if the points are too far apart to locate them."""
         if self._curve.single_valued:
             return []
         folds = find_folds(self.corrector, base, point)
         if folds is None:
             return None
-        accepted = []
+        points = []
         for fold in folds:
             scale = self._curve.scale(fold.state)
-            found = self.corrector.tangent(fold.state, scale, fold.direction / scale, base.slip)
-            if found is None:
+            tangent = self.corrector.tangent(fold.state, scale, fold.direction / scale, base.slip)
+            if tangent is None:
                 return None
             event = (Event(EventKind.FOLD),)
-            accepted.append(self._accept(self._orient(found), scale, base.slip, event))
-        return accepted
+            points.append(self._accept(self._orient(tangent), scale, base.slip, event))
+        return points
 
     def _first(self) -> PathPoint | None:
         if self._base is not None:
             base = self._base
             row = base.after / base.scale
-            found = self.corrector.tangent(base.state, base.scale, row, base.slip)
-            self._orientation = 0 if found is None else found.sign
-            return None if found is None else base
-        evaluation = self._curve.evaluate(self._begin[:-1], self._begin[-1])
+            tangent = self.corrector.tangent(base.state, base.scale, row, base.slip)
+            self._orientation = 0 if tangent is None else tangent.sign
+            return None if tangent is None else base
+        evaluation = self._curve.evaluate(self._start[:-1], self._start[-1])
         if evaluation.norm > TOLERANCE:
             return None
-        scale = self._curve.scale(self._begin)
+        scale = self._curve.scale(self._start)
         row = self._heading * unit_parameter(len(scale))
-        found = self.corrector.tangent(self._begin, scale, row, evaluation.friction.slip)
-        if found is None:
+        tangent = self.corrector.tangent(self._start, scale, row, evaluation.friction.slip)
+        if tangent is None:
             return None
-        self._orientation = found.sign
-        return self._accept(found, scale, evaluation.friction.slip)
+        self._orientation = tangent.sign
+        return self._accept(tangent, scale, evaluation.friction.slip)
 
     def _advance(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
         """Next point and the error of its prediction, None if the step must be shorter."""
         start, scale = base.state, base.scale
-        # A path that turned back at a fold may come back to where it began.
-        ahead = self._end if base.after[-1] * self._heading > 0 else float(self._begin[-1])
-        to_end = (ahead - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
+        # A path that turned back at a fold may return to its start.
+        target = self._end if base.after[-1] * self._heading > 0 else float(self._start[-1])
+        to_end = (target - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
         at_end = 0 < to_end <= step
-        attempt = self._predict(base, to_end if at_end else step, ahead if at_end else None)
+        length = to_end if at_end else step
+        attempt = self._attempt(base, length, target if at_end else None)
         if attempt is None:
             return None
-        found, error = attempt
-        length = to_end if at_end else step
-        for look in range(MAX_LOOKS):
-            share = self._lookout.first_passed(base, found)
+        solution, error = attempt
+        for aim in range(MAX_AIMS):
+            share = self._resonance_finder.first_passed(base, solution)
             if share is None or share * length < SMALLEST_STEP:
                 break
-            # A resonance that neither end of the step shows: look at it. Where aim was taken too
-            # far twice, half of the way tells more of where it is.
+            # End the step at a resonance that neither of its ends shows. Where that was too far
+            # twice, half of the step tells more of where the resonance is.
             at_end = False
-            length *= share if look < AIMED_LOOKS else min(share, 0.5)
-            attempt = self._predict(base, length, None)
+            length *= share if aim < MAX_FULL_AIMS else min(share, 0.5)
+            attempt = self._attempt(base, length, None)
             if attempt is None:
                 return None
-            found = attempt[0]  # the error of the whole step tells how long the next one may be
-        travel = found.point[-1] - base.value
-        passed = self._passed(float(found.point[-1]))
-        if not at_end and passed is not None and base.value != passed:
-            guess = start + (passed - base.value) / travel * (found.point - start)
-            found = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, passed)
-            if found is None:
+            solution = attempt[0]  # the error of the whole step controls the next one
+        travel = solution.point[-1] - base.value
+        band_end = self._end_of_band(float(solution.point[-1]))
+        if not at_end and band_end is not None and base.value != band_end:
+            guess = start + (band_end - base.value) / travel * (solution.point - start)
+            solution = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, band_end)
+            if solution is None:
                 return None
-        found = self._orient(found)
-        over = found if found.crosses else brief_crossing(self.corrector, base, found, scale)
-        if over is not None:
-            point = self._land(base, over, scale)
+        solution = self._orient(solution)
+        past_limit = solution
+        if not solution.crosses:
+            past_limit = brief_crossing(self.corrector, base, solution, scale)
+        if past_limit is not None:
+            point = self._locate_limit(base, past_limit, scale)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
-        steep = not self._curve.single_valued and abs(found.direction[-1]) < STEEP
-        if steep or np.dot(found.direction, base.after / scale) <= 0:
-            # The tangent is that of the iterate before: on a steep flank that may not do.
-            anew = self.corrector.tangent(found.point, scale, base.after / scale, base.slip)
-            if anew is None:
+        steep = not self._curve.single_valued and abs(solution.direction[-1]) < STEEP
+        if steep or np.dot(solution.direction, base.after / scale) <= 0:
+            # The tangent belongs to the iterate before: too inaccurate on a steep flank.
+            tangent = self.corrector.tangent(solution.point, scale, base.after / scale, base.slip)
+            if tangent is None:
                 return None
-            if anew.sign != self._orientation:
-                # Another path, unless it goes straight on through a branch point.
-                beyond = find_branch_point(self.corrector, base, anew, scale)
+            if tangent.sign != self._orientation:
+                # Another path, unless this one continues straight through a branch point.
+                beyond = find_branch_point(self.corrector, base, tangent, scale)
                 if beyond is None:
                     return None
                 events = (Event(EventKind.BRANCH),)
                 return self._accept(beyond, scale, base.slip, events), error
-            found = anew
-        return self._accept(found, scale, base.slip), error
+            solution = tangent
+        return self._accept(solution, scale, base.slip), error
 
-    def _predict(
+    def _attempt(
         self, base: PathPoint, length: float, end: float | None
     ) -> tuple[Corrected, float] | None:
-        """Point at a distance or at an ``end`` of the band, and the error of its prediction."""
+        """Point at an arc length or at an ``end`` of the band, and the error of its prediction."""
         scale, guess = base.scale, self._predictor.at(base, length)
         normal = base.after / scale if end is None else unit_parameter(len(scale))
-        found = self._correct(guess, scale, normal, base.slip, end)
-        if found is None:
+        solution = self._correct(guess, scale, normal, base.slip, end)
+        if solution is None:
             return None
-        return None if found.error > LARGEST_PREDICTION_ERROR else (found, found.error)
+        return None if solution.error > LARGEST_PREDICTION_ERROR else (solution, solution.error)
 
-    def _passed(self, value: float) -> float | None:
+    def _end_of_band(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""
         if (value - self._end) * self._heading >= 0:
             return self._end
-        begin = float(self._begin[-1])
+        begin = float(self._start[-1])
         beyond = (value - begin) * self._heading <= 0
         return begin if beyond and not self._curve.single_valued else None
 
-    def _hop(self, base: PathPoint, step: float) -> tuple[tuple[PathPoint, float] | None, float]:
-        """Next point beyond a corner nobody located, and the length of that step."""
-        found = step_over_corner(self.corrector, base, self._end, step / 4)
-        for _ in range(MAX_LOOKS):
-            share = None if found is None else self._lookout.first_passed(base, found.found)
-            if found is None or share is None:
+    def _cross_corner(
+        self, base: PathPoint, step: float
+    ) -> tuple[tuple[PathPoint, float] | None, float]:
+        """Next point beyond a corner that event location missed, and the length of that step."""
+        crossing = step_over_corner(self.corrector, base, self._end, step / 4)
+        for _ in range(MAX_AIMS):
+            if crossing is None:
+                break
+            share = self._resonance_finder.first_passed(base, crossing.solution)
+            if share is None:
                 break
             # What looks like a corner may be the flank of a narrow resonance.
-            nearer = step_over_corner(self.corrector, base, self._end, share * found.length)
+            nearer = step_over_corner(self.corrector, base, self._end, share * crossing.length)
             if nearer is None:
-                break  # a look that fails is no reason to end where the path goes on
-            found = nearer
-        if found is None:
+                break  # the path continues although the shorter step failed
+            crossing = nearer
+        if crossing is None:
             return None, 0.0
-        self._orientation = found.found.sign
-        events = state_changes(base.slip, found.slip)
-        point = self._accept(found.found, base.scale, found.slip, events)
-        return (point, found.error), found.length
+        self._orientation = crossing.solution.sign
+        events = state_changes(base.slip, crossing.slip)
+        point = self._accept(crossing.solution, base.scale, crossing.slip, events)
+        return (point, crossing.error), crossing.length
 
     def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
             if self._curve.is_at_rest(end, slip):
-                guess[:-1] = 0.0  # no iteration of relative residuals gets there
-        found = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
-        if found is not None and end is not None:
-            found.point[-1] = end
-        return found
+                guess[:-1] = 0.0  # relative residuals do not converge to zero
+        solution = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
+        if solution is not None and end is not None:
+            solution.point[-1] = end
+        return solution
 
-    def _land(self, base: PathPoint, over: Corrected, scale: FloatArray) -> PathPoint | None:
-        """Solve for the first limit crossed between ``base`` and ``over``, and flip the state."""
-        found = first_limit(self.corrector, base, over, scale, self._orientation)
-        if found is None:
+    def _locate_limit(
+        self, base: PathPoint, past_limit: Corrected, scale: FloatArray
+    ) -> PathPoint | None:
+        """The point on the first limit crossed before ``past_limit``, the contact state flipped."""
+        limit = first_limit(self.corrector, base, past_limit, scale, self._orientation)
+        if limit is None:
             return None
-        landed, flipped = found
+        solution, flipped = limit
         slip = base.slip ^ flipped
-        landed = self._orient(landed)
-        beyond = self.corrector.tangent(landed.point, scale, landed.direction, slip)
-        if beyond is None:
+        solution = self._orient(solution)
+        far_side = self.corrector.tangent(solution.point, scale, solution.direction, slip)
+        if far_side is None:
             return None
-        beyond = self._orient(beyond)
+        far_side = self._orient(far_side)
         events = state_changes(base.slip, slip)
-        if landed.direction[-1] * beyond.direction[-1] < 0 and not self._curve.single_valued:
+        if solution.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
-        return self._accept(landed, scale, slip, events, beyond)
+        return self._accept(solution, scale, slip, events, far_side)
 
-    def _orient(self, found: Corrected) -> Corrected:
-        """Point the tangent so that ``det [J; t^T]`` keeps the sign it had at the start."""
-        return found if found.sign == self._orientation else found.turned()
+    def _orient(self, solution: Corrected) -> Corrected:
+        """The solution with the tangent for which ``det [J; t^T]`` keeps its sign at the start."""
+        return solution if solution.sign == self._orientation else solution.turned()
 
     def _accept(
         self,
-        found: Corrected,
+        solution: Corrected,
         scale: FloatArray,
         slip: NDArray[np.bool_],
         events: tuple[Event, ...] = (),
-        beyond: Corrected | None = None,
+        far_side: Corrected | None = None,
     ) -> PathPoint:
-        """A point of the path; ``beyond`` has the tangent after it where that is another."""
-        solves, self._counted = self.corrector.solves - self._counted, self.corrector.solves
-        return PathPoint.of(self._curve, found, scale, slip, solves, events, beyond)
+        """A point of the path; ``far_side`` has the tangent after an event where that differs."""
+        solves = self.corrector.solves - self._solves_before
+        self._solves_before = self.corrector.solves
+        return PathPoint.of(self._curve, solution, scale, slip, solves, events, far_side)

@@ -1,4 +1,4 @@
-"""Points of a path, and what happens at them."""
+"""Points of a path and the events at them."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -12,11 +12,11 @@ from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray, length_of
 
 UNBOUNDED_AMPLIFICATION = 1e9
-"""Inertia over exciting force beyond which the balance of the two drowns in round-off."""
+"""Inertia over exciting force beyond which round-off exceeds the difference of the two."""
 
 
 class EventKind(StrEnum):
-    """What happens at an event."""
+    """Kinds of event."""
 
     ONSET = "onset of slip"
     END = "end of slip"
@@ -26,14 +26,14 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``; a fold or a branch point of the path (contact -1)."""
+    """Change of state of one ``contact``, or a fold or a branch point of the path (contact -1)."""
 
     kind: EventKind
     contact: int = -1
 
 
 def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
-    """The changes between two sets of contact states (n_contacts,)."""
+    """The events by which contact states ``before`` become those ``after``, both (n_contacts,)."""
     return tuple(
         Event(EventKind.ONSET if after[j] else EventKind.END, int(j))
         for j in np.flatnonzero(before != after)
@@ -43,7 +43,7 @@ def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[
 class PathPoint(NamedTuple):
     """A converged point of a path.
 
-    ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, what measures lengths
+    ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, the unit of lengths
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
     point; ``slip_margin`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
@@ -69,36 +69,36 @@ class PathPoint(NamedTuple):
     def of(
         cls,
         curve: ContinuationProblem,
-        found: Corrected,
+        solution: Corrected,
         scale: FloatArray,
         slip: NDArray[np.bool_],
         solves: int,
         events: tuple[Event, ...] = (),
-        beyond: Corrected | None = None,
+        far_side: Corrected | None = None,
     ) -> "PathPoint":
-        """A point from a solution in a ``scale``.
+        """The point at a solution whose direction is relative to a ``scale``.
 
-        ``beyond`` is that with the tangent after it where that is another.
+        ``far_side`` is the solution with the tangent after an event where that differs.
         """
-        beyond = beyond or found
-        here = curve.scale(found.point)
-        ratio = scale / here
-        length = length_of(beyond.direction * ratio)
-        after = beyond.direction * scale / length
+        far_side = far_side or solution
+        scale_there = curve.scale(solution.point)
+        ratio = scale / scale_there
+        length = length_of(far_side.direction * ratio)
+        after = far_side.direction * scale / length
         before = after
-        if beyond is not found:
-            before = found.direction * scale / length_of(found.direction * ratio)
+        if far_side is not solution:
+            before = solution.direction * scale / length_of(solution.direction * ratio)
         return cls(
-            state=found.point,
-            scale=here,
+            state=solution.point,
+            scale=scale_there,
             before=before,
             after=after,
             slip=slip,
-            slip_margin=found.slip_margin,
-            rate=beyond.rate / length,
-            residual_norm=found.residual_norm,
-            amplification=found.amplification,
-            resonances_below=beyond.resonances_below,
+            slip_margin=solution.slip_margin,
+            rate=far_side.rate / length,
+            residual_norm=solution.residual_norm,
+            amplification=solution.amplification,
+            resonances_below=far_side.resonances_below,
             solves=solves,
             events=events,
         )

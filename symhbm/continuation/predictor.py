@@ -1,4 +1,4 @@
-"""Where a path goes on: the cubic through its last two points and their tangents."""
+"""Cubic predictor through the last two points of a path and their tangents."""
 
 from typing import NamedTuple
 
@@ -9,32 +9,32 @@ from symhbm.numerics import FloatArray, length_of
 
 
 class Predictor(NamedTuple):
-    """Second and third derivative of a path by the arc length at a point, (n_unknowns + 1,)."""
+    """``second`` and ``third`` derivative of a path by arc length at a point, (n_unknowns + 1,)."""
 
-    bend: FloatArray
-    twist: FloatArray
+    second: FloatArray
+    third: FloatArray
 
     @classmethod
     def straight(cls, size: int) -> "Predictor":
-        """That of a point without a past, as the first one and those beyond a corner."""
+        """The tangent alone, for the first point of a path and for corners."""
         return cls(np.zeros(size), np.zeros(size))
 
     @classmethod
-    def through(cls, before: PathPoint, here: PathPoint) -> "Predictor":
-        """At a point, from that before it."""
-        chord = here.state - before.state
-        distance = length_of(chord / here.scale)
-        if here.events or distance == 0:
+    def through(cls, before: PathPoint, point: PathPoint) -> "Predictor":
+        """The predictor at a ``point``, from that point and the one ``before`` it."""
+        chord = point.state - before.state
+        distance = length_of(chord / point.scale)
+        if point.events or distance == 0:
             return cls.straight(len(chord))
-        tangent = before.after / length_of(before.after / here.scale)
-        turn = here.after - tangent
+        tangent = before.after / length_of(before.after / point.scale)
+        turn = point.after - tangent
         # The arc of a circle whose tangent turns as much.
-        length = distance * (1 + np.sum((turn / here.scale) ** 2) / 24)
-        slip_margin = here.after + tangent - 2 * chord / length
-        return cls((turn + 3 * slip_margin) / length, 6 * slip_margin / length**2)
+        length = distance * (1 + np.sum((turn / point.scale) ** 2) / 24)
+        mismatch = point.after + tangent - 2 * chord / length
+        return cls((turn + 3 * mismatch) / length, 6 * mismatch / length**2)
 
-    def at(self, here: PathPoint, length: float) -> FloatArray:
+    def at(self, point: PathPoint, length: float) -> FloatArray:
         """Unknowns and parameter at an arc length beyond the point."""
-        return here.state + length * (
-            here.after + length / 2 * (self.bend + length / 3 * self.twist)
+        return point.state + length * (
+            point.after + length / 2 * (self.second + length / 3 * self.third)
         )

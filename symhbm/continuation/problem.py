@@ -1,4 +1,4 @@
-"""The equations along one moving parameter: what continuation follows."""
+"""Continuation problems: the balance along one moving parameter."""
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
@@ -12,16 +12,16 @@ from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check, length_of
 
 WEAKEST = 0.1
-"""Share of the response below which a harmonic is no longer watched by itself."""
+"""Smallest share of the response to which the distance of a harmonic is relative."""
 
 
 class ContinuationProblem(ABC):
     """Solutions of the balance over one parameter.
 
-    ``problem`` holds the values of all other parameters; ``single_valued`` tells that there is one
-    solution at each value, so that a path that turns back is a failure and not a fold; lengths
-    along the parameter are relative to its value, but to no less than ``smallest``. ``angles`` is
-    the solver where the switching angles are unknowns too, None where they are located.
+    ``problem`` holds the values of all other parameters. ``single_valued`` tells that there is one
+    solution at each value, so that a path that turns back has failed and has no fold. Lengths along
+    the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names the
+    solver where the switching angles are unknowns too, None where they are located.
     """
 
     problem: HarmonicBalance
@@ -45,13 +45,13 @@ class ContinuationProblem(ABC):
         return problem.amplification(unknowns, frequency)
 
     def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
-        """Whether nothing moves at a value, next to which contacts are in the states ``slip``."""
+        """Whether nothing moves at a value, contacts being in the states ``slip`` next to it."""
         return False
 
     def scale(self, point: FloatArray) -> FloatArray:
-        """Scale of unknowns and parameter at a point, all (n_unknowns + 1,): what a length means.
+        """Units of length of the unknowns and the parameter at a point, all (n_unknowns + 1,).
 
-        The norm of the response for all its coefficients, the parameter's own value.
+        The norm of the response for all its coefficients, the value of the parameter for itself.
         """
         scale = np.empty(len(point))
         scale[:] = length_of(point[:-1]) or 1.0
@@ -59,16 +59,16 @@ class ContinuationProblem(ABC):
         return scale
 
     def distance(self, point: FloatArray, other: FloatArray, scale: FloatArray) -> float:
-        """Scaled distance of a point from another, of weak harmonics relative to themselves.
+        """Scaled distance between two points, weak harmonics relative to their own size.
 
         All arrays (n_unknowns + 1,).
         """
         problem = self.problem
-        moved = problem.coefficients((point - other)[:-1] / scale[:-1])
+        difference = problem.coefficients((point - other)[:-1] / scale[:-1])
         level = problem.coefficients(point[:-1] / scale[:-1])
         strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
-        moved = np.linalg.norm(moved, axis=0) / np.clip(strength, WEAKEST, 1.0)
-        return float(np.hypot(np.linalg.norm(moved), (point - other)[-1] / scale[-1]))
+        difference = np.linalg.norm(difference, axis=0) / np.clip(strength, WEAKEST, 1.0)
+        return float(np.hypot(np.linalg.norm(difference), (point - other)[-1] / scale[-1]))
 
 
 class FrequencyProblem(ContinuationProblem):
@@ -115,18 +115,18 @@ class ParameterProblem(ContinuationProblem):
         if index is not None:
             chosen[index] = 1.0
         self._nominal, self._chosen = nominal, chosen
-        # Points on a path are looked at several times.
+        # Several computations share each point of a path.
         self.at = lru_cache(maxsize=8)(self.at)  # type: ignore[method-assign]
 
     def scale(self, point: FloatArray) -> FloatArray:
-        """As of any curve; towards no force, relative to the response at ``smallest``."""
+        """As of any problem, but below the ``smallest`` force relative to the response there."""
         scale = super().scale(point)
         if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
 
     def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
-        """Without a force, where the way there is linear."""
+        """Whether there is no force and no contact slides on the way to it."""
         slides = slip & (self.problem.slip_limit > 0)
         return self.name == "force_amplitude" and value == 0 and not slides.any()
 
@@ -136,7 +136,7 @@ class ParameterProblem(ContinuationProblem):
         try:
             return self.problem.with_parameters(**{self.name: values}), self.frequency
         except ValueError as error:
-            # An iteration that leaves the allowed values is one that fails.
+            # An iteration that leaves the allowed values has failed.
             raise ArithmeticError(str(error)) from error
 
     def chosen(self, problem: HarmonicBalance) -> FloatArray:

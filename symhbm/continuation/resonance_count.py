@@ -1,7 +1,7 @@
-"""Numbers of natural frequencies below the harmonics of the exciting one, without any mode.
+"""Numbers of natural frequencies below the harmonics of the excitation, without modes.
 
-With its contacts at their present stiffness ``k`` a structure has as many of them below ``s`` as
-its dynamic stiffness ``K + B' k B - s^2 M`` has negative eigenvalues (Sylvester's law of inertia).
+With contacts of stiffness ``k``, a structure has as many natural frequencies below ``s`` as its
+dynamic stiffness ``K + B' k B - s^2 M`` has negative eigenvalues (Sylvester's law of inertia).
 """
 
 from typing import Any
@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.condensed_modes import modes_below
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import ContactSprings, ContactState, contact_springs
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
 LARGEST_SIZE = 300
-"""Number of degrees of freedom above which modes cost more than the path."""
+"""Number of degrees of freedom above which modes take longer to compute than the path."""
 
 
 class ResonanceCount:
@@ -25,49 +23,51 @@ class ResonanceCount:
 
     def __init__(self, curve: ContinuationProblem):
         self._curve = curve
-        self._of: tuple[Any, Any] = None, None
-        self._known: list[NDArray] = []
+        self._cached_model: tuple[Any, Any] = None, None
+        self._cached: list[NDArray] = []
 
     def below(
         self, unknowns: FloatArray, value: float, friction: ContactState
     ) -> tuple[int, ...] | None:
-        """By harmonic, with its springs in place of the contacts; None for a large structure."""
+        """The count by harmonic, contacts replaced by springs; None for a large structure."""
         if self._curve.problem.n_dof > LARGEST_SIZE:
             return None
         problem, _ = self._curve.at(value)
         return self.below_with(springs_of(problem, unknowns, friction).stiffness, value)
 
     def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:
-        """The same where the springs (n_harmonics, n_contacts) [N/m] are known."""
+        """The same, from the springs (n_harmonics, n_contacts) [N/m]."""
         problem, frequency = self._curve.at(value)
         if problem.n_dof > LARGEST_SIZE:
             return None
         harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
-        if isinstance(model, CondensedModel):
+        if not model.has_matrices:
             pairs = zip(harmonics, springs, strict=True)
-            return tuple(modes_below(model, n, frequency, spring) for n, spring in pairs)
+            counts = [model.modes_below(n, frequency, spring) for n, spring in pairs]
+            return None if None in counts else tuple(counts)  # type: ignore[arg-type]
         mass, stiffness, spread, directions = self._matrices(problem, harmonics)
         square = (frequency * np.array(harmonics))[:, None, None] ** 2
-        whole = stiffness + (spread * springs[:, None, :]) @ directions - square * mass
-        return tuple(map(negative_eigenvalues, whole))
+        dynamic = stiffness + (spread * springs[:, None, :]) @ directions - square * mass
+        return tuple(map(negative_eigenvalues, dynamic))
 
     def _matrices(self, problem: HarmonicBalance, harmonics: list[int]) -> list[NDArray]:
-        """Mass, stiffness and directions, there and back, one of each by harmonic or for all."""
+        """Mass, stiffness, directions transposed and directions, by harmonic or one for all."""
         model, symmetry = problem.model, problem.symmetry
-        given = model.mass_matrix, model.stiffness_matrix
-        if not all(a is b for a, b in zip(given, self._of, strict=True)):
+        current = model.mass_matrix, model.stiffness_matrix
+        if not all(a is b for a, b in zip(current, self._cached_model, strict=True)):
             waves = [0] if symmetry is None else [symmetry.wave(n) for n in harmonics]
-            parts = [structure_matrices(problem, wave) for wave in waves]
-            mass, _, stiffness, directions = map(np.array, zip(*parts, strict=True))
-            stiffness = (stiffness + _turned(stiffness)) / 2
-            self._of, self._known = given, [mass, stiffness, _turned(directions), directions]
-        return self._known
+            by_wave = [structure_matrices(problem, wave) for wave in waves]
+            mass, _, stiffness, directions = map(np.array, zip(*by_wave, strict=True))
+            stiffness = (stiffness + _adjoint(stiffness)) / 2
+            self._cached_model = current
+            self._cached = [mass, stiffness, _adjoint(directions), directions]
+        return self._cached
 
 
 def springs_of(
     problem: HarmonicBalance, unknowns: FloatArray, friction: ContactState
 ) -> ContactSprings:
-    """The contacts of a problem as springs, see `contact_springs`."""
+    """Springs equivalent to the contacts of a problem, see `contact_springs`."""
     parameters = problem.contact_stiffness, problem.slip_limit, problem.cubic_stiffness
     return contact_springs(problem.basis, problem.relative(unknowns), friction, *parameters)
 
@@ -75,17 +75,17 @@ def springs_of(
 def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
     """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
 
-    Of one sector, complex, as they act on a ``wave`` around the disk.
+    Those of a symmetric structure are of one sector, complex, for a ``wave`` around the disk.
     """
     names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
-    whole = [getattr(problem.model, name) for name in names]
+    matrices = [getattr(problem.model, name) for name in names]
     symmetry = problem.symmetry
     if symmetry is None:
-        return [matrix.toarray() for matrix in whole]
+        return [matrix.toarray() for matrix in matrices]
     phases = symmetry.phases(wave)
     rows = [*(np.arange(symmetry.n_dof),) * 3, symmetry.contacts]
-    return [(matrix[row] @ phases).toarray() for matrix, row in zip(whole, rows, strict=True)]
+    return [(matrix[row] @ phases).toarray() for matrix, row in zip(matrices, rows, strict=True)]
 
 
-def _turned(matrices: NDArray) -> NDArray:
+def _adjoint(matrices: NDArray) -> NDArray:
     return matrices.conj().transpose(0, 2, 1)

@@ -1,7 +1,7 @@
-"""Solutions between two points of a path: interpolated to third order, and solved for.
+"""Segments of a path between two of its points: cubic interpolation and solutions in between.
 
-Between two events the path is smooth and its tangent is known at every point, so that a cubic
-tells where something happens and a correction across the path finds the solution there.
+Between two events the path is smooth and its tangent is known at every point. So a cubic predicts
+a solution between two points, and a correction across the path solves for it.
 """
 
 from collections.abc import Sequence
@@ -15,16 +15,16 @@ from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, uni
 from symhbm.numerics import FloatArray, cubic, cubic_slope
 
 _ACROSS = 0.5
-"""Part of a tangent along the mean of those at both ends below which planes do not tell places."""
+"""Cosine of half the angle between both tangents below which their mean is no normal of planes."""
 _CLEARLY = 1e-7
-"""Motion beyond its limit, relatively, of a contact that is in another state."""
-_NEAR = 0.01
-"""Distance as a share of the way below which a tangent tells more than the cubic."""
+"""Slip margin beyond which a contact is in another state, and not by round-off."""
+_CLOSE = 0.01
+"""Share of the segment within which the tangent of a neighbour predicts better than the cubic."""
 
 
 @dataclass(frozen=True)
 class PathState:
-    """A solution, or several, and its tangent along the path, both (..., n_unknowns + 1)."""
+    """One solution or several, with the tangent along the path, both (..., n_unknowns + 1)."""
 
     state: FloatArray
     direction: FloatArray
@@ -37,23 +37,23 @@ class PathState:
         return PathState(self.state, self.direction)
 
     @classmethod
-    def stacked(cls, several: Sequence[Self]) -> Self:
-        """Single ones in one."""
+    def stacked(cls, states: Sequence[Self]) -> Self:
+        """Several states of one solution each, along a new first axis."""
         names = [field.name for field in fields(cls)]
-        return cls(*(np.array([getattr(each, name) for each in several]) for name in names))
+        return cls(*(np.array([getattr(state, name) for state in states]) for name in names))
 
     @classmethod
-    def joined(cls, several: Sequence[Self]) -> Self:
-        """Several in one, of arrays along the first axis."""
+    def joined(cls, states: Sequence[Self]) -> Self:
+        """Several states of many solutions each, along the first axis."""
         names = [field.name for field in fields(cls)]
-        return cls(*(np.concatenate([getattr(s, name) for s in several]) for name in names))
+        return cls(*(np.concatenate([getattr(s, name) for s in states]) for name in names))
 
 
 class Measure(NamedTuple):
-    """How stretches of a path are measured, arrays (..., n_unknowns + 1), ``length`` (..., 1).
+    """Normals and lengths of one segment or several: (..., n_unknowns + 1), ``length`` (..., 1).
 
-    The scaled ``normal`` of the planes across a stretch, its ``length`` along it, and the
-    derivatives of the state by the share of the way at both ends.
+    The scaled ``normal`` of the planes across a segment, its ``length`` along the normal, and the
+    derivatives of the state by the share of the length at both ends.
     """
 
     normal: FloatArray
@@ -62,37 +62,37 @@ class Measure(NamedTuple):
     right: FloatArray
 
     def take(self, index: Any) -> Self:
-        """Some of them."""
+        """Those of some of the segments."""
         return type(self)(*(values[index] for values in self))
 
 
 def measure(single_valued: bool, left: PathState, right: PathState, scale: FloatArray) -> Measure:
-    """The measure of one or several stretches, ``scale`` that of their left ends."""
-    units = [_unit(station.direction / scale) for station in (left, right)]
+    """Normals and lengths of one segment or several, in the ``scale`` of their left ends."""
+    units = [_unit(end.direction / scale) for end in (left, right)]
     both = units[0] + units[1]
-    # Planes across the mean of both tangents meet a path that turns by up to half a circle once.
+    # A path that turns by up to 180 degrees meets each plane across the mean tangent once.
     opposite = np.linalg.norm(both, axis=-1, keepdims=True) < 2 * _ACROSS
     normal = _unit(np.where(opposite, units[0], both))
     chord = (right.state - left.state) / scale
     length = np.sum(normal * chord, axis=-1, keepdims=True)
     if single_valued:
-        # Where the path turns sharply in between only the parameter tells where one is.
+        # Along a path that turns sharply, only the parameter increases throughout.
         sharp = opposite | (length < np.linalg.norm(chord, axis=-1, keepdims=True) / 2)
         heading = np.sign(left.direction[..., -1:])
         normal = np.where(sharp, heading * unit_parameter(scale.shape[-1]), normal)
         length = np.where(sharp, heading * chord[..., -1:], length)
-    slopes = [length * along(station, normal, scale) for station in (left, right)]
+    slopes = [length * along(end, normal, scale) for end in (left, right)]
     return Measure(normal, length, *slopes)
 
 
-def along(station: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
+def along(solution: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
     """Derivatives of the state by the distance along a ``normal``, (..., n_unknowns + 1)."""
-    return station.direction / ahead(station, normal, scale)
+    return solution.direction / ahead(solution, normal, scale)
 
 
-def ahead(station: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
-    """Advance along a ``normal`` by the tangent of a station, (..., 1), no less than a little."""
-    return np.maximum(np.sum(normal * station.direction / scale, axis=-1, keepdims=True), 1e-3)
+def ahead(solution: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
+    """Component of a tangent along a ``normal``, (..., 1), no less than a small positive number."""
+    return np.maximum(np.sum(normal * solution.direction / scale, axis=-1, keepdims=True), 1e-3)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -100,9 +100,9 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 class Segment:
-    """The path between two of its solutions, no event in between, contact states ``slip`` held.
+    """The path between two of its solutions, without events, the contact states ``slip`` held.
 
-    ``other_states`` tells that a contact was found in another state there, for a moment.
+    ``other_states`` tells that a contact is in another state for a part of the segment.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Segment:
         self._slopes = measured.left, measured.right
 
     def interpolate(self, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Cubic interpolant at shares (n,) of the way, and its derivative by the share.
+        """Cubic interpolant at shares (n,) of the length, and its derivative by the share.
 
         Two arrays (n, n_unknowns + 1).
         """
@@ -135,39 +135,39 @@ class Segment:
     def solve(
         self,
         share: float,
-        near: tuple[float, PathState] | None = None,
+        neighbour: tuple[float, PathState] | None = None,
         precision: float = 1e-10,
     ) -> PathState | None:
-        """The solution at a share of the way, None where there is none to be found.
+        """The solution at a share of the length, None where the correction fails.
 
-        ``near`` may be another share and the solution there. At an end it is the end itself, with
-        its tangent computed anew.
+        ``neighbour`` may be another share and the solution there. At an end the solution is the end
+        itself, its tangent computed again.
         """
         if share in (0.0, 1.0):
             end = self.right if share else self.left
             return self._with_tangent(end.state, self.normal, self.slip)
         left, right = self.left.state, self.right.state
         guess = cubic(left, right, self._slopes, share)
-        if near is not None and abs(share - near[0]) < _NEAR:
-            way = (share - near[0]) * self.length
-            guess = near[1].state + way * along(near[1], self.normal, self.scale)
+        if neighbour is not None and abs(share - neighbour[0]) < _CLOSE:
+            distance = (share - neighbour[0]) * self.length
+            guess = neighbour[1].state + distance * along(neighbour[1], self.normal, self.scale)
         if self.curve.single_valued:
             guess[-1] = np.clip(guess[-1], *sorted((left[-1], right[-1])))
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
-        found = self.corrector.correct(guess, self.scale, plane, self.slip, precision)
-        if found is None or not self._holds(found):
+        solution = self.corrector.correct(guess, self.scale, plane, self.slip, precision)
+        if solution is None or not self._is_between(solution):
             return None
-        return PathState(found.point, found.direction * self.scale)
+        return PathState(solution.point, solution.direction * self.scale)
 
     def solve_between(self, share: float) -> PathState | None:
-        """A solution strictly between both ends, at or near a share of the way.
+        """A solution strictly between both ends, at or near a share of the length.
 
-        Where planes across the path do not tell, at a value of the parameter, contacts free.
+        Where the correction across the path fails, at a value of the parameter, contacts free.
         """
-        found = self.solve(share, precision=1e-6)
-        if found is not None or not self.curve.single_valued:
-            return found
+        solution = self.solve(share, precision=1e-6)
+        if solution is not None or not self.curve.single_valued:
+            return solution
         (guess, *_), _ = self.interpolate(np.array([share]))
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         if not low < guess[-1] < high:
@@ -184,12 +184,12 @@ class Segment:
     def _with_tangent(
         self, state: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> PathState | None:
-        found = self.corrector.tangent(state, self.scale, row, slip)
-        return None if found is None else PathState(state, found.direction * self.scale)
+        tangent = self.corrector.tangent(state, self.scale, row, slip)
+        return None if tangent is None else PathState(state, tangent.direction * self.scale)
 
-    def _holds(self, found: Corrected) -> bool:
-        """Whether a solution lies between the two others, no contact beyond its limit."""
+    def _is_between(self, solution: Corrected) -> bool:
+        """Whether a solution lies between both ends, no contact beyond its limit."""
         if not self.curve.single_valued:
             return True
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
-        return low <= found.point[-1] <= high and not found.crosses
+        return low <= solution.point[-1] <= high and not solution.crosses

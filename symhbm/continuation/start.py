@@ -1,4 +1,4 @@
-"""The first point: a solution at one frequency without a known neighbour."""
+"""The first point of a path: a solution at one frequency without a neighbouring solution."""
 
 from dataclasses import replace
 from functools import partial
@@ -14,31 +14,31 @@ from symhbm.numerics import Factorisation, FloatArray
 
 _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""
-_BESIDE = 1.01
-"""Frequency, over that of a resonance without bound, of a response to start from."""
+_OFF_RESONANCE = 1.01
+"""Frequency of a linear response to start from, over that of an unbounded resonance."""
 
 
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
-    """Response with every contact held by its spring, None where it is unbounded.
+    """Response with all contacts stuck, None where it is unbounded.
 
     ``frequency`` in rad/s; the result (n_unknowns,) in m.
     """
-    nothing = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
-    return Factorisation(nothing.jacobian).solve(-nothing.residual)
+    at_rest = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
+    return Factorisation(at_rest.jacobian).solve(-at_rest.residual)
 
 
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
-    """Solve Eq. (9) at one angular ``frequency`` [rad/s] from nothing.
+    """Solve Eq. (9) at one angular ``frequency`` [rad/s] without a guess.
 
     Newton's method starts from the response with all contacts stuck, then from that without
     friction; where responses are unique, first from the one with less residual force. Where both
-    fail, the force grows from an amplitude at which every contact sticks and cubic springs do
-    little, and the response there is followed to the full amplitude. At a resonance without damping
-    that cubic springs bound, the linear response beside it is the start.
+    fail, the response is followed from a small force, at which every contact sticks and cubic
+    springs hardly act, to the full force. At an undamped resonance, which only cubic springs bound,
+    the start is the linear response beside it.
     """
     if 0 in problem.harmonics and not is_held(problem):
-        nothing = np.zeros(problem.n_unknowns)
-        return NewtonResult(nothing, problem.evaluate(nothing, frequency), 0, Status.NOT_HELD)
+        at_rest = np.zeros(problem.n_unknowns)
+        return NewtonResult(at_rest, problem.evaluate(at_rest, frequency), 0, Status.NOT_HELD)
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
     stuck = linear_response(problem, frequency)
@@ -48,14 +48,14 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     def balance(unknowns: FloatArray) -> Evaluation:
         return problem.evaluate(unknowns, frequency)
 
-    def left(unknowns: FloatArray) -> float:
+    def residual_size(unknowns: FloatArray) -> float:
         return float(np.linalg.norm(balance(unknowns).residual))
 
     starts = [start for start in (stuck, free) if start is not None]
     if not starts and not problem.single_valued:
-        beside = linear_response(problem, _BESIDE * frequency)
-        starts = [] if beside is None else [beside]
-    for start in sorted(starts, key=left) if problem.single_valued else starts:
+        off_resonance = linear_response(problem, _OFF_RESONANCE * frequency)
+        starts = [] if off_resonance is None else [off_resonance]
+    for start in sorted(starts, key=residual_size) if problem.single_valued else starts:
         results.append(newton(balance, start))
         if results[-1].converged:
             return results[-1]
@@ -64,19 +64,19 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
         if grown is not None:
             results.append(newton(balance, grown))
     if not results:
-        nothing = np.zeros(problem.n_unknowns)
-        evaluation = problem.evaluate(nothing, frequency)
-        return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
-    # An iterate may be singular where the structure is not.
+        at_rest = np.zeros(problem.n_unknowns)
+        evaluation = problem.evaluate(at_rest, frequency)
+        return NewtonResult(at_rest, evaluation, 1, Status.SYSTEM_SINGULAR)
+    # The equations may be singular at an iterate although the structure is regular.
     last = results[-1]
     return last if last.converged else replace(last, status=Status.NO_CONVERGENCE)
 
 
 def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
-    """Sampled friction from the response with located angles: its corners are many."""
+    """The solution with sampled friction, which has many corners, from that with located angles."""
     located = solve_point(problem.located(), frequency)
-    found = newton(partial(problem.evaluate, frequency=frequency), located.unknowns)
-    return replace(found, iterations=found.iterations + located.iterations)
+    result = newton(partial(problem.evaluate, frequency=frequency), located.unknowns)
+    return replace(result, iterations=result.iterations + located.iterations)
 
 
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
@@ -86,9 +86,9 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     amplitude = float(problem.parameters["force_amplitude"])
     curve = ParameterProblem(problem, "force_amplitude", frequency)
     for start in share * _REDUCTIONS:
-        weak = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
-        if weak.converged:
-            path = Path(curve, weak.unknowns, start * amplitude, amplitude)
+        small = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
+        if small.converged:
+            path = Path(curve, small.unknowns, start * amplitude, amplitude)
             points = list(path)
             if path.status == Status.REACHED_END:
                 return points[-1].unknowns

@@ -1,4 +1,4 @@
-"""Why a computation ended, and what to try when it ended too early."""
+"""Outcomes of computations, and what to try after one that ended too early."""
 
 from enum import StrEnum
 from typing import Any

@@ -99,10 +99,10 @@ class Response:
         surveyed = survey(self.at(x), self.bands)
         # A band that was not followed to its end may hold a higher maximum.
         top = surveyed.height if surveyed.complete else np.inf
-        n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.summits)
+        n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.maxima)
         if not np.isfinite(top):
             return Maxima([], np.inf, True, n_peaks, _why(surveyed))
-        maxima = [s for s in surveyed.summits if s.amplitude >= CONTENDER * top][:_MOST]
+        maxima = [s for s in surveyed.maxima if s.amplitude >= CONTENDER * top][:_MOST]
         contenders = [self._followed(Conditions(self._second_order, s)) for s in maxima]
         return Maxima(contenders, float(np.log(top)), True, n_peaks)
 
@@ -128,7 +128,7 @@ class Response:
         return Maxima(followed, followed[0].value, False) if followed else None
 
     def _followed(self, conditions: Conditions) -> FollowedMaximum:
-        maximum = conditions.summit
+        maximum = conditions.maximum
         entries = self.variables.derivative(maximum.problem, self._second_order.places)
         slope = entries.T @ conditions.gradient
         bend = entries.T @ conditions.hessian @ entries + np.diag(slope)

@@ -1,4 +1,4 @@
-"""Ensembles of disks: random mistuning drawn, and statistics of the results."""
+"""Ensembles of mistuned disks: samples of parameters, and statistics of their responses."""
 
 from symhbm.ensembles import mistuning, statistics
 

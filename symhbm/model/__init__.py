@@ -1,7 +1,9 @@
 """What vibrates, what rubs, and what drives it."""
 
+from symhbm.model.builders import bladed_disk, single_blade
 from symhbm.model.excitation import EngineOrder, Excitation, HarmonicForce, PointForce
 from symhbm.model.mass import positive_definite
+from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
@@ -13,7 +15,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import Model, bladed_disk, single_blade
+from symhbm.model.structure import NearModes, Structure
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -25,8 +27,10 @@ __all__ = [
     "Excitation",
     "HarmonicForce",
     "Model",
+    "NearModes",
     "Parameter",
     "PointForce",
+    "Structure",
     "Symmetry",
     "bladed_disk",
     "dims_of",

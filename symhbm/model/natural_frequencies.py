@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
-from symhbm.model.structure import Model
+from symhbm.model.structure import Structure
 from symhbm.numerics import DENSE_LIMIT
 
 _BELOW, _ABOVE = 0.2, 1.2
@@ -18,7 +18,7 @@ _LOWEST = 12
 """Natural frequencies of a large structure that are looked at: more than it has free motions."""
 
 
-def natural_band(models: Sequence[Model]) -> tuple[float, float]:
+def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
     """Band [Hz] from below all natural frequencies without contacts to above all with them stuck.
 
     ``models`` are of one structure with different parameters, the band holds the resonances of all.
@@ -28,7 +28,7 @@ def natural_band(models: Sequence[Model]) -> tuple[float, float]:
     return float(_BELOW * min(lowest)), float(_ABOVE * max(highest))
 
 
-def _extremes(model: Model) -> tuple[float, float]:
+def _extremes(model: Structure) -> tuple[float, float]:
     """Lowest natural frequency that is not zero and highest one [Hz]."""
     directions = model.directions
     springs = directions.T @ sp.diags_array(model.contact_stiffness) @ directions

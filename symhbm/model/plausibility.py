@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from symhbm.model.parameters import FRICTION_PARAMETERS
-from symhbm.model.structure import Model
+from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, check
 
 DOUBT = "is this what was meant"
@@ -27,7 +27,7 @@ _STEPS = 4
 
 
 def warn_of_doubts(
-    model: Model,
+    model: Structure,
     band: tuple[float, float],
     harmonics: Sequence[int] = (1,),
     *,
@@ -38,8 +38,10 @@ def warn_of_doubts(
 
     Of a band of one frequency it is no matter that it lies below all resonances: responses there
     are static ones. Parameters that are ``moving`` have other values than those of the model.
-    ``depth`` is that of the user's call.
+    ``depth`` is that of the user's call. Nothing is said of a structure without matrices.
     """
+    if not model.has_matrices:
+        return
     said = [_of_symmetry(model), _of_effect(model, moving)]
     if not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))
@@ -50,7 +52,7 @@ def warn_of_doubts(
         warnings.warn(f"{DOUBT}? {'; '.join(said)}", stacklevel=depth)
 
 
-def _of_symmetry(model: Model) -> str:
+def _of_symmetry(model: Structure) -> str:
     stiffness = model.stiffness_matrix
     if model.lumped:
         return ""  # a diagonal
@@ -68,7 +70,7 @@ def _of_symmetry(model: Model) -> str:
     )
 
 
-def _of_effect(model: Model, moving: Collection[str]) -> str:
+def _of_effect(model: Structure, moving: Collection[str]) -> str:
     """A friction parameter that moves and does nothing, as another one is 0 all the time."""
     nothing = [
         name
@@ -84,7 +86,7 @@ def _of_effect(model: Model, moving: Collection[str]) -> str:
     )
 
 
-def _of_damping(model: Model) -> str:
+def _of_damping(model: Structure) -> str:
     """Damping above the critical one at every degree of freedom."""
     mass, damping, stiffness = (
         getattr(model, f"{name}_matrix").diagonal() for name in ("mass", "damping", "stiffness")
@@ -102,7 +104,7 @@ def _of_damping(model: Model) -> str:
     )
 
 
-def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) -> str:
+def _of_band(model: Structure, band: tuple[float, float], harmonics: Sequence[int]) -> str:
     if np.any(model.cubic_stiffness):
         return ""  # cubic springs move resonances as far as the motion is large
     low, high = min(band), max(band)
@@ -132,7 +134,7 @@ def _of_band(model: Model, band: tuple[float, float], harmonics: Sequence[int]) 
     )
 
 
-def _resonances(model: Model, hertz: float) -> tuple[FloatArray, FloatArray]:
+def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]:
     """Between which frequencies [Hz] each mode lies, as contacts slip or stick."""
     mass, free = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
     free = 0.5 * (free + free.T)
@@ -152,7 +154,7 @@ def _resonances(model: Model, hertz: float) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def _highest(model: Model) -> float:
+def _highest(model: Structure) -> float:
     """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
     inertia = model.mass_matrix.diagonal()
     springs = (abs(model.directions)).T @ model.contact_stiffness
@@ -162,7 +164,7 @@ def _highest(model: Model) -> float:
     return float(np.sqrt(np.max(stiffness / inertia)) / (2 * np.pi))
 
 
-def _lowest(model: Model, hertz: float) -> float:
+def _lowest(model: Structure, hertz: float) -> float:
     """The lowest natural frequency [Hz] or more: the quotient of Rayleigh of inverse iterations."""
     mass = model.mass_matrix
     stiffness = 0.5 * (model.stiffness_matrix + model.stiffness_matrix.T)

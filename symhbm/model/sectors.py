@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.excitation import Excitation
 from symhbm.model.parameters import CONTACT_PARAMETERS, dims_of
-from symhbm.model.structure import Model
+from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, FourierBasis
 
 _ROUND_OFF = 1e-14
@@ -117,11 +117,14 @@ class Symmetry:
         return chosen
 
 
-def find_symmetry(model: Model, excitation: Excitation, basis: FourierBasis) -> Symmetry | None:
+def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis) -> Symmetry | None:
     """The smallest sector that repeats itself around a structure, None if there is none.
 
-    Degrees of freedom are to be numbered sector by sector. Sectors are equal to the bit.
+    Degrees of freedom are to be numbered sector by sector. Sectors are equal to the bit. None is
+    found without matrices.
     """
+    if not model.has_matrices:
+        return None
     shape = excitation.shape(model.n_dof, basis)
     for n_dof in range(1, model.n_dof // 2 + 1):
         if model.n_dof % n_dof == 0:
@@ -133,7 +136,7 @@ def find_symmetry(model: Model, excitation: Excitation, basis: FourierBasis) -> 
     return None
 
 
-def _repeats(model: Model, step: int) -> bool:
+def _repeats(model: Structure, step: int) -> bool:
     """Whether the matrices are the same after ``step`` degrees of freedom."""
     moved = np.roll(np.arange(model.n_dof), -step)
     for matrix in (model.mass_matrix, model.damping_matrix, model.stiffness_matrix):
@@ -149,7 +152,7 @@ def _repeats(model: Model, step: int) -> bool:
 
 
 def _contact_order(
-    model: Model, step: int, n_sectors: int
+    model: Structure, step: int, n_sectors: int
 ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
     """Sector of each contact and its place there, None where contacts do not repeat."""
     values = np.array([model.parameters[name] for name in CONTACT_PARAMETERS]).T

@@ -1,4 +1,4 @@
-"""Peaks as solutions of equations: derivatives, surveys, curves of the largest peak."""
+"""Maxima of the response as solutions of equations: derivatives, surveys and peak curves."""
 
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Maximum, MaximumKind

@@ -1,4 +1,4 @@
-"""The front door to the largest peak over one parameter: the load that makes it lowest, and why."""
+"""`peak_curve`: the largest peak over one parameter, with its minima and events."""
 
 from __future__ import annotations
 
@@ -20,16 +20,19 @@ from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Maximum, MaximumKind
 from symhbm.peaks.survey import sector_of
 from symhbm.peaks.tracking import (
+    EnvelopePoint,
     LeadingBranches,
     Parameter,
-    Place,
     SurveyedValue,
     Surveyor,
     UpperEnvelope,
     polished,
 )
-from symhbm.results import Request, check_band, check_grid, check_parameter, check_place, schema
+from symhbm.results import Request, check_band, check_grid, check_index, check_parameter, schema
 from symhbm.workers import check_executor
+
+_ROUNDS = 6
+"""Largest number of times that minima and exchanges are surveyed and missed branches followed."""
 
 
 def peak_curve(
@@ -51,8 +54,8 @@ def peak_curve(
     those that may lead. Surveys are at most a factor of 3.2 apart with one degree of freedom (or
     one per sector), and 1.25 with several. Where one shows a peak that was not followed and may
     lead close by, both sides are surveyed until two in a row show nothing new or they are 8 %
-    apart; minima and exchanges of the lead are surveyed too. What leads only between two surveys,
-    and is low or gone at both, is not seen: values close to each other in ``at`` prove more.
+    apart; minima and exchanges of the lead are surveyed too. A peak that leads only between two
+    surveys, and is low or absent at both, is missed: close values in ``at`` make this less likely.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def peak_curve(
     ends = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
     low, high = sorted(ends)
     grid = check_grid(at, ends)
-    index = check_place(problem, parameter, contact, dof)
+    index = check_index(problem, parameter, contact, dof)
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)
     if problem.samples is not None:
@@ -128,39 +131,39 @@ def peak_curve(
             "responses that need not be unique, frf with over= gives them"
         )
     check_mean(problem)
-    first, last = (_set(problem, parameter, index, value) for value in (low, high))
+    first, last = (_with_value(problem, parameter, index, value) for value in (low, high))
     bands = _bands(frequency, first, last)
-    hull = float(np.min(bands)), float(np.max(bands))
-    warn_of_doubts(problem.model, hull, problem.harmonics, moving=[parameter])
+    limits = float(np.min(bands)), float(np.max(bands))
+    warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:
-        ridge = LeadingBranches(Parameter(start, parameter, index, (low, high)), surveyor, grid)
-        curve = _Curve(ridge)
+        leading = LeadingBranches(Parameter(start, parameter, index, (low, high)), surveyor, grid)
+        curve = _Curve(leading)
         rows = curve.rows(grid)
-    task = Request(name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index)
-    result = schema.label_peak_curve(problem, task, bands, curve.results(rows), curve.status(rows))
+    request = Request(
+        name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index
+    )
+    result = schema.label_peak_curve(
+        problem, request, bands, curve.results(rows), curve.status(rows)
+    )
     if throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result
 
 
-_ROUNDS = 6
-"""How often minima and exchanges are verified, what was overlooked there being followed."""
-
-
 class _Row:
-    """One point of the curve: a maximum with derivatives, without, or one that is unbounded."""
+    """One point of the curve: a maximum with or without derivatives, or an unbounded peak."""
 
     def __init__(
-        self, value: float, summit: Maximum | None, slope: float, scene: SurveyedValue | None
+        self, value: float, maximum: Maximum | None, slope: float, surveyed: SurveyedValue | None
     ):
-        self.value, self.summit, self.slope = value, summit, slope
-        self.pole = None if summit or scene is None else scene.landscape.unbounded[0]
+        self.value, self.maximum, self.slope = value, maximum, slope
+        self.pole = None if maximum or surveyed is None else surveyed.survey.unbounded[0]
 
     def table(self, problem: HarmonicBalance) -> Table:
         """All results of the point."""
-        if self.summit is None:
-            nothing = np.full(problem.n_unknowns, np.nan)
+        if self.maximum is None:
+            unknown = np.full(problem.n_unknowns, np.nan)
             return dict(
                 peak_amplitude=np.inf,
                 peak_frequency=np.nan if self.pole is None else self.pole.value / RADIANS,
@@ -168,114 +171,122 @@ class _Row:
                 peak_dof=np.int32(-1 if self.pole is None else self.pole.dof),
                 peak_amplitude_slope=np.nan,
                 peak_residual_norm=np.nan,
-                peak_coefficient=by_harmonic(problem.basis, problem.everywhere(nothing)),
+                peak_coefficient=by_harmonic(problem.basis, problem.everywhere(unknown)),
             )
-        summit = self.summit
-        free = summit.problem.evaluate(summit.unknowns, summit.frequency)
+        maximum = self.maximum
+        free = maximum.problem.evaluate(maximum.unknowns, maximum.frequency)
         return dict(
-            peak_amplitude=summit.amplitude,
-            peak_frequency=summit.frequency / RADIANS,
-            peak_kind=str(summit.kind),
-            peak_dof=np.int32(summit.dof),
+            peak_amplitude=maximum.amplitude,
+            peak_frequency=maximum.frequency / RADIANS,
+            peak_kind=str(maximum.kind),
+            peak_dof=np.int32(maximum.dof),
             peak_amplitude_slope=self.slope,
             peak_residual_norm=free.norm,
-            peak_coefficient=by_harmonic(problem.basis, problem.everywhere(summit.unknowns)),
+            peak_coefficient=by_harmonic(problem.basis, problem.everywhere(maximum.unknowns)),
         )
 
 
 class _Curve:
-    def __init__(self, ridge: LeadingBranches):
-        self.ridge, self.parameter = ridge, ridge.parameter
-        self.crest = UpperEnvelope(ridge.pool, ridge.unbounded)
+    """The upper envelope of the leading branches, verified by surveys."""
+
+    def __init__(self, leading: LeadingBranches):
+        self.leading, self.parameter = leading, leading.parameter
+        self.envelope = UpperEnvelope(leading.followed, leading.unbounded)
         for _ in range(_ROUNDS):
-            if ridge.check(self.crest.doubtful):
+            if leading.check(self.envelope.values_to_verify):
                 break
-            self.crest = UpperEnvelope(ridge.pool, ridge.unbounded)
+            self.envelope = UpperEnvelope(leading.followed, leading.unbounded)
 
     def rows(self, grid: Any) -> list[_Row]:
-        """The points at the values asked for, or all."""
+        """The points at the values asked for, or all points."""
         if grid is not None:
             return [self._at(value) for value in grid.tolist()]
-        rows = {place.value: self._row(place.value, place.found) for place in self.crest.points}
-        for scene in [*self.ridge.scenes.values()]:
-            known = rows.get(scene.value)
-            higher = known is None or known.summit is None
-            if not higher and known is not None and known.summit is not None:
-                higher = scene.landscape.height > (1 + 1e-9) * known.summit.amplitude
+        rows = {
+            point.value: self._row(point.value, point.conditions) for point in self.envelope.points
+        }
+        for surveyed in [*self.leading.surveyed.values()]:
+            row = rows.get(surveyed.value)
+            higher = row is None or row.maximum is None
+            if not higher and row is not None and row.maximum is not None:
+                higher = surveyed.survey.height > (1 + 1e-9) * row.maximum.amplitude
             if higher:
-                rows[scene.value] = self._surveyed(scene)
+                rows[surveyed.value] = self._surveyed(surveyed)
         return [rows[value] for value in sorted(rows)]
 
-    def _row(self, value: float, found: Conditions) -> _Row:
-        found = polished(found)
-        return _Row(value, found.summit, self.parameter.slope(found), None)
+    def _row(self, value: float, conditions: Conditions) -> _Row:
+        conditions = polished(conditions)
+        return _Row(value, conditions.maximum, self.parameter.slope(conditions), None)
 
     def _at(self, value: float) -> _Row:
-        ridge = self.ridge
-        unsure = any(low <= value <= high for low, high in (*ridge.unbounded, *ridge.gaps))
-        found = None if unsure else ridge.pool.highest(value)
-        if found is None:
-            scene = ridge.scenes.get(value) or ridge.survey([value])[0]
-            return self._surveyed(scene)
-        return self._row(value, found[1])
+        leading = self.leading
+        unresolved = any(
+            low <= value <= high for low, high in (*leading.unbounded, *leading.unresolved)
+        )
+        highest = None if unresolved else leading.followed.highest(value)
+        if highest is None:
+            surveyed = leading.surveyed.get(value) or leading.survey([value])[0]
+            return self._surveyed(surveyed)
+        return self._row(value, highest[1])
 
-    def _surveyed(self, scene: SurveyedValue) -> _Row:
-        """What a survey found, which need not have derivatives."""
-        landscape = scene.landscape
-        if landscape.unbounded or not landscape.summits:
-            return _Row(scene.value, None, np.nan, scene if landscape.unbounded else None)
-        top = landscape.summits[0]
-        for contender in scene.contenders:
-            if contender.summit.amplitude >= (1 - 1e-9) * top.amplitude:
-                return self._row(scene.value, contender)
-        return _Row(scene.value, top, np.nan, None)
+    def _surveyed(self, surveyed: SurveyedValue) -> _Row:
+        """The highest maximum of a survey, which need not have derivatives."""
+        survey = surveyed.survey
+        if survey.unbounded or not survey.maxima:
+            return _Row(surveyed.value, None, np.nan, surveyed if survey.unbounded else None)
+        highest = survey.maxima[0]
+        for candidate in surveyed.candidates:
+            if candidate.maximum.amplitude >= (1 - 1e-9) * highest.amplitude:
+                return self._row(surveyed.value, candidate)
+        return _Row(surveyed.value, highest, np.nan, None)
 
     def results(self, rows: list[_Row]) -> Table:
         """All results by the names of the dataset."""
         problem = self.parameter.problem
         tables = [row.table(problem) for row in rows]
-        found: Table = {name: _stacked([table[name] for table in tables]) for name in tables[0]}
-        name, crest = self.parameter.name, self.crest
-        found |= {
-            f"minimum_{name}": _values(crest.minima),
-            "minimum_amplitude": np.array([p.found.summit.amplitude for p in crest.minima]),
-            "minimum_frequency": np.array(
-                [p.found.summit.frequency / RADIANS for p in crest.minima]
+        results: Table = {name: _stacked([table[name] for table in tables]) for name in tables[0]}
+        name, envelope = self.parameter.name, self.envelope
+        results |= {
+            f"minimum_{name}": _values(envelope.minima),
+            "minimum_amplitude": np.array(
+                [p.conditions.maximum.amplitude for p in envelope.minima]
             ),
-            "minimum_kind": np.array([str(p.what) for p in crest.minima], dtype=object),
-            f"event_{name}": _values(crest.events),
-            "event_kind": np.array([str(p.what) for p in crest.events], dtype=object),
+            "minimum_frequency": np.array(
+                [p.conditions.maximum.frequency / RADIANS for p in envelope.minima]
+            ),
+            "minimum_kind": np.array([str(p.kind) for p in envelope.minima], dtype=object),
+            f"event_{name}": _values(envelope.events),
+            "event_kind": np.array([str(p.kind) for p in envelope.events], dtype=object),
         }
         symmetry = problem.symmetry
-        found["surveyed"] = np.array([row.value in self.ridge.scenes for row in rows])
-        found["n_sectors"] = np.int32(1 if symmetry is None else symmetry.n_sectors)
-        found["n_surveys"] = np.int32(self.ridge.surveyor.count)
-        return found
+        results["surveyed"] = np.array([row.value in self.leading.surveyed for row in rows])
+        results["n_sectors"] = np.int32(1 if symmetry is None else symmetry.n_sectors)
+        results["n_surveys"] = np.int32(self.leading.surveyor.count)
+        return results
 
     def status(self, rows: list[_Row]) -> str:
-        """Sentences on all that the user should know."""
-        kinds = {None if row.summit is None else row.summit.kind for row in rows}
-        found: list[str] = []
-        if self.ridge.incomplete:
-            found.append(Status.SURVEY_INCOMPLETE)
-        if self.ridge.gaps or self.crest.unclear:
-            found.append(Status.PEAK_NOT_FOLLOWED)
-        if None in kinds or self.ridge.unbounded:
-            found.append(Status.PEAK_UNBOUNDED)
+        """Status sentences for the user."""
+        kinds = {None if row.maximum is None else row.maximum.kind for row in rows}
+        sentences: list[str] = []
+        if self.leading.incomplete:
+            sentences.append(Status.SURVEY_INCOMPLETE)
+        if self.leading.unresolved or self.envelope.unresolved:
+            sentences.append(Status.PEAK_NOT_FOLLOWED)
+        if None in kinds or self.leading.unbounded:
+            sentences.append(Status.PEAK_UNBOUNDED)
         if MaximumKind.EDGE in kinds:
-            found.append(Status.PEAK_AT_EDGE)
-        return "; moreover, ".join(map(str, found)) or str(Status.REACHED_END)
+            sentences.append(Status.PEAK_AT_EDGE)
+        return "; moreover, ".join(map(str, sentences)) or str(Status.REACHED_END)
 
 
-def _values(places: list[Place]) -> np.ndarray:
-    return np.array([place.value for place in places], dtype=float)
+def _values(points: list[EnvelopePoint]) -> np.ndarray:
+    return np.array([point.value for point in points], dtype=float)
 
 
 def _stacked(values: list) -> np.ndarray:
     return np.array(values, dtype=object if isinstance(values[0], str) else None)
 
 
-def _set(
+def _with_value(
     problem: HarmonicBalance, parameter: str, index: int | None, value: float
 ) -> HarmonicBalance:
     values = np.array(problem.parameters[parameter], dtype=float)
@@ -297,7 +308,7 @@ def _bands(frequency: Any, *problems: HarmonicBalance) -> list[tuple[float, floa
     bands = sorted(
         _ascending(check_band("frequency", band, "positive", " in Hz")) for band in edges
     )
-    if any(one[1] >= other[0] for one, other in pairwise(bands)):
+    if any(band[1] >= following[0] for band, following in pairwise(bands)):
         raise ValueError(f"frequency={check.shown(frequency)}: expected bands that do not overlap")
     return bands
 

@@ -1,6 +1,6 @@
 """Exact derivatives of stored peaks by every parameter of every blade and contact.
 
-A peak is a stationary point under constraints, so that its multipliers give the derivatives by all
+A peak is a stationary point under constraints; its multipliers give the derivatives by all
 parameters at once.
 """
 
@@ -21,22 +21,22 @@ from symhbm.results.archive import ArchiveError, rebuild
 
 EXACT = "exact"
 UNBOUNDED = "none: nothing limits this peak"
-TOGETHER = (
+SEVERAL_ON_LIMIT = (
     "none: contacts {contacts} are on their limits together, derivatives by one of them would be "
     "one-sided"
 )
-STILL = "none: contacts {contacts} do not move, what force they take on when they do is one-sided"
+AT_REST = "none: contacts {contacts} do not move, what force they take on when they do is one-sided"
 NOT_VERIFIED = "none: what is stored could not be verified to be this peak"
 
 _PEAK = ("peak_frequency", "peak_amplitude", "peak_dof", "peak_kind")
 _NEEDED = (*_PEAK, "peak_coefficient")
-_CARRIED = (*_PEAK, "n_peaks", "n_sectors", "status")
+_KEPT = (*_PEAK, "n_peaks", "n_sectors", "status")
 _SAME = 1e-6
-"""Difference of a peak from the stored one, relative: located to 1e-9, it is another one beyond."""
+"""Relative difference up to which a peak is the stored one; peaks are located to 1e-9."""
 _SLOPE = 1e-5
-"""Scaled slope below which a response as large as that of a peak peaks there, too."""
-_STILL = 1e-12
-"""Motion of a contact over that of the structure that is nothing but round-off."""
+"""Scaled slope below which a response as large as that of a peak also peaks there."""
+_REST = 1e-12
+"""Motion of a contact, relative to that of the structure, that round-off explains."""
 _Derivatives = dict[int, tuple[FloatArray, FloatArray]]
 
 
@@ -88,34 +88,36 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
         shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
         derivatives[name] = np.full(shape, np.nan), np.full(shape, np.nan)
     for index in np.ndindex(stored.shape):
-        status[index], found = stored.derivatives(index)
-        for dof, rows in found.items():
-            for name, place in stored.places.items():
+        status[index], by_dof = stored.derivatives(index)
+        for dof, rows in by_dof.items():
+            for name, columns in stored.columns.items():
                 for target, row in zip(derivatives[name], rows, strict=True):
-                    target[(*index, dof)] = row[place].reshape(np.shape(parameters[name]))
-    gone = [d for d in dataset.dims if d in OWN_DIMENSIONS and d not in ("dof", "contact", "peak")]
-    result = dataset.drop_dims(gone)
-    others = [name for name in result.variables if name in VARIABLES and name not in _CARRIED]
-    result = result.drop_vars(others)
-    about = VARIABLES["peaking_dof"]
-    attributes = {"long_name": about.long_name, "units": about.units}
+                    target[(*index, dof)] = row[columns].reshape(np.shape(parameters[name]))
+    dropped_dims = [
+        d for d in dataset.dims if d in OWN_DIMENSIONS and d not in ("dof", "contact", "peak")
+    ]
+    result = dataset.drop_dims(dropped_dims)
+    dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
+    result = result.drop_vars(dropped)
+    variable = VARIABLES["peaking_dof"]
+    attributes = {"long_name": variable.long_name, "units": variable.units}
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
-        own = dims_of(name) if np.ndim(parameters[name]) else ()
-        dims = (*stored.dims, "peaking_dof", *own)
+        parameter_dims = dims_of(name) if np.ndim(parameters[name]) else ()
+        dims = (*stored.dims, "peaking_dof", *parameter_dims)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
             result[f"{of}_by_{name}"] = dims, values, _attributes(variables.derivative(of, name))
     result.attrs.pop("verification", None)
     return result
 
 
-def _attributes(about: variables.Variable) -> dict[str, Any]:
-    return {"units": about.units, "long_name": about.long_name}
+def _attributes(variable: variables.Variable) -> dict[str, Any]:
+    return {"units": variable.units, "long_name": variable.long_name}
 
 
 class _StoredPeaks:
-    """The peaks of a dataset and their problems; an index has one entry per dimension of them."""
+    """The peaks of a dataset and their problems, by an index with one entry per dimension."""
 
     def __init__(self, dataset: xr.Dataset):
         self.problem = rebuild(dataset)
@@ -132,8 +134,8 @@ class _StoredPeaks:
             )
         self._sweep = recall(dataset)[0]
         optional = ("peak_highest_harmonic",) if "peak_highest_harmonic" in dataset else ()
-        here = [str(dim) for dim in dataset["peak_frequency"].dims]
-        self.dims = (*self._sweep.dims, *(dim for dim in here if dim not in self._sweep.dims))
+        peak_dims = [str(dim) for dim in dataset["peak_frequency"].dims]
+        self.dims = (*self._sweep.dims, *(dim for dim in peak_dims if dim not in self._sweep.dims))
         try:
             self._stored = {
                 name: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
@@ -154,17 +156,17 @@ class _StoredPeaks:
             if not isinstance(value, int) and (springs or name != "cubic_stiffness")
         ]
         self._sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = {}
-        self._place: tuple[int, ...] = ()
-        self._known: dict[tuple, tuple[str, _Derivatives]] = {}
-        self.places: dict[str, slice] = {}
-        first = 0
+        self._set_index: tuple[int, ...] = ()
+        self._derivatives: dict[tuple, tuple[str, _Derivatives]] = {}
+        self.columns: dict[str, slice] = {}
+        start = 0
         for name in self.names:
             size = np.size(self.problem.parameters[name])
-            self.places[name] = slice(first, first + size)
-            first += size
+            self.columns[name] = slice(start, start + size)
+            start += size
 
     def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
-        """What is known of one peak, and its amplitude's and frequency's derivatives by dof."""
+        """Sensitivity status of one peak, and derivatives of its amplitude and frequency by dof."""
         stored = {name: values[index] for name, values in self._stored.items()}
         kind, dof = str(stored["peak_kind"]), int(stored["peak_dof"])
         if not kind:
@@ -176,36 +178,36 @@ class _StoredPeaks:
         finite = np.isfinite([amplitude, frequency]).all() and np.isfinite(coefficient).all()
         if not finite or kind not in [*PeakKind]:
             return NOT_VERIFIED, {}
-        place = index[: len(self._sweep.dims)]
-        if place != self._place:
-            self._place, self._known = place, {}
-        # Peaks of blades that move alike are one solution, stored for each of them.
-        alike = kind, frequency, amplitude, coefficient.tobytes()
-        if alike not in self._known:
+        set_index = index[: len(self._sweep.dims)]
+        if set_index != self._set_index:
+            self._set_index, self._derivatives = set_index, {}
+        # Peaks of blades with the same motion are one solution, stored for each of them.
+        key = kind, frequency, amplitude, coefficient.tobytes()
+        if key not in self._derivatives:
             harmonics = self._harmonics(stored.get("peak_highest_harmonic"))
-            problem, second_order = self._equations(place, harmonics)
+            problem, second_order = self._equations(set_index, harmonics)
             unknowns = unknowns_of(problem.basis, harmonics, coefficient[:, : len(harmonics)])
             peak = Peak(RADIANS * frequency, amplitude, dof, PeakKind(kind), unknowns, 0.0)
-            self._known[alike] = _derivatives(problem, second_order, peak)
-        return self._known[alike]
+            self._derivatives[key] = _derivatives(problem, second_order, peak)
+        return self._derivatives[key]
 
     def _harmonics(self, highest: Any) -> tuple[int, ...]:
-        """The harmonics of one peak: it may have fewer than the dataset."""
+        """The harmonics of one peak, which may be fewer than those of the dataset."""
         harmonics = self.problem.harmonics
         if highest is None or highest not in harmonics:
             return harmonics
         return tuple(n for n in harmonics if n <= highest)
 
     def _equations(
-        self, place: tuple[int, ...], harmonics: tuple[int, ...]
+        self, set_index: tuple[int, ...], harmonics: tuple[int, ...]
     ) -> tuple[HarmonicBalance, SecondOrder]:
-        """The problem of one parameter set with its second derivatives, compiled once per set."""
+        """The problem of one parameter set; second derivatives are compiled once per harmonics."""
         if harmonics not in self._sets:
-            given = self.problem
-            base = HarmonicBalance(given.model, given.excitation, harmonics)
+            problem = self.problem
+            base = HarmonicBalance(problem.model, problem.excitation, harmonics)
             self._sets[harmonics] = base, SecondOrder(base, self.names)
         base, second_order = self._sets[harmonics]
-        number = int(np.ravel_multi_index(place, self._sweep.shape)) if place else 0
+        number = int(np.ravel_multi_index(set_index, self._sweep.shape)) if set_index else 0
         return base.with_parameters(**self._sweep.chosen(number)), second_order
 
 
@@ -217,35 +219,39 @@ def _derivatives(
     tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
-    summit = Maximum.at_peak(problem, peak)
-    together = {summit.contact, *summit.together} if summit.together else set()
-    for text, contacts in ((TOGETHER, together), (STILL, _still(summit))):
+    maximum = Maximum.at_peak(problem, peak)
+    on_limit = {maximum.contact, *maximum.further_contacts} if maximum.further_contacts else set()
+    for text, contacts in ((SEVERAL_ON_LIMIT, on_limit), (AT_REST, _contacts_at_rest(maximum))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}
-    found: _Derivatives = {}
+    derivatives: _Derivatives = {}
     try:
         for dof in tied:
-            start = Conditions(second_order, replace(summit, dof=dof))
+            start = Conditions(second_order, replace(maximum, dof=dof))
             if dof != peak.dof and not (start.stationarity <= _SLOPE and start.is_maximum()):
                 continue
             solved = solve(start)
-            if solved is None or not _is_same(solved.summit, peak):
+            if solved is None or not _is_same(solved.maximum, peak):
                 return NOT_VERIFIED, {}
-            found[dof] = solved.gradient, solved.frequency_gradient / RADIANS
+            derivatives[dof] = solved.gradient, solved.frequency_gradient / RADIANS
     except ArithmeticError:
         return NOT_VERIFIED, {}
-    return EXACT, found
+    return EXACT, derivatives
 
 
-def _still(summit: Maximum) -> list[int]:
-    """Contacts at rest whose force has a kink there: centred between extremes, or without limit."""
-    problem = summit.problem
-    moving = problem.relative(summit.unknowns)[:, problem.basis.order > 0]
-    still = np.abs(moving).max(axis=1) <= _STILL * np.abs(summit.unknowns).max()
+def _contacts_at_rest(maximum: Maximum) -> list[int]:
+    """Contacts at rest whose force has a kink there.
+
+    With a mean value in the basis the force is centred between the extremes of the motion; without
+    normal load the contact never sticks.
+    """
+    problem = maximum.problem
+    moving = problem.relative(maximum.unknowns)[:, problem.basis.order > 0]
+    at_rest = np.abs(moving).max(axis=1) <= _REST * np.abs(maximum.unknowns).max()
     kink = (problem.basis.order[0] == 0) | (problem.slip_limit == 0)
-    return np.flatnonzero(still & kink & (problem.contact_stiffness > 0)).tolist()
+    return np.flatnonzero(at_rest & kink & (problem.contact_stiffness > 0)).tolist()
 
 
-def _is_same(summit: Maximum, peak: Peak) -> bool:
-    pairs = (summit.amplitude, peak.amplitude), (summit.frequency, peak.value)
-    return all(abs(one - other) <= _SAME * other for one, other in pairs)
+def _is_same(maximum: Maximum, peak: Peak) -> bool:
+    pairs = (maximum.amplitude, peak.amplitude), (maximum.frequency, peak.value)
+    return all(abs(value - stored) <= _SAME * stored for value, stored in pairs)

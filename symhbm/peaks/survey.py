@@ -1,4 +1,4 @@
-"""All maxima of the response between two frequencies: located peaks and the ends of the band."""
+"""Surveys: all maxima of the response in given bands, located peaks as well as band ends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,31 +13,31 @@ from symhbm.numerics import RADIANS, largest_displacement
 from symhbm.peaks.maximum import Maximum
 
 COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
-"""Ends of complete curves."""
+"""Statuses of branches that reached the end of their band."""
 
 
 @dataclass(frozen=True)
 class Survey:
     """Maxima of each degree of freedom over a frequency response, the highest first.
 
-    ``unbounded`` are peaks that nothing limits; ``status`` tells how the curve ended.
+    ``unbounded`` are peaks that nothing limits; ``status`` tells how the branch ended.
     """
 
-    summits: list[Maximum]
+    maxima: list[Maximum]
     unbounded: list[Peak]
     status: Status
 
     @property
     def complete(self) -> bool:
-        """Whether the whole band was followed."""
+        """Whether the branch reached the end of the band."""
         return self.status in COMPLETE
 
     @property
     def height(self) -> float:
-        """The largest response found [m], infinite where a peak is unbounded or none was found."""
-        if self.unbounded or not self.summits:
+        """The largest response [m], infinite where a peak is unbounded or no maximum exists."""
+        if self.unbounded or not self.maxima:
             return np.inf
-        return self.summits[0].amplitude
+        return self.maxima[0].amplitude
 
 
 def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
@@ -53,28 +53,28 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
 def survey(
     problem: HarmonicBalance, bands: Sequence[tuple[float, float]], max_points: int = 5000
 ) -> Survey:
-    """All maxima in ``bands`` [Hz], by frequency responses over each of them."""
-    summits: list[Maximum] = []
+    """All maxima in ``bands`` [Hz], from the frequency response over each of them."""
+    maxima: list[Maximum] = []
     unbounded: list[Peak] = []
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        walk = Branch(FrequencyProblem(problem), ends, max_points, each=True)
-        if walk.status not in COMPLETE:
-            status = walk.status
-        unbounded += [peak for peak in walk.peaks if peak.kind == PeakKind.UNBOUNDED]
-        bounded = [peak for peak in walk.peaks if peak.kind != PeakKind.UNBOUNDED]
-        summits += [Maximum.at_peak(problem, peak) for peak in bounded]
-        for point in {id(p): p for p in (walk.points[:1] + walk.points[-1:])}.values():
+        branch = Branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
+        if branch.status not in COMPLETE:
+            status = branch.status
+        unbounded += [peak for peak in branch.peaks if peak.kind == PeakKind.UNBOUNDED]
+        bounded = [peak for peak in branch.peaks if peak.kind != PeakKind.UNBOUNDED]
+        maxima += [Maximum.at_peak(problem, peak) for peak in bounded]
+        for point in {id(p): p for p in (branch.points[:1] + branch.points[-1:])}.values():
             if point.value in ends:
-                summits += _edges(problem, point.unknowns, point.value)
-    summits.sort(key=lambda summit: -summit.amplitude)
-    return Survey(summits, unbounded, status)
+                maxima += _edges(problem, point.unknowns, point.value)
+    maxima.sort(key=lambda maximum: -maximum.amplitude)
+    return Survey(maxima, unbounded, status)
 
 
 def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Maximum]:
     """The responses of all degrees of freedom at an end of the band."""
     amplitude, _ = largest_displacement(problem.basis, problem.coefficients(unknowns))
-    top = amplitude.max(initial=0.0)
-    dofs = np.flatnonzero(amplitude >= 0.5 * top) if top > 0 else []
+    largest = amplitude.max(initial=0.0)
+    dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]

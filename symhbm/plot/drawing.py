@@ -17,7 +17,7 @@ from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
 from symhbm.numerics import check
-from symhbm.results import VARIABLES, Description, check_held
+from symhbm.results import VARIABLES, Description, check_present
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -82,7 +82,7 @@ def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError unless it is a dataset, KeyError for the first missing variable."""
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    check_held(dataset, *names)
+    check_present(dataset, *names)
 
 
 def check_anything(dataset: xr.Dataset, name: str) -> None:

@@ -9,8 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from symhbm.model import BLADE_PARAMETERS, Model
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import BLADE_PARAMETERS, Structure
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import OUTSIDE, SYMBOLS
 from symhbm.plot.layout import HALF, REACH, Layout
@@ -38,7 +37,7 @@ _NAMES = {
 
 
 def draw_symbols(
-    ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
+    ax: Axes, model: Structure, parts: Network, kinds: list[list[str]], layout: Layout
 ) -> None:
     """Draw masses, and symbols of the elements between them; the first of each kind is named."""
     alone = model.n_dof == 1 and parts.linear
@@ -150,7 +149,7 @@ def _write(ax: Axes, at: FloatArray, direction: FloatArray, text: str, color: st
     ax.text(at[0], at[1], text, ha=ha, va=va, fontsize=7.5, color=color, zorder=6, linespacing=1.15)
 
 
-def _values_beside(model: Model) -> dict[tuple[str, int], str]:
+def _values_beside(model: Structure) -> dict[tuple[str, int], str]:
     """Texts beside single masses and contacts: values of parameters that differ."""
     owners = {
         "contact_stiffness": "friction",
@@ -171,7 +170,7 @@ def _values_beside(model: Model) -> dict[tuple[str, int], str]:
 
 
 def draw_dots(
-    ax: Axes, model: Model, parts: Network, kinds: list[list[str]], layout: Layout
+    ax: Axes, model: Structure, parts: Network, kinds: list[list[str]], layout: Layout
 ) -> None:
     """Draw dots and lines; contacts in colour."""
     positions = layout.positions
@@ -248,8 +247,8 @@ def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> N
         ax.update_datalim([start, end])
 
 
-def _name(model: Model, dof: int) -> int:
-    return int(model.dofs[dof]) if isinstance(model, CondensedModel) else dof
+def _name(model: Structure, dof: int) -> int:
+    return dof if model.kept is None else int(model.kept[dof])
 
 
 def number(value: float) -> str:

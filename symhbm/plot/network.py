@@ -6,8 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import Model
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import Structure
 from symhbm.numerics import FloatArray
 
 _ROUND_OFF = 1e-9
@@ -65,10 +64,10 @@ def links(matrix: Any) -> Links:
     return Links(np.zeros_like(ground), pairs, np.zeros_like(values), reason)
 
 
-def network(model: Model) -> Network:
+def network(model: Structure) -> Network:
     """Masses, springs and dampers of a model; a condensed one has none."""
     none = Links(np.zeros(model.n_dof), np.empty((0, 2), np.intp), np.empty(0), "")
-    if isinstance(model, CondensedModel):
+    if not model.has_matrices:
         return Network(np.zeros(model.n_dof), none, none, 0, False)
     mass: Any = sp.csc_array(model.mass_matrix)
     return Network(
@@ -80,7 +79,7 @@ def network(model: Model) -> Network:
     )
 
 
-def kinds_of_contacts(model: Model) -> list[list[str]]:
+def kinds_of_contacts(model: Structure) -> list[list[str]]:
     """Kinds of each contact: ``friction``, ``cubic``, both, or ``opened`` where it has no force."""
     limit = model.friction_coefficient * model.normal_load
     rubs = (limit > 0) & (model.contact_stiffness > 0)
@@ -91,7 +90,7 @@ def kinds_of_contacts(model: Model) -> list[list[str]]:
     return [kind or ["opened"] for kind in kinds]
 
 
-def joined(model: Model, parts: Network) -> NDArray[np.intp]:
+def joined(model: Structure, parts: Network) -> NDArray[np.intp]:
     """Pairs of degrees of freedom with an element between them, (n, 2), the lower one first."""
     touched = [sorted(dofs) for dofs in model.contacts if len(dofs) == 2]
     contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)

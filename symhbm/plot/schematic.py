@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.model import EngineOrder, Excitation, HarmonicForce, Model, PointForce
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import EngineOrder, Excitation, HarmonicForce, Model, PointForce, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import SYMBOLS, canvas, figure_of
 from symhbm.plot.layout import layout_of
@@ -100,7 +99,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
     return figure_of(ax)
 
 
-def _is_small(model: Model, n_pairs: int) -> bool:
+def _is_small(model: Structure, n_pairs: int) -> bool:
     """Whether symbols have the room that they need."""
     beside = Counter(tuple(sorted(dofs)) for dofs in model.contacts)
     allowed = MOST_BESIDE if model.n_dof > 1 else 3 * MOST_BESIDE
@@ -127,14 +126,13 @@ def _model_and_force(structure: Any, force: Any) -> tuple[Model, _Force | None]:
     return model, _force(model, excitation, getattr(holder, "basis", None))
 
 
-def _force(model: Model, excitation: Excitation, basis: FourierBasis | None) -> _Force:
+def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None) -> _Force:
     if basis is None:
         tables = (getattr(excitation, name, {}) for name in ("cosine", "sine"))
         harmonics = {harmonic for table in tables for harmonic in table}
         harmonics |= {1, getattr(excitation, "harmonic", 1)}
         basis = FourierBasis(check_harmonics(harmonics))
-    whole = model.structure if isinstance(model, CondensedModel) else model
-    shape = np.linalg.norm(excitation.shape(whole.n_dof, basis), axis=1)
+    shape = np.linalg.norm(excitation.shape(model.n_whole, basis), axis=1)
     size = abs(excitation.amplitude) * shape
     text = f"force on {_counted(np.count_nonzero(size), 'degree')} of freedom"
     amplitude = f"$f_0$ = {number(excitation.amplitude)} N"
@@ -151,9 +149,9 @@ def _force(model: Model, excitation: Excitation, basis: FourierBasis | None) -> 
         plural = "harmonics" if len(numbers) > 1 else "harmonic"
         text += f", {plural} {', '.join(map(str, numbers))}, up to {number(size.max())} N{summed}"
     inside = 0
-    if isinstance(model, CondensedModel):
-        inside = int(np.count_nonzero(np.delete(size, model.dofs)))
-        size = size[model.dofs]
+    if model.kept is not None:
+        inside = int(np.count_nonzero(np.delete(size, model.kept)))
+        size = size[model.kept]
     return _Force(size, text, inside)
 
 
@@ -186,7 +184,7 @@ def _linear_values(parts: Network) -> list[str]:
     return lines
 
 
-def _contact_values(model: Model, kinds: list[list[str]]) -> list[str]:
+def _contact_values(model: Structure, kinds: list[list[str]]) -> list[str]:
     lines = []
     for kind, names in (
         ("friction", ("contact_stiffness", "friction_coefficient", "normal_load")),
@@ -205,10 +203,10 @@ def _contact_values(model: Model, kinds: list[list[str]]) -> list[str]:
     return lines
 
 
-def _not_drawn(model: Model, parts: Network, force: _Force | None) -> list[str]:
+def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[str]:
     """Properties of a model that the picture does not show."""
     notes = []
-    if isinstance(model, CondensedModel):
+    if not model.has_matrices:
         notes.append(f"mass, damping and stiffness of all {model.n_whole} degrees of freedom")
     if parts.springs.reason:
         notes.append(

@@ -1,4 +1,4 @@
-"""The verbs on one problem or many: respond, solve, move in time, verify."""
+"""The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf

@@ -1,4 +1,4 @@
-"""One response curve as plain arrays: what a worker computes for one parameter set."""
+"""One response curve as plain arrays: the computation for one parameter set."""
 
 import math
 from dataclasses import replace
@@ -18,88 +18,88 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Solution, joined, status_of
-from symhbm.response.describe import amplitude_slopes, describe_each, nothing
+from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
 from symhbm.results import CurveTable, Request
 
 SMALLEST = 1e-3
-"""Share of the largest value of a band below which lengths along it are no longer relative."""
+"""Share of the largest value of a band below which steps along it are no longer relative."""
 
 
-def compute_curve(problem: HarmonicBalance, task: Request) -> CurveTable:
-    """Follow the response of one problem."""
-    return _Computation(problem, task).branch()
+def compute_curve(problem: HarmonicBalance, request: Request) -> CurveTable:
+    """The response curve of one problem."""
+    return _Computation(problem, request).table()
 
 
-def blank_curve(problem: HarmonicBalance, task: Request) -> CurveTable:
-    """A branch with every name and shape of those of a task, before anything is computed."""
-    return _Computation(problem, task, blank=True).branch()
+def blank_curve(problem: HarmonicBalance, request: Request) -> CurveTable:
+    """A curve without points that has the names and shapes of a request's."""
+    return _Computation(problem, request, blank=True).table()
 
 
-def curve_of(task: Request, problem: HarmonicBalance) -> ContinuationProblem:
-    """The equations to follow."""
-    if task.frequency is None:
-        curve = FrequencyProblem(problem)
+def continuation_problem_of(request: Request, problem: HarmonicBalance) -> ContinuationProblem:
+    """The equations along the moving parameter of a request."""
+    if request.frequency is None:
+        equations = FrequencyProblem(problem)
     else:
-        smallest = SMALLEST * max(abs(value) for value in task.band)
-        omega = RADIANS * task.frequency
-        curve = ParameterProblem(problem, task.name, omega, task.index, smallest)
-    curve.angles = task.angles
-    return curve
+        smallest = SMALLEST * max(abs(value) for value in request.band)
+        omega = RADIANS * request.frequency
+        equations = ParameterProblem(problem, request.name, omega, request.index, smallest)
+    equations.angles = request.angles
+    return equations
 
 
-def symmetry_of(task: Request, problem: HarmonicBalance) -> Symmetry | None:
-    """Sectors of a problem that stay alike, and of which one tells all, None for none.
+def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
+    """Symmetry of sectors that move alike, so that one is solved for all; None without one.
 
-    Only responses that are unique are as symmetric as the problem; small motions beside them,
-    and frictions forces over samples, are not.
+    Only unique responses are as symmetric as the problem. Perturbations of a response and friction
+    forces over samples are not.
     """
-    unique = problem.single_valued and not task.may_fold and not task.stability
-    if not task.sector or not unique or task.index is not None or problem.samples is not None:
-        return None
-    if isinstance(problem.model, CondensedModel):
+    unique = problem.single_valued and not request.may_fold and not request.stability
+    if not request.sector or not unique or request.index is not None or problem.samples is not None:
         return None
     return find_symmetry(problem.model, problem.excitation, problem.basis)
 
 
 class _Computation:
-    def __init__(self, problem: HarmonicBalance, task: Request, blank: bool = False):
-        self._task = task
-        self._symmetry = None if blank else symmetry_of(task, problem)
+    """Response curve of one parameter set: branch parts first, then their tables."""
+
+    def __init__(self, problem: HarmonicBalance, request: Request, blank: bool = False):
+        self._request = request
+        self._symmetry = None if blank else symmetry_of(request, problem)
         if self._symmetry is not None:
             problem = problem.of_sector(self._symmetry)
-        self._refinement = Refinement(problem, partial(curve_of, task), task.accuracy)
-        self._stretches, self._status, self._largest = [], Status.NOT_STARTED, 0
+        equations_of = partial(continuation_problem_of, request)
+        self._refinement = Refinement(problem, equations_of, request.accuracy)
+        self._parts, self._status, self._highest_level = [], Status.NOT_STARTED, 0
         if not blank:
-            self._cover()
+            self._follow()
 
-    def _cover(self) -> None:
-        task = self._task
-        band = task.unit * task.band[0], task.unit * task.band[1]
-        self._stretches = self._refinement.cover(0, band, task.max_points, task.each)
-        if task.at is None:
-            for stretch in self._stretches:
-                self._refinement.fill(stretch)
-        self._status = status_of(self._stretches, task.accuracy)
-        levels = [part.level for part in self._stretches]
-        levels += [response.level for part in self._stretches for response in part.own()]
-        self._largest = max(levels)
+    def _follow(self) -> None:
+        request = self._request
+        band = request.unit * request.band[0], request.unit * request.band[1]
+        self._parts = self._refinement.follow(0, band, request.max_points, request.per_dof)
+        if request.at is None:
+            for part in self._parts:
+                self._refinement.fill(part)
+        self._status = status_of(self._parts, request.accuracy)
+        levels = [part.level for part in self._parts]
+        levels += [solution.level for part in self._parts for solution in part.solutions()]
+        self._highest_level = max(levels)
 
-    def branch(self) -> CurveTable:
+    def table(self) -> CurveTable:
         """All results as arrays."""
-        task, along = self._task, joined(self._stretches)
-        points = self._path(along) if task.at is None else self._grid(task.at)
-        events = [(p.value, event) for p in along for event in self._events(p)]
-        found = [
+        request, solutions = self._request, joined(self._parts)
+        points = self._path(solutions) if request.at is None else self._grid(request.at)
+        events = [(s.value, event) for s in solutions for event in self._events(s)]
+        located = [
             (peak, part.level, error)
-            for part in self._stretches
+            for part in self._parts
             for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
-        peaks = self._peaks(found)
+        peaks = self._peaks(located)
         counts: dict[str, float] = dict(
-            n_points=len(along),
+            n_points=len(solutions),
             n_peaks=len(peaks["peak_value"]),
             n_events=len(events),
             rejected_steps=self._refinement.rejected,
@@ -107,8 +107,8 @@ class _Computation:
             n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
         )
         status = str(self._status)
-        if task.angles is not None:
-            share = covered([part.walk for part in self._stretches], task.unit, task.band)
+        if request.angles is not None:
+            share = covered([part.branch for part in self._parts], request.unit, request.band)
             counts["angles_share"] = share
             if self._status in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
@@ -116,141 +116,150 @@ class _Computation:
             points=points,
             peaks=peaks,
             events=dict(
-                event_value=np.array([task.shown(value) for value, _ in events], dtype=float),
+                event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
                 event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
                 event_contact=np.array([event.contact for _, event in events], dtype=int),
             ),
             status=status,
-            harmonics=self._problem(self._largest).harmonics,
+            harmonics=self._problem(self._highest_level).harmonics,
             counts=counts,
         )
 
     def _problem(self, level: int) -> HarmonicBalance:
-        return self._refinement.curve(level).problem
+        return self._refinement.equations(level).problem
 
-    def _path(self, along: list[Solution]) -> Table:
-        table = self._described(along)
-        values = np.array([self._task.shown(response.value) for response in along], dtype=float)
-        return {"value": values} | table
+    def _path(self, solutions: list[Solution]) -> Table:
+        table = self._described(solutions)
+        values = [self._request.shown(solution.value) for solution in solutions]
+        return {"value": np.array(values, dtype=float)} | table
 
     def _grid(self, at: FloatArray) -> Table:
-        """Solutions at the values asked for; where the curve may fold, several at each."""
-        found = [self._at(self._task.unit * float(value)) for value in at]
-        shape = len(at), max(map(len, found))
-        place = [i * shape[1] + k for i, several in enumerate(found) for k in range(len(several))]
-        table = self._described([r for several in found for r in several], shape, place)
-        if not self._task.may_fold:
+        """Solutions at the values of a grid; where the curve may fold, several at one value."""
+        solutions = [self._at(self._request.unit * float(value)) for value in at]
+        shape = len(at), max(map(len, solutions))
+        rows = [
+            i * shape[1] + k for i, several in enumerate(solutions) for k in range(len(several))
+        ]
+        table = self._described([s for several in solutions for s in several], shape, rows)
+        if not self._request.may_fold:
             return {"value": at} | {name: values[:, 0] for name, values in table.items()}
-        n_solutions = np.array([len(several) for several in found], dtype=np.int32)
+        n_solutions = np.array([len(several) for several in solutions], dtype=np.int32)
         return {"value": at, "n_solutions": n_solutions} | table
 
     def _at(self, value: float) -> list[Solution]:
-        holding = [part for part in self._stretches if part.holds(value)] or self._stretches[:1]
-        if not holding:
-            return [Solution(value, self._largest, None, np.nan, 0)]
-        stretch = max(holding, key=lambda part: part.level)
-        found = [
-            self._refinement.settle(Solution.at(value, stretch.level, station, solves))
-            for station, solves in stretch.walk.at(value)
+        containing = [part for part in self._parts if part.contains(value)] or self._parts[:1]
+        if not containing:
+            return [Solution(value, self._highest_level, None, np.nan, 0)]
+        finest = max(containing, key=lambda part: part.level)
+        solutions = [
+            self._refinement.settle(Solution.at(value, finest.level, state, solves))
+            for state, solves in finest.branch.at(value)
         ]
-        self._largest = max(self._largest, *(response.level for response in found))
-        accuracy = self._task.accuracy or np.inf
-        if self._status == Status.REACHED_END and any(r.error > accuracy for r in found):
+        self._highest_level = max(self._highest_level, *(s.level for s in solutions))
+        accuracy = self._request.accuracy or np.inf
+        if self._status == Status.REACHED_END and any(s.error > accuracy for s in solutions):
             self._status = Status.ACCURACY_NOT_REACHED
-        return found
+        return solutions
 
     def _described(
         self,
-        responses: list[Solution],
+        solutions: list[Solution],
         shape: tuple[int, ...] | None = None,
-        place: list[int] | None = None,
+        rows: list[int] | None = None,
     ) -> Table:
-        """Rows of responses, in an array of a ``shape`` at their places, by default in a row."""
-        shape = (len(responses),) if shape is None else shape
-        at = np.arange(len(responses)) if place is None else np.array(place, dtype=int)
-        table = nothing(self._problem(self._largest), math.prod(shape), self._task.stability)
-        table |= self._truncation(math.prod(shape), self._largest)
-        table |= self._slopes(np.full((math.prod(shape), 2, *table["amplitude"].shape[1:]), np.nan))
-        table["iterations"][at] = [response.solves for response in responses]
-        solved = [i for i, response in enumerate(responses) if response.unknowns is not None]
-        for level in {responses[i].level for i in solved}:
-            here = [i for i in solved if responses[i].level == level]
-            rows = self._rows(level, [responses[i] for i in here])
-            _put(table, at[here], rows)
+        """Results of solutions in arrays of a ``shape``.
+
+        ``rows`` are their places in the flattened array, by default one after the other.
+        """
+        shape = (len(solutions),) if shape is None else shape
+        at = np.arange(len(solutions)) if rows is None else np.array(rows, dtype=int)
+        size, highest = math.prod(shape), self._highest_level
+        table = unsolved(self._problem(highest), size, self._request.stability)
+        table |= self._truncation(size, highest)
+        table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
+        table["iterations"][at] = [solution.solves for solution in solutions]
+        solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
+        for level in {solutions[i].level for i in solved}:
+            of_level = [i for i in solved if solutions[i].level == level]
+            _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
         if self._status == Status.REACHED_END and not table["converged"][at].all():
             self._status = Status.POINTS_MISSING
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
-    def _rows(self, level: int, responses: list[Solution]) -> Table:
-        """Rows of responses that are known, with one set of harmonics."""
-        curve = self._refinement.curve(level)
-        problems, omegas = zip(*(curve.at(response.value) for response in responses), strict=True)
-        unknowns = np.array([response.unknowns for response in responses])
-        frequencies, solves = np.array(omegas) / RADIANS, [r.solves for r in responses]
-        table = describe_each(problems, unknowns, frequencies, solves, self._task.stability)
-        if self._task.angles is not None:
+    def _rows(self, level: int, solutions: list[Solution]) -> Table:
+        """Results of solutions with the harmonics of one level."""
+        equations = self._refinement.equations(level)
+        problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
+        unknowns = np.array([solution.unknowns for solution in solutions])
+        frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
+        table = describe_each(problems, unknowns, frequencies, solves, self._request.stability)
+        if self._request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):
                 both = slip_angles(*pair, table["contact_state"][i] == 1)
                 for name, angles in zip(("theta_0", "theta_star"), both, strict=True):
-                    # Located angles know no motion that reverses while it sticks.
+                    # Located angles are NaN for motion that reverses while it sticks.
                     unknown = np.isnan(table[name][i])
                     table[name][i] = np.where(unknown, angles, table[name][i])
-        errors = [response.error for response in responses]
-        tangents = np.array([response.tangents for response in responses])
-        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._task.unit
+        errors = [solution.error for solution in solutions]
+        tangents = np.array([solution.tangents for solution in solutions])
+        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._request.unit
         slopes[~table["converged"]] = np.nan
-        return table | self._truncation(len(responses), level, errors) | self._slopes(slopes)
+        return table | self._truncation(len(solutions), level, errors) | self._slopes(slopes)
 
     def _slopes(self, slopes: FloatArray) -> Table:
-        """Slopes of the amplitudes (n_points, 2, n_dof) before and after each point."""
-        if self._task.at is not None:
+        """Slopes of the amplitudes (n_points, 2, n_dof) before and after the points, by name."""
+        if self._request.at is not None:
             return dict(amplitude_slope=slopes[:, 1])
         return dict(amplitude_slope=slopes[:, 1], amplitude_slope_before=slopes[:, 0])
 
     def _truncation(self, count: int, level: int, errors: Any = np.nan) -> Table:
-        """The harmonics and the errors of so many rows, where an accuracy is asked for."""
-        if self._task.accuracy is None:
+        """Highest harmonics and errors of ``count`` rows; empty without an accuracy."""
+        if self._request.accuracy is None:
             return {}
         highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
-    def _events(self, response: Solution) -> list[Event]:
-        """The events of one point, of all contacts that do alike."""
+    def _events(self, solution: Solution) -> list[Event]:
+        """The events at one point, of the contacts of all sectors."""
         symmetry = self._symmetry
         if symmetry is None:
-            return list(response.events)
-        every = [
+            return list(solution.events)
+        of_all_sectors = [
             replace(event, contact=int(contact))
-            for event in response.events
+            for event in solution.events
             for contact in symmetry.images(event.contact)
         ]
-        return sorted(every, key=lambda event: event.contact)
+        return sorted(of_all_sectors, key=lambda event: event.contact)
 
-    def _peaks(self, found: list[tuple[Peak, int, float]]) -> Table:
-        """Rows of peaks, each with its set of harmonics and its error by truncation.
+    def _peaks(self, located: list[tuple[Peak, int, float]]) -> Table:
+        """Results of peaks, located with the harmonics of a level and a truncation error.
 
-        Where those of each degree of freedom are asked for, one for each of all that move alike.
+        Peaks of every degree of freedom are repeated for those of the other sectors.
         """
-        each, symmetry = self._task.each, self._symmetry
-        others = [0]
-        if symmetry is not None and each:
-            others = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
-        rows = [(peak.dof + other, peak, level, e) for peak, level, e in found for other in others]
-        rows.sort(key=lambda row: (each * row[0], self._task.shown(row[1].value)))
+        per_dof, symmetry = self._request.per_dof, self._symmetry
+        offsets = [0]
+        if symmetry is not None and per_dof:
+            offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
+        rows = [
+            (peak.dof + offset, peak, level, error)
+            for peak, level, error in located
+            for offset in offsets
+        ]
+        rows.sort(key=lambda row: (per_dof * row[0], self._request.shown(row[1].value)))
         shape = (
-            self._problem(self._largest).model.n_dof,
-            len(self._problem(self._largest).harmonics),
+            self._problem(self._highest_level).model.n_dof,
+            len(self._problem(self._highest_level).harmonics),
         )
         table: Table = dict(
-            peak_value=np.array([self._task.shown(peak.value) for _, peak, _, _ in rows], float),
+            peak_value=np.array([self._request.shown(peak.value) for _, peak, _, _ in rows], float),
             peak_amplitude=np.array([peak.amplitude for _, peak, _, _ in rows], float),
             peak_dof=np.array([dof for dof, _, _, _ in rows], np.int32),
             peak_kind=np.array([str(peak.kind) for _, peak, _, _ in rows], object),
             peak_residual_norm=np.array([peak.residual_norm for _, peak, _, _ in rows], float),
             peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
         )
-        extra = self._truncation(len(rows), self._largest)
-        table |= {f"peak_{name}": values for name, values in extra.items()}
+        truncation = self._truncation(len(rows), self._highest_level)
+        table |= {f"peak_{name}": values for name, values in truncation.items()}
         for i, (_, peak, level, error) in enumerate(rows):
             problem = self._problem(level)
             coefficients = by_harmonic(problem.basis, problem.everywhere(peak.unknowns))
@@ -262,7 +271,7 @@ class _Computation:
 def _put(table: Table, at: np.ndarray, rows: Table) -> None:
     """Put rows into a table.
 
-    Coefficients of harmonics that they leave out are 0, or as unknown as their others.
+    Coefficients of harmonics that the rows lack are 0, or NaN where all others are.
     """
     for name, values in rows.items():
         if name.endswith("coefficient"):

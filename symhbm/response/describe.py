@@ -1,4 +1,4 @@
-"""All results at one point or many, as plain arrays by the names of the dataset."""
+"""Results at solution points as plain arrays by the names of the dataset."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from symhbm.numerics import (
 from symhbm.time_domain import growth_rate, verdict
 
 _BATCH = 1000
-"""Motions of degrees of freedom and contacts that are described at once."""
+"""Degrees of freedom and contacts described at once: few calls, bounded memory."""
 
 
 def describe_each(
@@ -27,20 +27,21 @@ def describe_each(
     iterations: Sequence[int],
     stability: bool = False,
 ) -> Table:
-    """All results at points (n_points, n_unknowns) of problems of one structure, point by point.
+    """All results at points with ``unknowns`` (n_points, n_unknowns) [m], one problem each.
 
-    ``frequencies`` (n_points,) in Hz. A point that is no solution becomes NaN. ``stability`` adds
-    the growth of small motions beside the responses.
+    The problems are of one structure, ``frequencies`` (n_points,) in Hz. Points that do not solve
+    the equations become NaN. ``stability`` adds the growth rates of perturbations.
     """
     first = problems[0]
-    table = nothing(first, len(problems), stability)
+    table = unsolved(first, len(problems), stability)
     table["iterations"][:] = iterations
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     for i in range(0, len(problems), size):
-        part = slice(i, i + size)
-        found = _described(problems[part], unknowns[part], RADIANS * frequencies[part], stability)
-        for name, values in found.items():
-            table[name][part] = values
+        batch = slice(i, i + size)
+        omegas = RADIANS * frequencies[batch]
+        described = _described(problems[batch], unknowns[batch], omegas, stability)
+        for name, values in described.items():
+            table[name][batch] = values
     return table
 
 
@@ -51,37 +52,37 @@ def describe(
     iterations: int = 0,
     stability: bool = False,
 ) -> Table:
-    """All results at one point, as of `describe_each`."""
+    """All results at one point, as from `describe_each`."""
     table = describe_each([problem], unknowns[None], np.array([frequency]), [iterations], stability)
     return {name: values[0] for name, values in table.items()}
 
 
-def nothing(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
-    """The entries of points without a solution."""
+def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
+    """Results of points without a solution: NaN, -1 or False."""
     n_dof, n_contacts = problem.model.n_dof, problem.model.n_contacts
 
-    def unknown(*shape: int) -> FloatArray:
+    def nan(*shape: int) -> FloatArray:
         return np.full((n_points, *shape), np.nan)
 
-    def none(kind: type, *shape: int) -> np.ndarray:
+    def no_number(kind: type, *shape: int) -> np.ndarray:
         return np.full((n_points, *shape), -1, dtype=kind)
 
     table: Table = dict(
-        coefficient=unknown(n_dof, len(problem.harmonics), 2),
-        amplitude=unknown(n_dof),
-        theta_0=unknown(n_contacts),
-        theta_star=unknown(n_contacts),
-        stick_fraction=unknown(n_contacts),
-        dissipation=unknown(n_contacts),
-        residual_norm=unknown(),
+        coefficient=nan(n_dof, len(problem.harmonics), 2),
+        amplitude=nan(n_dof),
+        theta_0=nan(n_contacts),
+        theta_star=nan(n_contacts),
+        stick_fraction=nan(n_contacts),
+        dissipation=nan(n_contacts),
+        residual_norm=nan(),
     )
     if problem.samples is not None:
-        table["sampling_error"] = unknown()
+        table["sampling_error"] = nan()
     if stability:
-        table |= dict(growth_rate=unknown(), stability=none(np.int8))
+        table |= dict(growth_rate=nan(), stability=no_number(np.int8))
     return table | dict(
-        contact_state=none(np.int8, n_contacts),
-        reversals=none(np.int32, n_contacts),
+        contact_state=no_number(np.int8, n_contacts),
+        reversals=no_number(np.int32, n_contacts),
         converged=np.zeros(n_points, dtype=bool),
         contact_model_valid=np.zeros(n_points, dtype=bool),
         iterations=np.zeros(n_points, dtype=np.int32),
@@ -94,58 +95,59 @@ def _described(
     frequencies: FloatArray,
     stability: bool,
 ) -> Table:
-    """Results at points but their iterations; ``frequencies`` in rad/s."""
+    """Results at points but the iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
     norm, friction = check_each(problems, unknowns, frequencies)
     converged = norm <= ACCEPTED
     points = len(problems), first.n_contacts
 
-    def each(values: np.ndarray) -> np.ndarray:
-        """Values of all contacts, point by point."""
+    def by_point(values: np.ndarray) -> np.ndarray:
+        """Values of all contacts (n_points, n_contacts, ...)."""
         return values.reshape(points + values.shape[1:])
 
     stiffness = np.array([problem.contact_stiffness for problem in problems])
     limit = np.array([problem.slip_limit for problem in problems])
     relative = first.relative(unknowns)
-    force = stiffness[..., None] * np.einsum("pcij,pcj->pci", each(friction.matrix), relative)
-    force += limit[..., None] * each(friction.vector)
+    force = stiffness[..., None] * np.einsum("pcij,pcj->pci", by_point(friction.matrix), relative)
+    force += limit[..., None] * by_point(friction.vector)
     # Work of the friction force over a period: the integral of f dy.
     velocity = relative @ basis.derivative_matrix.T / basis.norm
     table: Table = dict(
         coefficient=by_harmonic(basis, first.everywhere(unknowns)),
         amplitude=_amplitude(first, unknowns),
-        theta_0=each(friction.theta_0),
-        theta_star=each(friction.theta_star),
-        stick_fraction=each(friction.stick_fraction),
+        theta_0=by_point(friction.theta_0),
+        theta_star=by_point(friction.theta_star),
+        stick_fraction=by_point(friction.stick_fraction),
         dissipation=np.einsum("pci,pci->pc", force, velocity),
     )
-    at = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
+    arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
     if first.samples is not None:
-        table["sampling_error"] = np.array([_sampling_error(*point) for point in at])
+        table["sampling_error"] = np.array([_sampling_error(*point) for point in arguments])
     if not converged.all():
         table = {name: _where(converged, values, np.nan) for name, values in table.items()}
     if stability:
         rates = [
-            _growth(*point) if found else np.nan for point, found in zip(at, converged, strict=True)
+            _growth(*point) if solved else np.nan
+            for point, solved in zip(arguments, converged, strict=True)
         ]
         table["growth_rate"] = np.array(rates)
         table["stability"] = np.array(
             [verdict(*point) for point in zip(rates, frequencies, strict=True)]
         )
     rubs = converged[:, None] & (stiffness > 0)
-    table["contact_state"] = np.where(rubs, each(friction.slip), -1)
-    table["reversals"] = _where(converged, each(friction.reversals), -1)
+    table["contact_state"] = np.where(rubs, by_point(friction.slip), -1)
+    table["reversals"] = _where(converged, by_point(friction.reversals), -1)
     flags = dict(converged=converged, contact_model_valid=converged)
     return _of_all_contacts(first, table) | flags | dict(residual_norm=norm)
 
 
-def _where(condition: np.ndarray, values: np.ndarray, other: float) -> np.ndarray:
-    """Values (n_points, ...) where a condition (n_points,) holds."""
-    return np.where(condition.reshape(-1, *[1] * (values.ndim - 1)), values, other)
+def _where(condition: np.ndarray, values: np.ndarray, otherwise: float) -> np.ndarray:
+    """Values (n_points, ...) where a condition (n_points,) holds, a number elsewhere."""
+    return np.where(condition.reshape(-1, *[1] * (values.ndim - 1)), values, otherwise)
 
 
 def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
-    """Largest displacements (n_points, n_dof) of the structure; sectors move alike."""
+    """Largest displacements (n_points, n_dof) of the structure, whose sectors move alike."""
     basis = problem.basis
     motions = unknowns.reshape(-1, basis.n_components)
     amplitude = largest_displacement(basis, motions)[0].reshape(len(unknowns), -1)
@@ -155,22 +157,22 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
 def amplitude_slopes(
     problem: HarmonicBalance, unknowns: FloatArray, tangents: FloatArray
 ) -> FloatArray:
-    """Derivatives (n_points, 2, n_dof) of amplitudes by the parameter, before and after points.
+    """Derivatives (n_points, 2, n_dof) of amplitudes by the parameter, before and after each point.
 
     ``unknowns`` (n_points, n_unknowns), and ``tangents`` (n_points, 2, n_unknowns + 1), derivatives
-    of unknowns and parameter along the path. Infinite where the parameter stands still.
+    of unknowns and parameter along the path. Infinite at folds, where the parameter turns back.
     """
     basis, shape = problem.basis, (len(unknowns), 2, problem.n_dof)
     motions = unknowns.reshape(-1, basis.n_components)
     amplitude, angle = largest_displacement(basis, motions)
-    # The angle of a maximum moves, but the derivative by it vanishes there.
+    # The angle of a maximum moves, but the displacement is stationary in it.
     row = basis.values(angle)
     row *= np.sign(np.einsum("dm,dm->d", row, motions))[:, None]
     along = tangents[..., :-1].reshape(*shape, -1)
     slope = np.einsum("pdm,psdm->psd", row.reshape(len(unknowns), shape[-1], -1), along)
     at_rest = (amplitude == 0).reshape(len(unknowns), shape[-1])
     if at_rest.any():
-        # Any motion comes from and goes to a larger amplitude.
+        # At rest the amplitude is minimal: it falls before the point and rises after it.
         rise = largest_displacement(basis, along.reshape(-1, basis.n_components))[0]
         rise = rise.reshape(shape) * np.array([-1.0, 1.0])[:, None]
         slope = np.where(at_rest[:, None], rise, slope)
@@ -184,7 +186,7 @@ def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) ->
 
 
 def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
-    """Results of the contacts of one sector as those of all: each lags, and does the same."""
+    """Results of the contacts of one sector repeated for all sectors, with their phase lags."""
     symmetry = problem.symmetry
     if symmetry is None:
         return table
@@ -200,7 +202,7 @@ def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
 
 
 def _sampling_error(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
-    """Error of a response with sampled friction: one Newton step with located angles."""
+    """Relative error by sampled friction: one Newton step with located switching angles."""
     exact = problem.located().evaluate(unknowns, frequency)
     step = Factorisation(exact.jacobian).solve(exact.residual)
     if step is None:

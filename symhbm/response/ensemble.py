@@ -15,49 +15,49 @@ from typing import Any
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.response.curve import compute_curve, curve_of
+from symhbm.response.curve import compute_curve, continuation_problem_of
 from symhbm.results import CurveTable, Encoded, Request, Sweep, encode, flat, reduced
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
-"""Pieces of work that wait for each worker."""
+"""Pieces of work queued for each worker: none waits for this process."""
 _UNKNOWN = 1000
-"""Pieces of work that wait where the number of workers is not known."""
+"""Pieces of work queued where the number of workers is not known."""
 _PIECE = 0.1
-"""Seconds of work that are handed over at once: what is lost where a process is killed."""
+"""Seconds of work in one piece: what is lost where a process is killed."""
 _MOST = 100
-"""Parameter sets that are sent at once."""
+"""Parameter sets in one piece."""
 _SMALL = 2**14
-"""Bytes of a problem that are sent with each piece of work, whoever knows it."""
-_KNOWN = 8
+"""Bytes of a problem that are sent with every piece, as that is cheaper than asking again."""
+_CACHED = 8
 """Problems that each worker keeps."""
 
-Found = Sequence[tuple[int, Encoded]]
+NumberedTables = Sequence[tuple[int, Encoded]]
 """Numbers of parameter sets and their tables."""
 Outcome = Encoded | str
-"""The table of a curve, or why there is none."""
+"""The table of a curve, or the status that tells why it could not be computed."""
 
 
 def compute(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Request,
+    request: Request,
     blank: CurveTable,
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
-) -> Generator[Found, None, None]:
-    """Number and table of each parameter set but those ``done``, as they are finished.
+) -> Generator[NumberedTables, None, None]:
+    """Numbers and tables of all parameter sets but those ``done``, as they are finished.
 
-    ``executor`` is any `concurrent.futures.Executor`; what it does not compute, as workers die or
-    it is closed, is computed in this process. A set whose computation fails has the ``blank`` curve
-    with a status that says so.
+    ``executor`` is any `concurrent.futures.Executor`. Sets that it does not compute, because
+    workers die or it is closed, are computed in this process. A set whose computation fails has the
+    ``blank`` curve with a status that tells why.
     """
     with progress_bar("curve", progress, sweep.size, len(done)) as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
-        for found in _outcomes(problem, sweep, task, numbers, executor):
-            bar.update(len(found))
-            yield [(number, _table(blank, outcome)) for number, outcome in found]
+        for finished in _outcomes(problem, sweep, request, numbers, executor):
+            bar.update(len(finished))
+            yield [(number, _table(blank, outcome)) for number, outcome in finished]
 
 
 def _table(blank: CurveTable, outcome: Outcome) -> Encoded:
@@ -68,58 +68,61 @@ def _table(blank: CurveTable, outcome: Outcome) -> Encoded:
 def _outcomes(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Request,
+    request: Request,
     numbers: list[int],
     executor: Executor | None,
 ) -> Iterator[Sequence[tuple[int, Outcome]]]:
     if executor is not None:
-        numbers = yield from _Shared(problem, sweep, task, executor).outcomes(numbers)
-    found: list[tuple[int, Outcome]] = []
+        numbers = yield from _Shared(problem, sweep, request, executor).outcomes(numbers)
+    finished: list[tuple[int, Outcome]] = []
     start = time.perf_counter()
     for number in numbers:
         try:
-            found.append((number, _outcome(problem, task, sweep.chosen(number))))
-        except BaseException:  # an interrupt: what is finished is not lost
-            yield found
+            finished.append((number, _outcome(problem, request, sweep.chosen(number))))
+        except BaseException:  # an interrupt does not lose finished sets
+            yield finished
             raise
         if time.perf_counter() - start >= _PIECE:
-            yield found
-            found, start = [], time.perf_counter()
-    yield found
+            yield finished
+            finished, start = [], time.perf_counter()
+    yield finished
 
 
 class _Shared:
-    """What an executor computes, in pieces of several parameter sets."""
+    """Parameter sets computed by an executor, several in one piece of work."""
 
-    def __init__(self, problem: HarmonicBalance, sweep: Sweep, task: Request, executor: Executor):
+    def __init__(
+        self, problem: HarmonicBalance, sweep: Sweep, request: Request, executor: Executor
+    ):
         self._sweep, self._executor = sweep, executor
-        self._payload = pickle.dumps((problem, task))
+        self._payload = pickle.dumps((problem, request))
         self._key = hashlib.blake2b(self._payload).hexdigest()
         self._call = uuid.uuid4().hex
-        self._workers = getattr(executor, "_max_workers", None)
-        self._to_send = self._workers or 1
-        self._seconds = math.inf
+        self._n_workers = getattr(executor, "_max_workers", None)
+        self._unsent_payloads = self._n_workers or 1
+        self._seconds_per_set = math.inf
         self._pending: dict[Future, list[int]] = {}
         self._finished: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._waiting: deque[int] = deque()
-        self._left: list[int] = []
+        self._uncomputed: list[int] = []
         self._interrupt: KeyboardInterrupt | None = None
 
     def outcomes(
         self, numbers: list[int]
     ) -> Generator[Sequence[tuple[int, Outcome]], None, list[int]]:
-        """What is finished, as it comes; returns the numbers of the sets that are not computed."""
-        most = _UNKNOWN if self._workers is None else (1 + _WAITING) * self._workers
+        """Outcomes as they are finished; returns the numbers of the sets not computed."""
+        n_workers = self._n_workers
+        most = _UNKNOWN if n_workers is None else (1 + _WAITING) * n_workers
         self._waiting.extend(numbers)
         try:
             while True:
                 while self._waiting and len(self._pending) < most:
                     size = self._size(len(self._waiting) // most)
                     if not self._submit([self._waiting.popleft() for _ in range(size)]):
-                        self._left += self._waiting
+                        self._uncomputed += self._waiting
                         self._waiting.clear()
                 if not self._pending:
-                    return self._left
+                    return self._uncomputed
                 yield self._next()
                 if self._interrupt:
                     raise self._interrupt
@@ -128,13 +131,13 @@ class _Shared:
                 future.cancel()
 
     def _size(self, share: int) -> int:
-        """Sets of the next piece, of which ``share`` leave as many to every other."""
-        wanted = _PIECE / self._seconds if self._seconds else _MOST
-        return max(1, min(int(wanted), share, _MOST))
+        """Number of sets in the next piece; ``share`` would fill all pieces evenly."""
+        timely = _PIECE / self._seconds_per_set if self._seconds_per_set else _MOST
+        return max(1, min(int(timely), share, _MOST))
 
     def _submit(self, numbers: list[int], send: bool = False) -> bool:
-        """Whether the executor takes a piece; with the problem, or where a worker knows it."""
-        send = send or self._to_send > 0 or len(self._payload) <= _SMALL
+        """Whether the executor takes a piece; ``send`` includes the problem."""
+        send = send or self._unsent_payloads > 0 or len(self._payload) <= _SMALL
         payload = self._payload if send else None
         chosen = [self._sweep.chosen(number) for number in numbers]
         try:
@@ -142,13 +145,13 @@ class _Shared:
         except Exception as error:
             self._lose(numbers, error)
             return False
-        self._to_send -= 1
+        self._unsent_payloads -= 1
         self._pending[future] = numbers
         future.add_done_callback(self._finished.put)
         return True
 
     def _next(self) -> list[tuple[int, Outcome]]:
-        """All that has come since the last time, at least one piece but for an interrupt."""
+        """Outcomes since the last call: at least one piece, unless interrupted."""
         futures: list[Future] = []
         try:
             futures.append(self._finished.get())
@@ -156,14 +159,14 @@ class _Shared:
             self._interrupt = interrupt
         while not self._finished.empty():
             futures.append(self._finished.get())
-        found: list[tuple[int, Outcome]] = []
+        finished: list[tuple[int, Outcome]] = []
         for future in futures:
             numbers = self._pending.pop(future)
-            # Whatever a set itself raises is returned: this is the executor's own failure.
+            # Errors of a set are returned as its outcome: this is a failure of the executor.
             try:
                 result = future.result()
             except KeyboardInterrupt:
-                # Where it was in the worker tells the user nothing.
+                # A new interrupt: the traceback of the worker does not help the user.
                 self._interrupt = self._interrupt or KeyboardInterrupt()
                 continue
             except (Exception, CancelledError) as error:
@@ -173,60 +176,60 @@ class _Shared:
                 # The worker does not know the problem.
                 self._submit(numbers, send=True)
                 continue
-            self._seconds, outcomes = result
-            found += zip(numbers, outcomes, strict=False)
-            # Sets that take longer than those before come again.
+            self._seconds_per_set, outcomes = result
+            finished += zip(numbers, outcomes, strict=False)
+            # Sets that the piece had no time for wait again.
             self._waiting.extendleft(reversed(numbers[len(outcomes) :]))
-        return found
+        return finished
 
     def _lose(self, numbers: list[int], error: BaseException) -> None:
-        """Leave a piece to this process, and say so once."""
-        if not self._left:
+        """Leave a piece to this process, and warn once."""
+        if not self._uncomputed:
             warn_of_executor(error, "curves")
-        self._left += numbers
+        self._uncomputed += numbers
 
 
-_own = threading.local()
+_cache = threading.local()
+"""Problems and requests by key; each thread has its own."""
 
 
 def _work(
     key: str, payload: bytes | None, chosen: list[dict[str, Any]], call: str
 ) -> tuple[float, list[Outcome]] | None:
-    """Seconds per parameter set, and what came of those that a piece of work has time for.
+    """Seconds per parameter set, and the outcomes of those that a piece has time for.
 
-    None for a problem that is not known here.
-    Each worker compiles a problem once, from the ``payload``; threads share none. ``call`` names
-    what is not gone on with after an interrupt.
+    None for a problem that this worker does not know. Each worker compiles a problem once, from the
+    ``payload``; threads share none. An interrupt ends all pieces of the same ``call``.
     """
     with at_work(call):
-        return _worked(key, payload, chosen)
+        return _computed(key, payload, chosen)
 
 
-def _worked(
+def _computed(
     key: str, payload: bytes | None, chosen: list[dict[str, Any]]
 ) -> tuple[float, list[Outcome]] | None:
-    known = _own.__dict__
-    if key not in known:
+    cache = _cache.__dict__
+    if key not in cache:
         if payload is None:
             return None
-        problem, task = pickle.loads(payload)
-        curve_of(task, problem)
-        while len(known) >= _KNOWN:
-            del known[next(iter(known))]
-        known[key] = problem, task
-    problem, task = known[key]
+        problem, request = pickle.loads(payload)
+        continuation_problem_of(request, problem)
+        while len(cache) >= _CACHED:
+            del cache[next(iter(cache))]
+        cache[key] = problem, request
+    problem, request = cache[key]
     outcomes: list[Outcome] = []
     start, seconds = time.perf_counter(), 0.0
     while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
-        outcomes.append(_outcome(problem, task, chosen[len(outcomes)]))
+        outcomes.append(_outcome(problem, request, chosen[len(outcomes)]))
         seconds = time.perf_counter() - start
     return seconds / len(outcomes), outcomes
 
 
-def _outcome(problem: HarmonicBalance, task: Request, chosen: dict[str, Any]) -> Outcome:
+def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:
     try:
-        branch = compute_curve(problem.with_parameters(**chosen), task)
-        return encode(flat(reduced(branch, task)))
+        curve = compute_curve(problem.with_parameters(**chosen), request)
+        return encode(flat(reduced(curve, request)))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return f"{Status.COMPUTATION_FAILED} ({why})"

@@ -1,7 +1,7 @@
-"""Figures of one stored point: what its equations, its energy and its friction law say of it.
+"""Figures that verify one stored point: residuals, energy balance and friction law.
 
-What is stored is recomputed from the coefficients alone, the friction by a slider marched from
-reversal to reversal instead of the closed forms.
+They are recomputed from the coefficients alone, the friction by a slider marched from reversal to
+reversal instead of the closed forms.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from symhbm.numerics import (
 
 
 class Figure(NamedTuple):
-    """What a figure of a verification means, and the largest value allowed by default."""
+    """A figure of a verification: its default bound, its meaning, and the variables it needs."""
 
     bound: float | None
     long_name: str
@@ -27,7 +27,7 @@ class Figure(NamedTuple):
 
 
 CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
-"""Contact results of a point."""
+"""Contact results of a point, verified together."""
 FIGURES = {
     "residual_stored": Figure(1e-9, "residual of the stored coefficients, recomputed, relative"),
     "residual_larger": Figure(None, "residual on a larger harmonic set, relative"),
@@ -46,15 +46,15 @@ FIGURES = {
         None, "amplitude against the exact periodic motion, relative", ("amplitude",)
     ),
 }
-"""The figures of a verification, all dimensionless, and what they need beside coefficients."""
+"""The figures of a verification, all dimensionless; all need the coefficients."""
 
 _EDGE = 1e-12
 """Distance from the limit of slip, in logarithms, within which round-off decides the state."""
 _FORCE_SHARE = 1e-2
-"""Energies are relative at least to this share of the work of the largest force term: solutions are
-accepted with residuals of 1e-11 of that, which then stay below the bound."""
+"""Share of the work of the largest force term that energies are relative to at least: solutions are
+accepted with residuals of 1e-11 of that term, which then stay below the bound."""
 _SPRING_SHARE = 1e-6
-"""The same of contact springs, of whose large forces closed forms leave round-off."""
+"""The same share for contact springs, whose large forces leave round-off in closed forms."""
 
 
 def point_figures(
@@ -70,15 +70,16 @@ def point_figures(
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-    lost, most = _marched(problem, unknowns, evaluation)
-    dissipation = stored.get("dissipation", lost)
+    marched, scale = _marched(problem, unknowns, evaluation)
+    dissipation = stored.get("dissipation", marched)
     figures = {
         "residual_stored": evaluation.norm,
         "residual_larger": larger.evaluate(embedded, omega).norm,
         "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
     }
     if stored.keys() >= {*CONTACT}:
-        figures["contact_mismatch"] = _contact_mismatch(problem, evaluation, stored, lost, most)
+        mismatch = _contact_mismatch(problem, evaluation, stored, marched, scale)
+        figures["contact_mismatch"] = mismatch
     if "amplitude" in stored:
         amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
         figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
@@ -86,7 +87,7 @@ def point_figures(
 
 
 def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
-    """Relative difference of stored amplitudes, or that of one ``dof``, from those of all."""
+    """Relative difference of the stored amplitudes, or that of one ``dof``, from computed ones."""
     return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])
 
 
@@ -97,25 +98,25 @@ def _energy_error(
     dissipation: FloatArray,
     magnitude: float,
 ) -> float:
-    """Work of the force less what is lost, over the largest work the force could do."""
+    """Work of the force minus the energy dissipated, over the sum of absolute work terms."""
     model, basis = problem.model, problem.basis
     x = problem.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
-    path = x @ basis.derivative_matrix.T / basis.norm
+    rate = x @ basis.derivative_matrix.T / basis.norm
     force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
     # Springs do work around a cycle where their matrix is not symmetric.
     skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
     viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
-    lost = float(np.sum(viscous * path)) + dissipation.sum()
-    largest = np.abs(force * path).sum() + np.abs(viscous * path).sum() + np.abs(dissipation).sum()
-    largest += _FORCE_SHARE * magnitude * np.abs(path).sum()
-    return float(abs(np.sum(force * path) - lost) / (largest or 1.0))
+    dissipated = float(np.sum(viscous * rate)) + dissipation.sum()
+    largest = np.abs(force * rate).sum() + np.abs(viscous * rate).sum() + np.abs(dissipation).sum()
+    largest += _FORCE_SHARE * magnitude * np.abs(rate).sum()
+    return float(abs(np.sum(force * rate) - dissipated) / (largest or 1.0))
 
 
 def _marched(
     problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation
 ) -> tuple[FloatArray, FloatArray]:
-    """Dissipation of each contact by a slider marched over its reversals, and its largest scale."""
+    """Dissipation of each contact by a slider marched over its reversals, and its scale [J]."""
     model, friction = problem.model, evaluation.friction
     stiffness, limit = model.contact_stiffness, model.friction_coefficient * model.normal_load
     relative = problem.relative(unknowns)
@@ -131,22 +132,22 @@ def _marched(
         slipped += np.abs(trial - force)
     spread = value.max(axis=1) - value.min(axis=1)
     rubs = stiffness > 0
-    lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+    dissipation = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
     if problem.samples is not None:
-        path = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
+        rate = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
         law = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
-        lost = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, path)
-    return lost, spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+        dissipation = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, rate)
+    return dissipation, spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
 
 
 def _contact_mismatch(
     problem: HarmonicBalance,
     evaluation: Evaluation,
     stored: dict,
-    lost: FloatArray,
-    most: FloatArray,
+    dissipation: FloatArray,
+    scale: FloatArray,
 ) -> float:
-    """Largest difference of state (1), reversals (1), stick fraction, and dissipation over most."""
+    """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale."""
     friction, rubs = evaluation.friction, problem.model.contact_stiffness > 0
     if not len(rubs):
         return 0.0
@@ -155,6 +156,6 @@ def _contact_mismatch(
         state & ~(np.abs(friction.slip_margin) < _EDGE),
         friction.reversals != stored["reversals"],
         np.abs(friction.stick_fraction - stored["stick_fraction"]),
-        np.abs(lost - stored["dissipation"]) / np.where(most > 0, most, 1.0),
+        np.abs(dissipation - stored["dissipation"]) / np.where(scale > 0, scale, 1.0),
     ]
     return float(np.max(np.array(mismatch, dtype=float)))

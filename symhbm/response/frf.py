@@ -1,4 +1,4 @@
-"""The front doors to curves: responses over the frequency or over any other parameter."""
+"""`frf` and `follow`: response curves over the frequency or over any other parameter."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation.angles import check_angles, check_path_angles
 from symhbm.model import PARAMETERS, warn_of_doubts
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
-from symhbm.response.curve import curve_of
-from symhbm.response.run import run, told
+from symhbm.response.curve import continuation_problem_of
+from symhbm.response.run import reported, run
 from symhbm.results import (
     Angles,
     Peaks,
     Request,
     check_band,
     check_grid,
+    check_index,
     check_keep,
     check_parameter,
-    check_place,
     parse,
 )
 from symhbm.time_domain import check_stability
@@ -59,55 +58,55 @@ def frf(
     problem
         What to solve.
     frequency
-        First and last frequency of the band [Hz]; it is followed from the first to the last, so
-        downwards where the first is the larger.
+        First and last frequency of the band [Hz]. The response is followed from the first to the
+        last, so downwards where the first is the larger.
     at : (n,), ascending
-        Frequencies [Hz] at which the response is wanted; ``frequency`` then is a dimension, and
-        ``solution`` another where cubic springs may make several: those on one connected branch,
-        the path from the first frequency to the last, which need not be all. Peaks lie beside the
-        values of a grid, and above its largest amplitude: ``peak_frequency`` tells where. By
-        default the result holds the points of the path along ``point``, peaks among them.
+        Frequencies [Hz] of a grid; ``frequency`` then is a dimension. Where cubic springs may make
+        several solutions, ``solution`` is another: those on the connected branch from the first
+        frequency to the last, which need not be all. Peaks lie between the values of a grid, above
+        its largest amplitude, at ``peak_frequency``. By default the result holds the points of the
+        path along ``point``, peaks among them.
     over
-        Named parameters to sweep. A list is set for every blade or contact in turn and becomes a
-        dimension of its own name; a DataArray may have the dimension ``dof`` or ``contact`` (a
-        pattern) and any other, for example ``sample``. Several names give their product, names
-        that share a dimension go in pairs.
+        Named parameters to sweep. Each value of a list is set for all blades or contacts alike; the
+        list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or
+        ``contact`` (a pattern) and any other, for example ``sample``. Several names give their
+        product; names that share a dimension go in pairs.
     accuracy
-        Error of the displacements, relative to their amplitudes, that the harmonics left out may
-        make. Every point then has as many harmonics as that takes, the problem's set being the
-        smallest, and tells its ``highest_harmonic`` and the ``truncation_error`` expected. By
-        default all points have the harmonics of the problem.
+        Largest error of the displacements by truncation of the harmonics, relative to their
+        amplitudes. Every point then has the harmonics that this needs, those of the problem at
+        least, and its ``highest_harmonic`` and expected ``truncation_error``. By default all
+        points have the harmonics of the problem.
     stability
-        Add ``growth_rate`` and ``stability`` of every response, which those of cubic springs have
-        anyway: by Hill's method, and where contacts slip by the derivative of the motion over a
-        period.
+        Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where
+        contacts slip by the derivative of the motion over a period. Responses with cubic springs
+        have them always.
     angles
         Solve Eqs. (4)-(11) with the switching angles as unknowns beside the Fourier coefficients:
         every point of the path by ``"newton"`` (this package's), CasADi's ``"rootfinder"`` or
-        ``"ipopt"``, from a start of its own. The form holds while no contact reverses while it
-        slips; a band in which one does is followed in the parts where it holds, and
-        ``angles_share`` and ``status`` tell how much that is. Each point is also held against
-        located friction. With odd harmonics alone, not with ``accuracy``, cubic springs, friction
-        over samples or a condensed structure. By default the angles are located.
+        ``"ipopt"``, from a start of its own. This form holds only where slipping contacts do not
+        reverse; elsewhere the band has gaps, and ``angles_share`` and ``status`` tell the share
+        that was followed. Each point is also checked against located friction. For odd harmonics
+        alone; not with ``accuracy``, cubic springs, friction over samples or a condensed structure.
+        By default the angles are located.
     peaks
-        Of the largest response of all degrees of freedom, or of ``"each"`` of them. Every one that
-        rises by 1 % of the largest response over the valleys beside it is found, and most of those
-        that rise by less. Without ``at`` each is also a point of the path.
+        Peaks of the largest response of all degrees of freedom, or of ``"each"`` of them. Every
+        peak that rises by 1 % of the largest response above the valleys beside it is found, and
+        most of those that rise by less. Without ``at`` each is also a point of the path.
     sector
         Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
-        under an engine order), and give the results of all; ``n_sectors`` tells their number. Not
-        with ``stability``, cubic springs or friction over samples.
+        under an engine order), and give the results of all ``n_sectors``. Not with ``stability``,
+        cubic springs or friction over samples.
     keep
-        Names of the variables to keep beside coordinates, parameters, ``status``, counts and what
-        tells valid points (``converged``, ``contact_model_valid``, ``residual_norm``); by default
-        all. The attribute ``left_out`` names the others.
+        Names of the variables to keep, by default all. Coordinates, parameters, ``status``, counts
+        and the variables that tell valid points (``converged``, ``contact_model_valid``,
+        ``residual_norm``) are always kept. The attribute ``left_out`` names the others.
     verifiable
-        Keep as well what `symhbm.verify` needs of the peaks: where and how large they are, and
-        their Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
+        Keep also the variables of the peaks that `symhbm.verify` needs: value, amplitude and
+        Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
     archive
-        NetCDF file to write. A tenth of a second after it is finished every parameter set is safe
-        in its working file, ``<archive>.partial``: the same call, or `symhbm.resume`, goes on after
-        an interruption; of a finished archive nothing is computed, which a line on stderr says
+        NetCDF file to write. Each parameter set is safe in the working file ``<archive>.partial`` a
+        tenth of a second after it is finished; the same call, or `symhbm.resume`, goes on after an
+        interruption. A finished archive is opened without computing, and a line on stderr says so
         where ``progress`` is shown. The checksum of the whole archive is compared each time.
     executor
         Where parameter sets are computed; by default in this process.
@@ -120,9 +119,9 @@ def frf(
 
     Returns
     -------
-    Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; that
-    of an ``archive`` is opened lazily. A parameter set whose computation fails has a ``status``
-    that says so.
+    Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; an
+    ``archive`` is opened lazily. A parameter set whose computation fails has a ``status`` that
+    tells why.
 
     Raises
     ------
@@ -133,7 +132,7 @@ def frf(
     SolveError
         If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
     KeyboardInterrupt
-        If it is interrupted; a note says what is safe and how to go on.
+        If it is interrupted; a note tells which results are safe and how to go on.
 
     Warns
     -----
@@ -157,11 +156,11 @@ def frf(
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
-    task = dict(name="frequency", band=band, at=check_grid(at, band))
+    axis = dict(name="frequency", band=band, at=check_grid(at, band))
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
-    return _run(problem, task, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
 def follow(
@@ -198,14 +197,14 @@ def follow(
     band
         Its first and last value (SI units).
     at : (n,), ascending
-        Values at which the response is wanted; the parameter then is a dimension, and ``solution``
-        another where cubic springs may make several, as in `frf`. Peaks lie beside them.
+        Values of a grid; the parameter then is a dimension, and ``solution`` another where cubic
+        springs may make several, as in `frf`. Peaks lie between the values.
     over
         Other parameters to sweep, as in `frf`.
     frequency
         The constant excitation frequency [Hz].
     contact, dof
-        The one contact or blade whose parameter moves; by default it is set for all alike.
+        The contact or blade whose parameter moves; by default it moves for all alike.
     accuracy, stability, angles, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
     archive, executor, throw, progress, max_points
@@ -245,25 +244,25 @@ def follow(
     check_problem(problem)
     bound = check_parameter(problem, parameter)
     band = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
-    task = dict(
+    axis = dict(
         name=parameter,
         band=band,
         at=check_grid(at, band),
         frequency=check.scalar("frequency", frequency, "positive"),
-        index=check_place(problem, parameter, contact, dof),
+        index=check_index(problem, parameter, contact, dof),
     )
-    problem.check_frequencies("frequency", task["frequency"])
+    problem.check_frequencies("frequency", axis["frequency"])
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
-    return _run(problem, task, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
 def _run(
     problem: HarmonicBalance,
-    described: dict[str, Any],
+    axis: dict[str, Any],
     options: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
     archive: str | os.PathLike[str] | None,
@@ -277,30 +276,30 @@ def _run(
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
-    moving = {described["name"], *sweep.values}
-    springs = "cubic_stiffness" in moving
-    if options["accuracy"] is None:  # else the set is made complete
+    moving = {axis["name"], *sweep.values}
+    cubic_springs = "cubic_stiffness" in moving
+    if options["accuracy"] is None:  # else harmonics are added
         check_mean(problem)
-    if not isinstance(problem.model, CondensedModel):
-        hertz = described.get("frequency")
-        band = described["band"] if hertz is None else (hertz, hertz)
-        warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
-    may_fold = springs or not problem.single_valued
+    hertz = axis.get("frequency")
+    band = axis["band"] if hertz is None else (hertz, hertz)
+    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
+    may_fold = cubic_springs or not problem.single_valued
     accuracy = check_accuracy(problem, options["accuracy"])
     angles = options["angles"]
     if angles is not None:
         check_angles(problem, angles)
         check_path_angles(angles, may_fold, accuracy)
-    task = Request(
-        **described,
-        each=peaks == "each",
+    request = Request(
+        **axis,
+        per_dof=peaks == "each",
         may_fold=may_fold,
         stability=check_stability(problem, options["stability"]) or may_fold,
         max_points=check.integer("max_points", options["max_points"], minimum=2),
         accuracy=accuracy,
         sector=check.flag("sector", options["sector"]),
-        keep=check_keep(options["keep"], options["verifiable"], described["name"], accuracy),
+        keep=check_keep(options["keep"], options["verifiable"], axis["name"], accuracy),
         angles=angles,
     )
-    curve_of(task, problem)
-    return told(run(problem, sweep, task, archive, executor, progress), throw, depth=4)
+    # Compiled once: copies of the problem for all parameter sets share the functions.
+    continuation_problem_of(request, problem)
+    return reported(run(problem, sweep, request, archive, executor, progress), throw, depth=4)

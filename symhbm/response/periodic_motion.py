@@ -1,4 +1,4 @@
-"""The periodic motion in time, as a labelled dataset: the independent truth."""
+"""`periodic_motion`: the exact periodic motion in time, as a labelled dataset."""
 
 from collections.abc import Iterable
 
@@ -41,7 +41,7 @@ def periodic_motion(
     Parameters
     ----------
     problem
-        What moves; its samples play no part, nor do its harmonics but in the default start.
+        What to solve; its samples are not used, its harmonics for the default start alone.
     frequency
         Excitation frequency [Hz].
     harmonics
@@ -85,8 +85,8 @@ def periodic_motion(
     frequency = check.scalar("frequency", frequency, "positive")
     n_angles = check.integer("n_angles", n_angles, minimum=1)
     orders = problem.harmonics if harmonics is None else check_harmonics(harmonics)
-    near = None if start is None else _response(problem, start)
-    motion = exact_motion_of(problem, RADIANS * frequency, near)
+    nearby = None if start is None else _response(problem, start)
+    motion = exact_motion_of(problem, RADIANS * frequency, nearby)
     status = motion.status
     if status == Status.NO_MOTION and not is_held(problem):
         status = Status.NOT_HELD
@@ -105,23 +105,23 @@ def _response(problem: HarmonicBalance, start: xr.Dataset) -> tuple[HarmonicBala
     if missing:
         raise ValueError(f"start: expected a response of this library, without {missing}")
     coefficient, n_dof = start["coefficient"], problem.model.n_dof
-    given = [check.integer("harmonic of start", n, 0) for n in start["harmonic"].values.tolist()]
-    expected = {"dof": n_dof, "harmonic": len(set(given)), "component": 2}
+    orders = [check.integer("harmonic of start", n, 0) for n in start["harmonic"].values.tolist()]
+    expected = {"dof": n_dof, "harmonic": len(set(orders)), "component": 2}
     if dict(coefficient.sizes) != expected:
         raise ValueError(
             f"start: expected one point, with coefficients of sizes {expected}, "
             f"got {dict(coefficient.sizes)}"
         )
     values = check.array("start.coefficient", coefficient.transpose(*expected).values)
-    harmonics = sorted({*given, *problem.harmonics})
+    harmonics = sorted({*orders, *problem.harmonics})
     balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
-    return balance, unknowns_of(balance.basis, tuple(given), values)
+    return balance, unknowns_of(balance.basis, tuple(orders), values)
 
 
 def _describe(
     problem: HarmonicBalance, motion: ExactMotion, harmonics: tuple[int, ...], n_angles: int
 ) -> Table:
-    """All results by the names of the dataset; NaN where the motion is not periodic."""
+    """All results by the names of the dataset, NaN where no periodic motion was found."""
     basis = FourierBasis(harmonics)
     angle = 2 * np.pi * np.arange(n_angles) / n_angles
     displacement, velocity, friction = motion.at(angle)

@@ -1,4 +1,4 @@
-"""The front door to what a condensation eliminated: the response of every degree of freedom."""
+"""`recover`: the response of all degrees of freedom of a condensed structure."""
 
 import numpy as np
 import xarray as xr
@@ -20,7 +20,8 @@ from symhbm.results import meaning
 def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     """Response of all degrees of freedom of a condensed structure at one point of a result.
 
-    Each harmonic is one direct factorisation of the interior, which is moved by what is kept.
+    Each harmonic takes one direct factorisation of the interior, which the kept degrees of freedom
+    move.
 
     Parameters
     ----------
@@ -28,23 +29,23 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         What was solved, of a condensed structure.
     point
         One point of a result of `frf`, `follow` or `solve`, ``response.isel(point=3)``, or one
-        of its peaks, ``response.drop_dims("point").isel(peak=0)``. Parameters that were swept
-        have the values they have there.
+        of its peaks, ``response.drop_dims("point").isel(peak=0)``. Swept parameters have their
+        values at this point.
 
     Returns
     -------
     Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
-    degrees of freedom, ``frequency`` [Hz], and two measures of all equations of the whole
-    structure, contacts included: ``residual_norm``, their largest residual over the largest sum of
-    absolute force terms, and ``condensation_error``, how far the response of what is kept is from
-    solving them: the length of a step of Newton's method over that of the response. It tells how
-    exact this one response is, slipping contacts and resonances included.
+    degrees of freedom, ``frequency`` [Hz], and two errors in all equations of the whole structure,
+    contacts included. ``residual_norm`` is their largest residual over the largest sum of absolute
+    force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
+    freedom over that of their response: the error of this response by condensation.
 
     Raises
     ------
     TypeError, ValueError
-        If the problem is not condensed, if the dataset is not one point, or one without a
-        solution, and if a harmonic of the force resonates with what is kept held.
+        If the problem is not condensed, if the dataset is not one point or has no solution, and if
+        a harmonic of the force resonates with the interior while the kept degrees of freedom are
+        fixed.
     """
     check_problem(problem)
     if not isinstance(problem.model, CondensedModel):
@@ -67,11 +68,11 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         "condensation_error": np.float64(error),
         "frequency": np.float64(frequency),
     }
-    about = {name: meaning(name) for name in variables}
+    meanings = {name: meaning(name) for name in variables}
     dataset = xr.Dataset(
         {
-            name: (about[name].inner, value, {"units": m.units, "long_name": m.long_name})
-            for (name, value), m in zip(variables.items(), about.values(), strict=True)
+            name: (m.inner, value, {"units": m.units, "long_name": m.long_name})
+            for (name, value), m in zip(variables.items(), meanings.values(), strict=True)
         }
     )
     coordinates = {name: point[name].variable for name in ("harmonic", "component")}
@@ -88,47 +89,47 @@ def recovered(
     model, basis = problem.model, problem.basis
     assert isinstance(model, CondensedModel)
     structure, masters = model.structure, model.dofs
-    others = np.setdiff1d(np.arange(structure.n_dof), masters)
-    parts = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
-    exact = [matrix.tocsr().astype(LONG) for matrix in parts]
+    slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
+    matrices = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
+    exact = [matrix.tocsr().astype(LONG) for matrix in matrices]
     force = problem.excitation.amplitude * problem.excitation.shape(structure.n_dof, basis)
     evaluation, contacts = problem.evaluate(unknowns, frequency), problem.contact_forces(unknowns)
-    level = np.abs(force)
-    level[masters] += np.abs(contacts)
+    magnitude = np.abs(force)
+    magnitude[masters] += np.abs(contacts)
     force[masters] -= contacts
     motion = np.zeros_like(force)
     motion[masters] = problem.coefficients(unknowns)
-    rest = np.zeros_like(force)
+    residual = np.zeros_like(force)
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
         sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
         stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
-        x, push = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
-        rows = stiffness[others]
-        inside = rows[:, others]
+        x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
+        rows = stiffness[slaves]
+        interior = rows[:, slaves]
         try:
-            factors = factorised(inside.astype(complex))
+            factors = factorised(interior.astype(complex))
         except RuntimeError:
             raise ValueError(
                 f"point: {s / RADIANS:g} Hz is a resonance of the structure with what is kept held"
             ) from None
-        right = push[others] - rows[:, masters] @ x[masters]
-        x[others] = refined(factors, inside, right[:, None])[:, 0]
-        left = stiffness @ x - push
+        imposed = right[slaves] - rows[:, masters] @ x[masters]
+        x[slaves] = refined(factors, interior, imposed[:, None])[:, 0]
+        imbalance = stiffness @ x - right
         motion[:, at] = np.column_stack([x.real, -x.imag])[:, : len(sign)]
-        rest[:, at] = np.column_stack([left.real, -left.imag])[:, : len(sign)]
-        terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in parts]
-        level[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
-    norm = float(np.abs(rest).max() / (level.max() or 1.0))
-    step = Factorisation(evaluation.jacobian).solve(rest[masters].ravel())
+        residual[:, at] = np.column_stack([imbalance.real, -imbalance.imag])[:, : len(sign)]
+        terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in matrices]
+        magnitude[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
+    norm = float(np.abs(residual).max() / (magnitude.max() or 1.0))
+    step = Factorisation(evaluation.jacobian).solve(residual[masters].ravel())
     size = length_of(unknowns) or 1.0
     return motion, norm, np.nan if step is None else length_of(step) / size
 
 
 def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:
-    """Unknowns (n_dof, n_components) [m] and frequency [Hz] that a dataset of one point holds."""
+    """Unknowns (n_dof, n_components) [m] and frequency [Hz] of a dataset of one point."""
     basis, sizes = problem.basis, {"dof": problem.n_dof, "harmonic": None, "component": 2}
     for prefix in ("", "peak_"):
         name = f"{prefix}coefficient"
@@ -149,5 +150,5 @@ def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, floa
         )
     if frequency is None or frequency.ndim or not np.isfinite(values).all():
         raise ValueError("point: expected a point with one frequency and a solution, got NaN")
-    place = np.searchsorted(harmonics, basis.order)
-    return values[:, place, basis.is_sine.astype(int)], float(frequency)
+    numbers = np.searchsorted(harmonics, basis.order)
+    return values[:, numbers, basis.is_sine.astype(int)], float(frequency)

@@ -1,4 +1,4 @@
-"""Ensembles of curves as datasets: in memory, or in archives that outlive their process."""
+"""Datasets of the response curves of all parameter sets, in memory or in an archive."""
 
 import json
 import os
@@ -38,62 +38,65 @@ from symhbm.workers import check_executor
 def run(
     problem: HarmonicBalance,
     sweep: Sweep,
-    task: Request,
+    request: Request,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
 
-    A note on KeyboardInterrupt tells what is safe and how to go on.
+    A note on KeyboardInterrupt tells which results are safe and how to go on.
 
-    Raises KeyError for names to keep that the result does not have, and ArchiveError if there is an
-    archive of another computation, if it is in use, or cannot be written.
+    Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
+    is of another computation, is in use, or cannot be written.
     """
-    call, whole = schema.describe(problem, sweep, task), blank_curve(problem, task)
-    blank = tables.reduced(whole, task)
-    names = [tables.name_of(key, task) for key in tables.flat(whole) if key != "harmonics"]
-    for name in task.keep or ():
+    call, whole = schema.describe(problem, sweep, request), blank_curve(problem, request)
+    blank = tables.reduced(whole, request)
+    names = [tables.name_of(key, request) for key in tables.flat(whole) if key != "harmonics"]
+    for name in request.keep or ():
         check.known(
             name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
         )
-    if task.keep is not None:
-        kept = {tables.name_of(key, task) for key in tables.flat(blank)}
+    if request.keep is not None:
+        kept = {tables.name_of(key, request) for key in tables.flat(blank)}
         call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
     if archive is None:
-        with Spool() as spool, _noted(lambda: _lost(len(spool), sweep.size)):
-            for found in compute(problem, sweep, task, blank, executor, progress):
-                spool.add(found)
-            return schema.label(call, sweep, task, spool.stacked())
+        with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
+            for encoded in compute(problem, sweep, request, blank, executor, progress):
+                spool.add(encoded)
+            return schema.label(call, sweep, request, spool.stacked())
     target = _target("archive", archive)
     file, call = working_file(target), call.dataset()
     if target.exists():
-        complete = _of_call(call, target, progress)
+        complete = _checked_archive(call, target, progress)
         if file.exists():
-            # Its process was killed just before it removed the working file.
+            # The process that wrote it was killed just before it removed the working file.
             with suppress(ArchiveError), Store(file) as store:
                 _check_same(call, call_of(store), file)
                 store.remove()
         return complete
-    written, empty = bytes_of(call), tables.encode(tables.flat(blank))
+    call_bytes, encoded_blank = bytes_of(call), tables.encode(tables.flat(blank))
     with Store(file) as store:
         if store.call is None:
-            store.begin(written, sweep.size, empty)
+            store.begin(call_bytes, sweep.size, encoded_blank)
         _check_same(call, call_of(store), file)
         return _finished(store, target, call, problem, blank, executor, progress)
 
 
-def told(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
-    """A result whose incomplete curves raise SolveError, or warn who is so many calls above."""
-    ends = list(map(str, result["status"].values.ravel()))
-    reasons = Counter(end for end in ends if end != Status.REACHED_END)
+def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
+    """The result, with a warning, or SolveError, if curves are incomplete.
+
+    ``depth`` is the number of calls to the user's, where the warning points.
+    """
+    statuses = list(map(str, result["status"].values.ravel()))
+    reasons = Counter(status for status in statuses if status != Status.REACHED_END)
     if not reasons:
         return result
     reason, number = reasons.most_common(1)[0]
     text = f"the curve is incomplete: {reason}"
-    if len(ends) > 1:
-        many = "" if len(reasons) == 1 else f", {number} of them"
-        text = f"{reasons.total()} of {len(ends)} curves are incomplete{many}: {reason}"
+    if len(statuses) > 1:
+        count = "" if len(reasons) == 1 else f", {number} of them"
+        text = f"{reasons.total()} of {len(statuses)} curves are incomplete{count}: {reason}"
         text += " (status has the reason of each)"
     if throw:
         raise SolveError(text, result)
@@ -111,14 +114,14 @@ def resume(
     path
         The ``archive`` that `frf` or `follow` was given.
     executor
-        Where the parameter sets that are left are computed; by default in this process.
+        Where the remaining parameter sets are computed; by default in this process.
     progress
         Show a bar when it takes longer than a few seconds.
 
     Returns
     -------
-    Dataset of the archive, opened lazily, as the uninterrupted call gives it. One that is finished
-    comes as it is, with a line on stderr that nothing was computed where ``progress`` is shown.
+    Dataset of the archive, opened lazily, as from the uninterrupted call. A finished archive is
+    opened without computing, and a line on stderr says so where ``progress`` is shown.
 
     Raises
     ------
@@ -128,7 +131,7 @@ def resume(
         If the archive is in use by another process, cannot be written, or the working file is
         damaged or of a problem that cannot be rebuilt.
     KeyboardInterrupt
-        If it is interrupted; a note says what is safe and how to go on.
+        If it is interrupted; a note tells which results are safe and how to go on.
 
     Warns
     -----
@@ -136,10 +139,10 @@ def resume(
         If curves are incomplete, with the most common reason.
     """
     check_executor(executor)
-    return told(_resumed(path, executor, check.flag("progress", progress)))
+    return reported(_resume(path, executor, check.flag("progress", progress)))
 
 
-def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
+def _resume(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
@@ -148,8 +151,8 @@ def _resumed(path: str | os.PathLike[str], executor: Executor | None, progress: 
         return complete
     with Store(file) as store:
         call = call_of(store)
-        problem, task = rebuild(call), schema.recall(call)[1]
-        blank = tables.reduced(blank_curve(problem, task), task)
+        problem, request = rebuild(call), schema.recall(call)[1]
+        blank = tables.reduced(blank_curve(problem, request), request)
         return _finished(store, target, call, problem, blank, executor, progress)
 
 
@@ -163,25 +166,25 @@ def _finished(
     progress: bool,
 ) -> xr.Dataset:
     if target.exists():
-        complete = _of_call(call, target, progress)
+        complete = _checked_archive(call, target, progress)
         store.remove()
         return complete
-    sweep, task = schema.recall(call)
+    sweep, request = schema.recall(call)
     _check_names(store, blank)
-    with _noted(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
-        curves = compute(problem, sweep, task, blank, executor, progress, store.done)
+    with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
+        curves = compute(problem, sweep, request, blank, executor, progress, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.
         with closing(curves):
-            for found in curves:
-                store.add(found)
+            for encoded in curves:
+                store.add(encoded)
         merge(store, target, progress)
         store.remove()
     return load(target, lazy=True)
 
 
 @contextmanager
-def _noted(rest: Callable[[], str]) -> Iterator[None]:
-    """Tell by a note of KeyboardInterrupt what it leaves."""
+def _with_note(rest: Callable[[], str]) -> Iterator[None]:
+    """Add a note to KeyboardInterrupt on the results that are safe."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
@@ -189,7 +192,7 @@ def _noted(rest: Callable[[], str]) -> Iterator[None]:
         raise
 
 
-def _lost(n_done: int, n_sets: int) -> str:
+def _lost_text(n_done: int, n_sets: int) -> str:
     if n_sets == 1:
         return "nothing is kept of a curve that is not finished"
     return (
@@ -198,7 +201,7 @@ def _lost(n_done: int, n_sets: int) -> str:
     )
 
 
-def _of_call(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
+def _checked_archive(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
     """A finished archive; ArchiveError if it is one of another computation."""
     complete = load(target, lazy=True)
     try:
@@ -216,23 +219,23 @@ def _say_complete(target: Path, progress: bool) -> None:
 
 
 def _check_names(store: Store, blank: CurveTable) -> None:
-    """Raise ArchiveError for a working file whose sets hold other names than those of today."""
+    """Raise ArchiveError for a working file whose sets hold other variables than this version's."""
     [(_, (layout, _))] = store.read(-1, -1)
-    found = {*tables.stored_layout(layout)} ^ {*tables.flat(blank)}
-    if found:
+    names = {*tables.stored_layout(layout)} ^ {*tables.flat(blank)}
+    if names:
         raise ArchiveError(
             f"path={str(store.path)!r}: written by another version of symhbm, whose curves differ "
-            f"in {', '.join(sorted(found))}; finish it with that version, or remove it to start "
+            f"in {', '.join(sorted(names))}; finish it with that version, or remove it to start "
             "anew"
         )
 
 
 def _check_same(call: xr.Dataset, other: xr.Dataset, path: Path) -> None:
-    """Raise ArchiveError that tells what a file was computed of, unless it is the same."""
-    found = schema.differences(call, other) if "followed" in other.attrs else ["everything"]
-    if found:
+    """Raise ArchiveError if a file is of another computation, with what differs."""
+    names = schema.differences(call, other) if "followed" in other.attrs else ["everything"]
+    if names:
         raise ArchiveError(
-            f"path={str(path)!r}: of another computation, different in {', '.join(found)}; choose "
+            f"path={str(path)!r}: of another computation, different in {', '.join(names)}; choose "
             "another archive, or remove this one to start anew"
         )
 
@@ -248,5 +251,5 @@ def _target(name: str, path: str | os.PathLike[str]) -> Path:
             f"{name}={str(target)!r}: expected the name of the archive, without {SUFFIX!r}"
         )
     target = existing(target)
-    # The directory of the process may change before the end.
+    # Absolute: the working directory of the process may change before the end.
     return target.absolute()

@@ -1,4 +1,4 @@
-"""The points or peaks of an archive and the problems they were computed from."""
+"""The stored points and peaks of a dataset, and the problems they were computed from."""
 
 from typing import Any
 
@@ -18,8 +18,8 @@ _OF_POINTS = ("coefficient", "amplitude", *CONTACT)
 _COEFFICIENT = VARIABLES["coefficient"].inner
 
 
-def stored_parts(dataset: xr.Dataset) -> list["StoredPoints"]:
-    """The points of a dataset, if they can be verified, and then its peaks, if those can be.
+def verifiable_points(dataset: xr.Dataset) -> list["StoredPoints"]:
+    """The points of a dataset, and then its peaks, as far as they can be verified.
 
     Raises TypeError for anything else, and ArchiveError where there are neither.
     """
@@ -46,51 +46,51 @@ def stored_parts(dataset: xr.Dataset) -> list["StoredPoints"]:
 
 
 def missing(dataset: xr.Dataset) -> list[str]:
-    """Variables without which something of a dataset is not verified."""
+    """Missing variables without which a part of the verification is left out."""
     wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
-    # Where nothing was left out there may be no peaks.
+    # A dataset without peaks lacks their variables although none was left out.
     absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
     return [n for n in absent if n in left_out(dataset) or n in _OF_POINTS]
 
 
 def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
-    """Variables without which no point or peak is verified."""
+    """Variables without which no point, or no peak, is verified."""
     count = "n_peaks" if prefix else "residual_norm"
-    return f"{prefix}coefficient", *_places(Description(dataset).request, prefix).values(), count
+    return f"{prefix}coefficient", *_axes(Description(dataset).moving, prefix).values(), count
 
 
-def _places(followed: dict[str, Any], prefix: str) -> dict[str, str]:
-    """The variables that tell the frequency and the parameter that is followed, by its name."""
-    name = followed["name"]
-    return {"frequency": "frequency"} | {name: prefix + name}
+def _axes(moving: str, prefix: str) -> dict[str, str]:
+    """Names of the variables of the frequency and of the moving parameter, by parameter."""
+    return {"frequency": "frequency"} | {moving: prefix + moving}
 
 
 class StoredPoints:
-    """The points of a dataset and their problems; an index has one entry per dimension of them.
+    """The points of a dataset and their problems; an index has one entry per dimension.
 
-    ``prefix`` is that of the names of variables: none, or ``"peak_"`` for its peaks. Raises
-    ArchiveError where dimensions are missing or of other sizes than the problem has.
+    ``prefix`` is ``"peak_"`` for the peaks of the dataset, else empty. Raises ArchiveError where
+    dimensions are missing or of other sizes than the problem has.
     """
 
     def __init__(self, dataset: xr.Dataset, problem: HarmonicBalance, prefix: str = ""):
         self.problem, self.dataset, self.prefix = problem, dataset, prefix
-        self.followed = Description(dataset).request
-        wanted = {name: prefix + name for name in (OF_PEAKS if prefix else _OF_POINTS)}
-        held = {key: name for key, name in wanted.items() if name in dataset.variables}
-        coefficient, places = dataset[held["coefficient"]], _places(self.followed, prefix)
-        inner = ("peak",) if prefix else ("point", self.followed["name"], "solution")
+        self.description = Description(dataset)
+        moving = self.description.moving
+        keys = OF_PEAKS if prefix else _OF_POINTS
+        names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
+        coefficient, axes = dataset[names["coefficient"]], _axes(moving, prefix)
+        inner = ("peak",) if prefix else ("point", moving, "solution")
         dims = [str(dim) for dim in coefficient.dims if dim not in _COEFFICIENT]
         self.outer = [dim for dim in dims if dim not in inner]
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
         try:
             self.stored = {
                 key: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
-                for key, name in held.items()
+                for key, name in names.items()
             }
             like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)
             self.moving = {
-                name: dataset[place].broadcast_like(like).transpose(*self.dims)
-                for name, place in places.items()
+                parameter: dataset[name].broadcast_like(like).transpose(*self.dims)
+                for parameter, name in axes.items()
             }
         except ValueError as error:
             raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
@@ -99,7 +99,7 @@ class StoredPoints:
         sizes = {name: coefficient.sizes[name] for name in expected}
         if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
             raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
-        # Flags do not hide what is stored.
+        # All that is stored is verified, whatever the flags tell.
         self.solved = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
         if not prefix and "converged" in dataset.variables:
             converged = dataset["converged"].transpose(*self.dims).values
@@ -108,16 +108,16 @@ class StoredPoints:
         if self._highest is not None:
             self._highest = self._highest.transpose(*self.dims).values
         self._sets: dict[tuple[int, ...], HarmonicBalance] = {harmonics: problem}
-        self.place: tuple[int, ...] | None = None
+        self._outer_index: tuple[int, ...] | None = None
 
     @property
-    def known(self) -> list[str]:
-        """The figures that can be computed."""
+    def available(self) -> list[str]:
+        """Names of the figures that can be computed."""
         return [
             name
-            for name, about in FIGURES.items()
-            if {*about.needs} <= self.stored.keys()
-            and (name != "angles_difference" or self.followed.get("angles"))
+            for name, figure in FIGURES.items()
+            if {*figure.needs} <= self.stored.keys()
+            and (name != "angles_difference" or self.description.angles)
         ]
 
     @property
@@ -130,30 +130,30 @@ class StoredPoints:
 
     def problem_at(self, index: tuple[int, ...]) -> tuple[HarmonicBalance, float]:
         """The problem and the angular frequency of one point."""
-        place = index[: len(self.outer)]
-        if place != self.place:
-            chosen = dict(zip(self.outer, place, strict=True))
-            self.problem, self.place = rebuild(self.dataset.isel(chosen)), place
-        problem, name = self.problem, self.followed["name"]
+        outer_index = index[: len(self.outer)]
+        if outer_index != self._outer_index:
+            chosen = dict(zip(self.outer, outer_index, strict=True))
+            self.problem, self._outer_index = rebuild(self.dataset.isel(chosen)), outer_index
+        problem, name = self.problem, self.description.moving
         if name != "frequency":
             values = np.array(problem.parameters[name], dtype=float)
-            each = self.followed["index"]
-            values[... if each is None else each] = self.moving[name].values[index]
+            number = self.description.index
+            values[... if number is None else number] = self.moving[name].values[index]
             problem = problem.with_parameters(**{name: values})
         return problem, RADIANS * float(self.moving["frequency"].values[index])
 
     def figures(self, index: tuple[int, ...]) -> dict[str, float]:
-        """All figures of one point but the exact difference; infinite where there is none."""
-        figures = dict.fromkeys(name for name in self.known if name != "exact_difference")
+        """All figures of one point but the exact difference; those not computable are infinite."""
+        figures = dict.fromkeys(name for name in self.available if name != "exact_difference")
         harmonics = self._harmonics(index)
         stored = {name: values[index] for name, values in self.stored.items()}
         stored["coefficient"] = stored["coefficient"][:, : len(harmonics)]
-        # Damaged numbers lead anywhere: to no parameter set, no motion, or out of range.
+        # Damaged numbers may give invalid parameters, no motion, or values out of range.
         try:
             with np.errstate(all="ignore"):
                 problem, omega = self.problem_at(index)
                 same, larger = (
-                    self._with(problem, each) for each in (harmonics, larger_set(harmonics))
+                    self._with(problem, some) for some in (harmonics, larger_set(harmonics))
                 )
                 figures |= point_figures(stored, same, larger, omega)
                 if "angles_difference" in figures:
@@ -165,24 +165,26 @@ class StoredPoints:
     def _angles_difference(
         self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
     ) -> float:
-        """Difference from what the same solver finds with the switching angles as unknowns."""
-        # Compiled once for all parameter sets.
+        """Relative difference from the solution with the switching angles as unknowns."""
+        # A problem with other parameters shares the compiled functions.
         problem = self._sets[problem.harmonics].with_parameters(**problem.parameters)
         basis = problem.basis
         unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
-        corrector = AngleCorrector(FrequencyProblem(problem), self.followed["angles"])
-        found = corrector.free(unknowns, omega)
-        return relative_difference(unknowns, found.unknowns) if found.converged else np.inf
+        solver = self.description.angles
+        assert solver is not None
+        corrector = AngleCorrector(FrequencyProblem(problem), solver)
+        result = corrector.free(unknowns, omega)
+        return relative_difference(unknowns, result.unknowns) if result.converged else np.inf
 
     def _harmonics(self, index: tuple[int, ...]) -> tuple[int, ...]:
-        """The harmonics of one point: it may have fewer than the dataset."""
+        """The harmonics of one point, which may be fewer than those of the dataset."""
         harmonics = self.problem.harmonics
         if self._highest is None or self._highest[index] not in harmonics:
             return harmonics
         return tuple(n for n in harmonics if n <= self._highest[index])
 
     def _with(self, problem: HarmonicBalance, harmonics: tuple[int, ...]) -> HarmonicBalance:
-        """A problem with other harmonics."""
+        """The problem with other harmonics."""
         if harmonics == problem.harmonics:
             return problem
         if harmonics not in self._sets:
@@ -192,15 +194,15 @@ class StoredPoints:
     def exact_difference(self, index: tuple[int, ...]) -> float:
         """Difference from the exact amplitude; NaN where no exact motion is found.
 
-        What is stored chooses among the motions that cubic springs make, and tells nothing else.
+        Where cubic springs make several motions, it is the one closest to the stored response.
         """
         try:
             problem, omega = self.problem_at(index)
-            near = None
+            nearby = None
             if problem.model.has_cubic_springs:
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
-                near = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
-            motion = exact_motion_of(problem, omega, near)
+                nearby = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
+            motion = exact_motion_of(problem, omega, nearby)
         except (ValueError, ArithmeticError):
             return np.nan
         if not motion.converged:
@@ -209,7 +211,7 @@ class StoredPoints:
         return amplitude_difference(stored, motion.amplitude)
 
     def ranked(self, points: list[tuple], scores: tuple[FloatArray, ...]) -> list[tuple]:
-        """Points in the order of interest: the highest score of each curve, then the others."""
+        """Points in order of interest: those of highest score on each curve first."""
         best: list[list[tuple]] = []
         for score in scores:
             order = sorted(points, key=lambda index: -np.nan_to_num(score[index]))
@@ -222,9 +224,9 @@ class StoredPoints:
         return list(dict.fromkeys([*mixed, *rest]))
 
     def worst(self, values: FloatArray, bound: float | None) -> dict[str, Any]:
-        """Largest value, where it is, and whether it breaks its bound, as JSON takes them."""
+        """Largest value, the point it is at, and whether it breaks its bound, as JSON entries."""
         entry: dict[str, Any] = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
-        # What was not checked does not pass.
+        # A figure that was not computed does not pass.
         entry["broken"] = bound is not None
         if np.isnan(values).all():
             return entry
@@ -238,9 +240,9 @@ class StoredPoints:
         if bound is not None:
             entry["n_broken"] = int(np.sum(values > bound))
             entry["broken"] = worst > bound
-        # JSON knows no infinity.
-        plain = {
+        # JSON has no infinity.
+        at = {
             k: v if not isinstance(v, float) or np.isfinite(v) else str(v)
             for k, v in labels.items()
         }
-        return entry | {"worst": worst if np.isfinite(worst) else str(worst), "at": plain}
+        return entry | {"worst": worst if np.isfinite(worst) else str(worst), "at": at}

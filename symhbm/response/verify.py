@@ -1,6 +1,6 @@
-"""Archives that verify themselves: every stored point against equations, energy and friction law.
+"""`verify`: every stored point against its equations, energy balance and friction law.
 
-Nothing is needed but the dataset.
+It needs nothing but the dataset.
 """
 
 import json
@@ -12,7 +12,7 @@ import xarray as xr
 
 from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
-from symhbm.response.stored_points import StoredPoints, missing, stored_parts
+from symhbm.response.stored_points import StoredPoints, missing, verifiable_points
 from symhbm.results import Description, left_out
 from symhbm.workers import progress_bar
 
@@ -25,33 +25,33 @@ def verify(
     exact: int | Literal["all", "none"] = 4,
     progress: bool = True,
 ) -> xr.Dataset:
-    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from itself alone.
+    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
 
-    Every point and every peak is; events, angles of slip, stability and estimated errors are not.
+    Points and peaks are verified; events, switching angles, stability and estimated errors are not.
 
     Parameters
     ----------
     dataset
         What to verify, or a part of it.
     points
-        All points that have a solution, or so many of them, evenly spread.
+        Number of points to verify, evenly spread over those with a solution, or all of these.
     bounds
         Largest allowed value by name of `FIGURES`, in place of the default; None lifts it.
     exact
-        How many points are compared with their exact periodic motion (up to a second each): those
-        of the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
-        springs it is the motion closest to what is stored.
+        Number of points compared with their exact periodic motion (up to a second each): those of
+        the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
+        springs it is the motion closest to the stored response.
     progress
         Show a bar when it takes longer than a few seconds.
 
     Returns
     -------
     Copy of the dataset with the variables of `FIGURES` (all dimensionless) over its points, and
-    with ``peak_`` before their names over its peaks. They are NaN where there is no solution or
-    none was asked for, infinite where a figure cannot be computed. The attribute ``verification``
-    holds the worst of each as JSON, and under ``missing`` the variables without which something is
-    not verified: where ``keep`` left out the coefficients of points, the peaks alone are. A bound
-    on a figure that no point has is broken: what was not checked does not pass.
+    with the prefix ``peak_`` over its peaks. They are NaN at points without a solution or not asked
+    for, infinite where a figure cannot be computed. The attribute ``verification`` holds the worst
+    values as JSON, and under ``missing`` the variables without which a part is not verified: where
+    ``keep`` left out the coefficients of points, only the peaks are. A bound on a figure that no
+    point has is broken: it was not checked.
 
     Raises
     ------
@@ -76,51 +76,51 @@ def verify(
     limits = _limits(bounds)
     n_points = _count("points", points, {"all": None}, minimum=1)
     n_exact = _count("exact", exact, {"all": None, "none": 0}, minimum=0)
-    parts = stored_parts(dataset)
-    chosen = [[tuple(row) for row in np.argwhere(part.solved).tolist()] for part in parts]
-    n_solved = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
+    groups = verifiable_points(dataset)
+    chosen = [[tuple(row) for row in np.argwhere(group.solved).tolist()] for group in groups]
+    n_solved = {group.prefix: len(rows) for group, rows in zip(groups, chosen, strict=True)}
     if n_points is not None and n_points < n_solved.get("", 0):
-        places = np.linspace(0, n_solved[""] - 1, n_points).round().astype(int)
-        chosen[0] = [chosen[0][i] for i in places]
-    # Peaks are compared with exact motions where there is nothing else.
-    exactly, n_wanted = parts[0], 0
-    if "exact_difference" in exactly.known:
+        spread = np.linspace(0, n_solved[""] - 1, n_points).round().astype(int)
+        chosen[0] = [chosen[0][i] for i in spread]
+    # Exact motions are compared with the points, or with the peaks where there are no points.
+    compared, n_wanted = groups[0], 0
+    if "exact_difference" in compared.available:
         n_wanted = min(len(chosen[0]) if n_exact is None else n_exact, len(chosen[0]))
-    found: dict[str, tuple[StoredPoints, FloatArray]] = {}
-    failed = 0
+    results: dict[str, tuple[StoredPoints, FloatArray]] = {}
+    n_failed = 0
     with progress_bar("point", progress, sum(map(len, chosen)) + n_wanted) as bar:
-        for part, indices in zip(parts, chosen, strict=True):
-            known = [n for n in part.known if n != "exact_difference" or part is exactly]
-            figures = {name: np.full(part.solved.shape, np.nan) for name in known}
-            found |= {part.prefix + name: (part, values) for name, values in figures.items()}
-            for index in indices:
-                for name, value in part.figures(index).items():
+        for group, rows in zip(groups, chosen, strict=True):
+            names = [n for n in group.available if n != "exact_difference" or group is compared]
+            figures = {name: np.full(group.solved.shape, np.nan) for name in names}
+            results |= {group.prefix + name: (group, values) for name, values in figures.items()}
+            for index in rows:
+                for name, value in group.figures(index).items():
                     figures[name][index] = value
                 bar.update()
-        scores = found[f"{exactly.prefix}residual_larger"][1], exactly.amplitude
-        for index in exactly.ranked(chosen[0], scores)[:n_wanted]:
-            difference = exactly.exact_difference(index)
-            found[f"{exactly.prefix}exact_difference"][1][index] = difference
-            failed += bool(np.isnan(difference))
+        scores = results[f"{compared.prefix}residual_larger"][1], compared.amplitude
+        for index in compared.ranked(chosen[0], scores)[:n_wanted]:
+            difference = compared.exact_difference(index)
+            results[f"{compared.prefix}exact_difference"][1][index] = difference
+            n_failed += bool(np.isnan(difference))
             bar.update()
-    worst = _worst(found, limits, {*(bounds or {})})
-    n_checked = {part.prefix: len(indices) for part, indices in zip(parts, chosen, strict=True)}
+    worst = _worst(results, limits, {*(bounds or {})})
+    n_checked = {group.prefix: len(rows) for group, rows in zip(groups, chosen, strict=True)}
     report = {
         "passed": any(chosen) and not any(entry["broken"] for entry in worst.values()),
         "n_checked": n_checked.get("", 0),
         "n_unchecked": n_solved.get("", 0) - n_checked.get("", 0),
-        "n_skipped": sum(part.solved.size for part in parts if not part.prefix)
+        "n_skipped": sum(group.solved.size for group in groups if not group.prefix)
         - n_solved.get("", 0),
         "n_peaks": n_checked.get("peak_", 0),
-        "n_exact": n_wanted - failed,
-        "n_exact_failed": failed,
+        "n_exact": n_wanted - n_failed,
+        "n_exact_failed": n_failed,
         "missing": missing(dataset),
         "figures": worst,
     }
     result = dataset.assign(
         {
-            name: (part.dims, values, _attributes(name, part.prefix))
-            for name, (part, values) in found.items()
+            name: (group.dims, values, _attributes(name, group.prefix))
+            for name, (group, values) in results.items()
             if name in worst
         }
     )
@@ -128,28 +128,29 @@ def verify(
 
 
 def _worst(
-    found: dict[str, tuple[StoredPoints, FloatArray]],
+    results: dict[str, tuple[StoredPoints, FloatArray]],
     limits: dict[str, float | None],
-    asked: set[str],
+    bounded: set[str],
 ) -> dict[str, dict[str, Any]]:
-    """The worst of each figure by name; one with a bound ``asked`` for that nothing has is broken.
+    """The worst value of each figure by name.
 
-    There may be no peaks, and few of them, or points, are compared with the exact motion.
+    A ``bounded`` figure that no point has is broken. Peaks are listed only where they have a
+    figure: there may be none, or none compared with the exact motion.
     """
     worst = {}
-    for name, (part, values) in found.items():
-        if not part.prefix or not np.isnan(values).all():
-            worst[name] = part.worst(values, limits[name.removeprefix(part.prefix)])
-    for name in asked:
+    for name, (group, values) in results.items():
+        if not group.prefix or not np.isnan(values).all():
+            worst[name] = group.worst(values, limits[name.removeprefix(group.prefix)])
+    for name in bounded:
         if not {name, f"peak_{name}"} & worst.keys():
-            nothing = {"worst": None, "at": {}, "n_broken": 0}
-            worst[name] = nothing | {"bound": limits[name], "broken": limits[name] is not None}
+            empty = {"worst": None, "at": {}, "n_broken": 0}
+            worst[name] = empty | {"bound": limits[name], "broken": limits[name] is not None}
     return worst
 
 
 def _attributes(name: str, prefix: str) -> dict[str, str]:
-    about = FIGURES[name.removeprefix(prefix)].long_name
-    return {"units": "1", "long_name": f"{about}, at the peak" if prefix else about}
+    meaning = FIGURES[name.removeprefix(prefix)].long_name
+    return {"units": "1", "long_name": f"{meaning}, at the peak" if prefix else meaning}
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -166,29 +167,29 @@ def summary(dataset: xr.Dataset) -> str:
             "-" if entry[key] is None else f"{float(entry[key]):.1e}" for key in ("worst", "bound")
         )
         verdict = "" if entry["bound"] is None else "BROKEN" if entry["broken"] else "ok"
-        places = (f"{key}={_short(value)}" for key, value in entry["at"].items())
-        rows.append((name, worst, bound, verdict, ", ".join(places)))
+        labels = (f"{key}={_short(value)}" for key, value in entry["at"].items())
+        rows.append((name, worst, bound, verdict, ", ".join(labels)))
     width = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(map(str.ljust, row, width)).rstrip() for row in rows]
     failures = f" ({report['n_exact_failed']} impossible)" if report["n_exact_failed"] else ""
-    exactly = f"{report['n_exact']} against the exact motion{failures}"
-    # Archives of earlier versions say nothing of peaks.
+    exact = f"{report['n_exact']} against the exact motion{failures}"
+    # Archives of earlier versions have no entry for peaks.
     peaks = [f"{report['n_peaks']} peaks checked"] if report.get("n_peaks") else []
     n_points = report["n_checked"] + report["n_unchecked"] + report["n_skipped"]
     if n_points or not peaks:
         lines.append(
-            f"{report['n_checked']} points checked, {exactly}; {report['n_unchecked']} not asked "
+            f"{report['n_checked']} points checked, {exact}; {report['n_unchecked']} not asked "
             f"for, {report['n_skipped']} empty or without solution"
         )
         lines += peaks
     else:
-        lines.append(f"{peaks[0]}, {exactly}")
-    for names, why in _why_missing(dataset, report.get("missing", [])):
-        lines.append(f"not verified for want of {', '.join(names)}: {why}")
+        lines.append(f"{peaks[0]}, {exact}")
+    for names, reason in _missing_by_reason(dataset, report.get("missing", [])):
+        lines.append(f"not verified for want of {', '.join(names)}: {reason}")
     return "\n".join(lines)
 
 
-def _why_missing(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], str]]:
+def _missing_by_reason(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], str]]:
     by_keep = [name for name in names if name in left_out(dataset)]
     others = [name for name in names if name not in by_keep]
     if by_keep:

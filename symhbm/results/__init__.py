@@ -1,4 +1,4 @@
-"""What a dataset is: the request, names and units of its variables, provenance."""
+"""Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import schema, tables, variables
 from symhbm.results.description import Description
@@ -11,11 +11,11 @@ from symhbm.results.request import (
     Request,
     check_band,
     check_grid,
+    check_index,
     check_keep,
     check_parameter,
-    check_place,
 )
-from symhbm.results.schema import check_held, left_out, recall, without
+from symhbm.results.schema import check_present, left_out, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.tables import Encoded, encode, flat, reduced
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
@@ -37,10 +37,10 @@ __all__ = [
     "Sweep",
     "check_band",
     "check_grid",
-    "check_held",
+    "check_index",
     "check_keep",
     "check_parameter",
-    "check_place",
+    "check_present",
     "encode",
     "flat",
     "left_out",

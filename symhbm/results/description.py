@@ -1,4 +1,4 @@
-"""What the attributes of a dataset say of its computation: one reader for all that ask."""
+"""Reader of the attributes of a dataset: the problem, the request and the verification."""
 
 import json
 from typing import Any
@@ -7,7 +7,7 @@ import xarray as xr
 
 
 class Description:
-    """The problem, the request and the checks behind a dataset, as far as its attributes tell."""
+    """The problem, the request and the verification of a dataset, as far as its attributes tell."""
 
     def __init__(self, dataset: xr.Dataset):
         self._attributes = dataset.attrs
@@ -22,17 +22,22 @@ class Description:
 
     @property
     def lumped(self) -> bool:
-        """Whether degrees of freedom are blades."""
+        """Whether every degree of freedom is a blade."""
         return bool(self.problem.get("lumped"))
 
     @property
     def condensed(self) -> dict[str, Any] | None:
-        """What tells a condensed structure apart, None for a whole one."""
+        """Description of a condensed structure, None for a whole one."""
         return self.problem.get("condensed")
 
     @property
+    def structure(self) -> dict[str, Any] | None:
+        """The class of a structure without matrices that is not condensed, None for others."""
+        return self.problem.get("structure")
+
+    @property
     def request(self) -> dict[str, Any]:
-        """What was followed, by the names of `symhbm.results.Task`; the frequency at one point."""
+        """Entries of `Request.to_json`; those of a single point tell the frequency alone."""
         return self._read("followed", {"name": "frequency"})
 
     @property
@@ -41,13 +46,33 @@ class Description:
         return self.request["name"]
 
     @property
+    def band(self) -> list[float] | None:
+        """First and last value of the moving parameter, None where they are not known."""
+        return self.request.get("band")
+
+    @property
+    def index(self) -> int | None:
+        """Number of the one contact or blade whose parameter was followed, None for all."""
+        return self.request["index"]
+
+    @property
+    def angles(self) -> str | None:
+        """The solver with the switching angles as unknowns, None without one."""
+        return self.request.get("angles")
+
+    @property
+    def on_grid(self) -> bool:
+        """Whether the response is on a grid of the moving parameter."""
+        return self.request["grid"]
+
+    @property
     def per_dof(self) -> bool:
         """Whether peaks are those of each degree of freedom."""
         return self.request.get("peaks") == "each"
 
     @property
     def swept(self) -> list[str]:
-        """Names of the parameters that differ between curves."""
+        """Names of the swept parameters, which differ between curves."""
         return self._read("swept", [])
 
     @property
@@ -57,5 +82,5 @@ class Description:
 
     @property
     def verification(self) -> dict[str, Any] | None:
-        """The report of `symhbm.verify`, None where there was none."""
+        """The report of `symhbm.verify`, None for a dataset that was not verified."""
         return self._read("verification", None)

@@ -1,7 +1,7 @@
-"""The problem behind a dataset: its parameters, matrices and description, and the way back."""
+"""The problem behind a dataset: its parameters, matrices and description, and its rebuilding."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.metadata import version
 from typing import Any
@@ -22,7 +22,6 @@ from symhbm.model import (
     PointForce,
     dims_of,
 )
-from symhbm.model.condensation import CondensedModel
 from symhbm.results.description import Description
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -38,17 +37,17 @@ LABELS = ("dof", "contact", "harmonic", "component")
 OF_STRUCTURE = "structure_dof"
 """Coordinate of condensed structures: which degrees of freedom are kept."""
 LARGEST_OF = "largest_of"
-"""Attribute of datasets of condensed structures: among what responses are largest."""
+"""Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
-"""Variables that depend on what is kept."""
+"""Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
 @dataclass
-class Parts:
-    """What a dataset is made of: one that grows part by part is slow to make.
+class DatasetParts:
+    """Variables, coordinates and attributes of a dataset, which is slow to make one by one.
 
     ``variables`` and ``coordinates`` are (dims, values, attributes) or ready-made, by name;
     ``sizes``, the numbers of degrees of freedom and of contacts and the harmonics, where they have
@@ -61,35 +60,35 @@ class Parts:
     sizes: Sizes | None = None
 
     @classmethod
-    def of(cls, dataset: xr.Dataset) -> "Parts":
+    def of(cls, dataset: xr.Dataset) -> "DatasetParts":
         """The parts of a dataset with labels."""
         whole = dataset.variables
         variables = {str(name): whole[name] for name in dataset.data_vars}
-        own = [str(name) for name in dataset.coords if name not in LABELS]
+        coordinates = {str(name): whole[name] for name in dataset.coords if name not in LABELS}
         sizes = dataset.sizes["dof"], dataset.sizes["contact"], tuple(whole["harmonic"].values)
-        return cls(variables, {name: whole[name] for name in own}, dict(dataset.attrs), sizes)
+        return cls(variables, coordinates, dict(dataset.attrs), sizes)
 
     def dataset(self) -> xr.Dataset:
         """The dataset."""
         parts = self.variables | self.coordinates
-        made = {name: _variable(part) for name, part in parts.items()}
+        variables = {name: _variable(part) for name, part in parts.items()}
         labels = None if self.sizes is None else _labels(*self.sizes)
         if LARGEST_OF in self.attributes:
-            for name in OF_LARGEST & {*made}:
-                made[name] = _of_kept(made[name], self.attributes[LARGEST_OF])
-        return xr.Dataset(made, labels, self.attributes).set_coords([*self.coordinates])
+            for name in OF_LARGEST & {*variables}:
+                variables[name] = _of_kept(variables[name], self.attributes[LARGEST_OF])
+        return xr.Dataset(variables, labels, self.attributes).set_coords([*self.coordinates])
 
 
 def _of_kept(variable: Any, kept: str) -> Any:
-    """A variable whose long name tells that only what is kept was looked at."""
-    about = str(variable.attrs["long_name"])
+    """A variable whose long name names the degrees of freedom it was computed from."""
+    long_name = str(variable.attrs["long_name"])
     changed = variable.copy(deep=False)
-    changed.attrs["long_name"] = about if kept in about else f"{about}, of the {kept}"
+    changed.attrs["long_name"] = long_name if kept in long_name else f"{long_name}, of the {kept}"
     return changed
 
 
 def _variable(part: Any) -> Any:
-    """A part as xarray holds it, made without a look at packages that might hold its numbers."""
+    """A part as an xarray variable, made without xarray's slow search for array packages."""
     if isinstance(part, (xr.Variable, xr.DataArray)):
         return part
     dims, values, attributes = part
@@ -98,18 +97,18 @@ def _variable(part: Any) -> Any:
 
 @lru_cache(maxsize=64)
 def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coordinates:
-    """Coordinates that many datasets have: their indices are slow to make."""
-    number = {"dof": "degree of freedom", "contact": "contact"}
-    number["harmonic"] = "harmonic of the excitation frequency"
+    """Coordinates that many datasets share: their indices are slow to make."""
+    long_names = {"dof": "degree of freedom", "contact": "contact"}
+    long_names["harmonic"] = "harmonic of the excitation frequency"
     values = {"dof": np.arange(n_dof), "contact": np.arange(n_contacts)}
     values["harmonic"] = np.array(harmonics)
     labels = {
-        name: _variable((name, values[name], {"long_name": about, "units": "1"}))
-        for name, about in number.items()
+        name: _variable((name, values[name], {"long_name": long_name, "units": "1"}))
+        for name, long_name in long_names.items()
     }
-    parts = np.array(["cos", "sin"], dtype=object)
-    about = {"long_name": "component of the harmonic"}
-    labels["component"] = _variable(("component", parts, about))
+    components = np.array(["cos", "sin"], dtype=object)
+    attributes = {"long_name": "component of the harmonic"}
+    labels["component"] = _variable(("component", components, attributes))
     return xr.Coordinates(labels)
 
 
@@ -118,10 +117,10 @@ def with_provenance(
     coordinates: dict[str, Any],
     problem: HarmonicBalance,
     sweep: Sweep,
-    followed: Request | None = None,
+    request: Request | None = None,
     harmonics: tuple[int, ...] | None = None,
-) -> Parts:
-    """Variables and coordinates, the parameters, the problem and where the numbers come from.
+) -> DatasetParts:
+    """Variables and coordinates with the parameters, the problem and the versions behind them.
 
     ``harmonics`` are those of the coefficients, by default those of the problem.
     """
@@ -130,27 +129,27 @@ def with_provenance(
         units, long_name = PARAMETERS[name][:2]
         attributes = {"units": units, "long_name": long_name}
         dims = () if np.ndim(value) == 0 else dims_of(name)
-        target = name
         if name in sweep.values:
             swept = sweep.values[name]
             drawn = {DRAWN: swept.attrs[DRAWN]} if DRAWN in swept.attrs else {}
-            holder = coordinates if swept.dims == (name,) else variables
-            holder[name] = (swept.dims, swept.values, attributes | drawn)
+            target = coordinates if swept.dims == (name,) else variables
+            target[name] = (swept.dims, swept.values, attributes | drawn)
             for label, coordinate in swept.coords.items():
                 if label not in (name, *LABELS, *coordinates):
-                    about = {"long_name": str(label), "units": "1"} | coordinate.attrs
-                    coordinates[str(label)] = coordinate.assign_attrs(about)
-        if name in sweep.values or (followed and name == followed.name):
-            target = f"{name}_nominal"
+                    defaults = {"long_name": str(label), "units": "1"}
+                    coordinates[str(label)] = coordinate.assign_attrs(defaults | coordinate.attrs)
+        nominal = name in sweep.values or (request and name == request.name)
+        if nominal:
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
-        variables[target] = (dims, np.array(value), attributes)
-    if isinstance(problem.model, CondensedModel):
-        about = {"long_name": "degree of freedom of the whole structure", "units": "1"}
-        coordinates[OF_STRUCTURE] = ("dof", problem.model.dofs, about)
-    elif not problem.model.lumped:
+        stored_name = f"{name}_nominal" if nominal else name
+        variables[stored_name] = (dims, np.array(value), attributes)
+    if problem.model.kept is not None:
+        attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
+        coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
+    elif problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
-    about_all = {
+    global_attributes = {
         "title": "Forced response of a structure with dry friction by multi-harmonic balance",
         "references": REFERENCE,
         "symhbm_schema": SCHEMA_VERSION,
@@ -159,21 +158,16 @@ def with_provenance(
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
-    if followed:
-        description = asdict(followed) | {
-            "peaks": "each" if followed.each else "largest",
-            "grid": followed.at is not None,
-            "harmonics": problem.harmonics,
-        }
-        del description["at"]
-        about_all["followed"] = json.dumps(description)
-        if followed.accuracy is not None:
-            about_all["accuracy"] = followed.accuracy
+    if request:
+        global_attributes["followed"] = json.dumps(request.to_json(problem.harmonics))
+        if request.accuracy is not None:
+            global_attributes["accuracy"] = request.accuracy
     model = problem.model
-    if isinstance(model, CondensedModel):
-        about_all[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
+    if model.kept is not None:
+        kept = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
+        global_attributes[LARGEST_OF] = kept
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
-    return Parts(variables, coordinates, about_all, sizes)
+    return DatasetParts(variables, coordinates, global_attributes, sizes)
 
 
 @cache
@@ -185,28 +179,25 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     entry = (f"{name}_entry",)
     units = PARAMETERS[name.removesuffix("_matrix")].units
-    about = name.replace("_", " ")
+    long_name = name.replace("_", " ")
     return {
         f"{name}_row": (
             entry,
             matrix.indices.astype(np.int64),
-            {"long_name": f"{about}, row", "units": "1"},
+            {"long_name": f"{long_name}, row", "units": "1"},
         ),
-        f"{name}_column": (entry, columns, {"long_name": f"{about}, column", "units": "1"}),
+        f"{name}_column": (entry, columns, {"long_name": f"{long_name}, column", "units": "1"}),
         f"{name}_value": (
             entry,
             matrix.data,
-            {"long_name": f"{about}, stored entries", "units": units},
+            {"long_name": f"{long_name}, stored entries", "units": units},
         ),
     }
 
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
-    condensed = {}
-    if isinstance(problem.model, CondensedModel):
-        condensed["condensed"] = problem.model.description
-    return condensed | {
+    return problem.model.description() | {
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "n_dof": problem.model.n_dof,
@@ -222,15 +213,15 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     A swept or followed parameter has its nominal value, unless the dataset was reduced to one of
     its values.
     """
-    about = Description(dataset)
-    description = about.problem
+    metadata = Description(dataset)
+    description = metadata.problem
     excitation = dict(description["excitation"])
     kind = _EXCITATIONS[excitation.pop("type")]
     for name in ("cosine", "sine"):
         if name in excitation:
             excitation[name] = {int(n): row for n, row in excitation[name].items()}
-    moving = about.moving
-    varied = [*about.swept, *([moving] if moving != "frequency" else [])]
+    moving = metadata.moving
+    varied = [*metadata.swept, *([moving] if moving != "frequency" else [])]
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     nominal = {name: _nominal(dataset, name, varied) for name in names}
@@ -249,11 +240,11 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     )
     chosen = {
         name: dataset[name].values
-        for name in about.swept
+        for name in metadata.swept
         if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
     }
     if moving != "frequency" and moving in dataset.variables and dataset[moving].ndim == 0:
-        index = about.request["index"]
+        index = metadata.index
         values = np.array(problem.parameters[moving], dtype=float)
         values[... if index is None else index] = dataset[moving].values
         chosen[moving] = values

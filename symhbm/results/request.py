@@ -1,7 +1,7 @@
-"""What a dataset is computed from: what to follow, and the checks of what was asked for."""
+"""The request behind a dataset: what to follow, its JSON, and checks of its arguments."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -14,9 +14,11 @@ from symhbm.numerics import RADIANS, FloatArray, Table, check
 Peaks = Literal["largest", "each"]
 Angles = Literal["newton", "rootfinder", "ipopt"]
 _ROUND_OFF = 1e-9
-"""Distance of a value from an end of the band, relative to the band, that is none."""
+"""Distance from an end of the band, relative to its largest value, that is round-off."""
 OF_PEAKS = ("coefficient", "amplitude", "dof")
-"""What peaks are verified by, without ``peak_``, beside where they are."""
+"""Variables that verify peaks, without ``peak_``, beside the parameter at the peak."""
+_JSON_KEYS = {"per_dof": "each"}
+"""Keys of fields in JSON where they differ: those of archives that exist."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +27,10 @@ class Request:
 
     ``name`` is ``"frequency"`` (in Hz) or a parameter, set for all blades or contacts or for that
     at ``index`` alone, at a constant ``frequency`` [Hz]. ``at``: values at which solutions are
-    wanted instead of the points of the path. ``each``: peaks of every degree of freedom.
-    ``may_fold``: whether there may be several solutions at one value. ``stability``: whether that
-    of each is wanted. ``accuracy``: error of the displacements that the harmonics left out may
-    make, relatively. ``sector``: solve one sector where there are several that move alike.
+    wanted instead of the points of the path. ``per_dof``: peaks of every degree of freedom.
+    ``may_fold``: whether there may be several solutions at one value. ``stability``: whether the
+    stability of every solution is wanted. ``accuracy``: largest relative error of the displacements
+    by truncation of the harmonics. ``sector``: solve one sector where several move alike.
     ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
     angles are unknowns too.
     """
@@ -38,7 +40,7 @@ class Request:
     at: FloatArray | None = None
     frequency: float | None = None
     index: int | None = None
-    each: bool = False
+    per_dof: bool = False
     may_fold: bool = False
     stability: bool = False
     max_points: int = 5000
@@ -49,23 +51,50 @@ class Request:
 
     @property
     def unit(self) -> float:
-        """The value that continuation sees over that of the user."""
+        """The value in continuation (rad/s for a frequency) over that of the user (Hz)."""
         return RADIANS if self.frequency is None else 1.0
 
     def shown(self, value: float) -> float:
-        """A value in the user's unit; the ends of the band come back as they were given."""
+        """A value in the user's unit; the ends of the band come back without round-off."""
         ends = {self.unit * edge: edge for edge in self.band}
         return ends.get(value, value / self.unit)
+
+    def to_json(self, harmonics: tuple[int, ...]) -> dict[str, Any]:
+        """Entries of the attribute ``followed`` but the grid, which is a coordinate.
+
+        ``harmonics`` are those of the problem.
+        """
+        entries = {
+            _JSON_KEYS.get(entry.name, entry.name): getattr(self, entry.name)
+            for entry in fields(self)
+            if entry.name != "at"
+        }
+        return entries | {
+            "peaks": "each" if self.per_dof else "largest",
+            "grid": self.at is not None,
+            "harmonics": harmonics,
+        }
+
+    @classmethod
+    def of(cls, entries: Mapping[str, Any], at: FloatArray | None) -> "Request":
+        """The request of the entries that `to_json` gives, with values ``at`` a grid."""
+        keys = {entry.name: _JSON_KEYS.get(entry.name, entry.name) for entry in fields(cls)}
+        values: dict[str, Any] = {
+            name: entries[key] for name, key in keys.items() if key in entries
+        }
+        for name in ("band", "keep"):
+            values[name] = None if values[name] is None else tuple(values[name])
+        values["at"] = at
+        return cls(**values)
 
 
 @dataclass
 class CurveTable:
-    """A response curve.
+    """A response curve as arrays by the names of the dataset.
 
-    ``points``, ``peaks`` and ``events`` hold arrays by the names of the dataset, ``value`` for that
-    of the moving parameter, each with the point, peak or event as the first axis and, for points
-    on a grid where the curve may fold, the solution as the second; ``counts``, one number each.
-    ``harmonics`` are those of the coefficients.
+    ``points``, ``peaks`` and ``events`` have the point, peak or event as their first axis; points
+    on a grid where the curve may fold have the solution as the second. ``value`` is the moving
+    parameter. ``counts`` are single numbers. ``harmonics`` are those of the coefficients.
     """
 
     points: Table
@@ -77,7 +106,7 @@ class CurveTable:
 
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
-    """The bound of the values that a parameter may move over, by a name of `check`."""
+    """The bound of the values that a parameter may be followed over, by a name of `check`."""
     check.known(parameter, problem.parameters)
     if isinstance(problem.parameters[parameter], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
@@ -95,7 +124,7 @@ def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, floa
 
 
 def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | None:
-    """Ascending values within a band, None for None; at an end up to round-off is at the end."""
+    """Ascending values within a band, None for None; values at an end to round-off become it."""
     if at is None:
         return None
     grid = check.array("at", at)
@@ -113,19 +142,19 @@ def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | 
     return grid
 
 
-def check_place(
+def check_index(
     problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
 ) -> int | None:
     """The number of the one contact or blade that is chosen, None for all."""
     chosen = None
-    for name, place in {"contact": contact, "dof": dof}.items():
-        if place is None:
+    for name, number in {"contact": contact, "dof": dof}.items():
+        if number is None:
             continue
         if name not in dims_of(parameter):
             raise ValueError(
-                f"{name}={check.shown(place)}: expected None, {parameter} has no value per {name}"
+                f"{name}={check.shown(number)}: expected None, {parameter} has no value per {name}"
             )
-        chosen = check.integer(name, place, 0, np.size(problem.parameters[parameter]) - 1)
+        chosen = check.integer(name, number, 0, np.size(problem.parameters[parameter]) - 1)
     return chosen
 
 
@@ -134,7 +163,7 @@ def check_keep(
 ) -> tuple[str, ...] | None:
     """Names to keep, sorted, None for all; TypeError unless they are names.
 
-    With those that the peaks of what goes along ``name`` can be ``verifiable`` by.
+    ``verifiable`` adds those that verify the peaks of a response along ``name``.
     """
     verifiable = check.flag("verifiable", verifiable)
     if keep is None:
@@ -144,5 +173,5 @@ def check_keep(
         raise TypeError(f"keep={check.shown(keep)}: expected a sequence of names")
     if verifiable:
         more = () if accuracy is None else ("highest_harmonic",)
-        names += [f"peak_{each}" for each in (name, *OF_PEAKS, *more)]
+        names += [f"peak_{variable}" for variable in (name, *OF_PEAKS, *more)]
     return tuple(sorted(set(names)))

@@ -1,4 +1,4 @@
-"""Parameter sets from what the user sweeps: names, dimensions and values."""
+"""Parameter sets of a sweep: names, dimensions and values."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class Sweep:
 
     @classmethod
     def of(cls, values: dict[str, xr.DataArray]) -> "Sweep":
-        """The sweep over all dimensions of some values that are no pattern, as they come."""
+        """The sweep over all dimensions of values but those of patterns, in their order."""
         sizes = {
             str(dim): size
             for value in values.values()
@@ -43,9 +43,9 @@ class Sweep:
 
     def chosen(self, number: int) -> dict[str, np.ndarray]:
         """The values of one parameter set, by its number among the flattened dimensions."""
-        place = dict(zip(self.dims, np.unravel_index(number, self.shape), strict=True))
+        index = dict(zip(self.dims, np.unravel_index(number, self.shape), strict=True))
         return {
-            name: value.values[tuple(place[str(dim)] for dim in value.dims if dim in place)]
+            name: value.values[tuple(index[str(dim)] for dim in value.dims if dim in index)]
             for name, value in self.values.items()
         }
 
@@ -55,9 +55,8 @@ def parse(
 ) -> Sweep:
     """Read ``over``: a list becomes a dimension of its own name, names that share one go in pairs.
 
-    ``argument`` is what messages call it.
-
-    The extreme values are applied to the problem, so bad ones raise here and not in a worker.
+    Messages call it ``argument``. The extreme values are applied to the problem, so bad ones raise
+    here and not in a worker.
 
     Raises
     ------
@@ -88,10 +87,10 @@ def parse(
                     f"{argument}[{name!r}]: dimension {dim!r} has {size} values, "
                     f"elsewhere it has {sizes[dim]}"
                 )
-            own = value[dim].values if dim in value.coords else labels.get(dim)
-            if own is not None and not np.array_equal(labels.setdefault(dim, own), own):
+            label = value[dim].values if dim in value.coords else labels.get(dim)
+            if label is not None and not np.array_equal(labels.setdefault(dim, label), label):
                 raise ValueError(
-                    f"{argument}[{name!r}]: {dim!r} has the labels {check.shown(own.tolist())}, "
+                    f"{argument}[{name!r}]: {dim!r} has the labels {check.shown(label.tolist())}, "
                     f"elsewhere {check.shown(labels[dim].tolist())}"
                 )
             if dim in PARAMETERS and dim not in values:
@@ -106,7 +105,7 @@ def parse(
 
 
 def _extremes(value: xr.DataArray) -> list[np.ndarray]:
-    """The sets of one parameter that break a bound if any does: bounds are on single values."""
+    """Values of one parameter that break a bound if any does: bounds are on single entries."""
     pattern = [size for dim, size in value.sizes.items() if dim in PATTERN_DIMENSIONS]
     rows = value.values.reshape(-1, *pattern)
     if value.dtype.kind == "i":

@@ -1,4 +1,4 @@
-"""Curves as flat tables of arrays: reduced to what is kept, turned into bytes, and stacked."""
+"""Curve tables as flat tables of arrays: reduced to the names kept, encoded, and stacked."""
 
 import json
 import math
@@ -13,41 +13,42 @@ from symhbm.numerics import Table
 from symhbm.results.request import CurveTable, Request
 
 ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
-"""What is kept of the points of a curve beside what was asked for."""
+"""Variables of points that are kept whatever was asked for: they tell which points are valid."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
 Encoded = tuple[str, bytes]
-"""Layout and numbers of a table, see `encode`."""
+"""Layout and bytes of a table, see `encode`."""
 Layout = dict[str, tuple[np.dtype, tuple[int, ...]]]
 """Type and shape of each array of a table."""
 
 
-def name_of(key: str, task: Request) -> str:
-    """Name in the dataset of what a branch holds."""
-    named = {"value": task.name, "event_value": f"event_{task.name}"}
-    return (named | {"peak_value": f"peak_{task.name}"}).get(key, key)
+def name_of(key: str, request: Request) -> str:
+    """Name in the dataset of an array of a curve table."""
+    names = {"value": request.name, "event_value": f"event_{request.name}"}
+    return (names | {"peak_value": f"peak_{request.name}"}).get(key, key)
 
 
-def reduced(branch: CurveTable, task: Request) -> CurveTable:
-    """The branch with what the task keeps alone."""
-    if task.keep is None:
-        return branch
+def reduced(curve: CurveTable, request: Request) -> CurveTable:
+    """The curve with nothing but what the request keeps."""
+    if request.keep is None:
+        return curve
     kept = {
         table: {
             key: array
-            for key, array in getattr(branch, table).items()
-            if key in ALWAYS or name_of(key, task) in task.keep
+            for key, array in getattr(curve, table).items()
+            if key in ALWAYS or name_of(key, request) in request.keep
         }
         for table in ("points", "peaks", "events")
     }
-    return replace(branch, **kept)
+    return replace(curve, **kept)
 
 
-def flat(branch: CurveTable) -> Table:
-    """All of a branch as one table; texts are objects."""
-    counts = {name: np.array(count) for name, count in branch.counts.items()}
-    whole = dict(harmonics=np.array(branch.harmonics), status=np.array(branch.status, dtype=object))
-    return branch.points | branch.peaks | branch.events | counts | whole
+def flat(curve: CurveTable) -> Table:
+    """All of a curve as one table; texts are objects."""
+    counts = {name: np.array(count) for name, count in curve.counts.items()}
+    status = np.array(curve.status, dtype=object)
+    scalars = counts | dict(harmonics=np.array(curve.harmonics), status=status)
+    return curve.points | curve.peaks | curve.events | scalars
 
 
 def encode(table: Table) -> Encoded:
@@ -76,36 +77,36 @@ def _stored(layout: str) -> list[tuple[str, np.dtype, tuple[int, ...]]]:
 
 
 def stored_layout(layout: str) -> Layout:
-    """The layout of a table that was turned into bytes."""
+    """The layout of an encoded table."""
     text = np.dtype(object)
     return {name: (text if kind.kind == "U" else kind, s) for name, kind, s in _stored(layout)}
 
 
 def common(layouts: Iterable[Layout]) -> Layout:
-    """The layout that holds each of some."""
+    """The smallest layout that holds tables of all of these layouts."""
     result: Layout = {}
     for layout in layouts:
         for name, (dtype, shape) in layout.items():
-            most = result.get(name, (dtype, shape))[1]
-            result[name] = dtype, tuple(map(max, most, shape))
+            largest = result.get(name, (dtype, shape))[1]
+            result[name] = dtype, tuple(map(max, largest, shape))
     return result
 
 
 def n_bytes(layout: Layout) -> int:
-    """Memory that a table takes."""
+    """Memory that a table takes [bytes]."""
     return sum(dtype.itemsize * math.prod(shape) for dtype, shape in layout.values())
 
 
 def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
-    """Stack so many ragged tables, padded at the end with NaN, -1, False or an empty text.
+    """Stack ``count`` ragged tables, padded at the end with NaN, -1, False or an empty text.
 
-    Coefficients of harmonics that a curve leaves out are 0, or as unknown as the others.
+    Coefficients of harmonics that a curve leaves out are 0, or NaN where its others are.
     """
     result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
     for number, table in enumerate(tables):
         for name, stacked in result.items():
             if name not in table:
-                continue  # of a version that did not know it
+                continue  # written by a version without this variable
             array = table[name]
             if name.endswith("coefficient"):
                 array = _widened(array, stacked.shape[-2])
@@ -114,13 +115,13 @@ def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
 
 
 def blank(dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
-    """An array of nothing but padding."""
+    """An array of padding alone."""
     return np.full(shape, _FILL[dtype.kind], dtype=dtype)
 
 
 def _widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
-    missing = n_harmonics - array.shape[-2]
-    if not missing:
+    n_missing = n_harmonics - array.shape[-2]
+    if not n_missing:
         return array
-    nothing = np.where(np.isnan(array[..., :1, :]), np.nan, 0.0)
-    return np.concatenate([array, *[nothing] * missing], axis=-2)
+    absent = np.where(np.isnan(array[..., :1, :]), np.nan, 0.0)
+    return np.concatenate([array, *[absent] * n_missing], axis=-2)

@@ -1,4 +1,4 @@
-"""Names, dimensions, units and meaning of everything in a dataset: the archive's contract."""
+"""Names, dimensions, units and meanings of all variables of a dataset: the archive's contract."""
 
 import re
 from collections import Counter
@@ -195,22 +195,22 @@ TEXTS = (
 
 
 def meaning(name: str) -> Variable:
-    """Meaning of a variable, also of the parameter that is followed and its events and peaks."""
+    """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
-    about = PARAMETERS[name.removeprefix(prefix)]
-    of_what = {"event_": " at the event", "peak_": " at the peak", "": ""}
-    of_what["minimum_"] = " at the minimum"
-    return Variable((), about.units, about.meaning + of_what[prefix])
+    parameter = PARAMETERS[name.removeprefix(prefix)]
+    suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
+    suffixes["minimum_"] = " at the minimum"
+    return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
 def derivative(name: str, parameter: str) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
     of, by = VARIABLES[name], meaning(parameter)
     powers: Counter[str] = Counter()
-    for about, sign in ((of, 1), (by, -1)):
-        for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", about.units):
+    for variable, sign in ((of, 1), (by, -1)):
+        for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", variable.units):
             powers[symbol] += sign * int(power or 1)
     units = " ".join(f"{s}{'' if p == 1 else p}" for s, p in powers.items() if p)
     return Variable((), units or "1", f"derivative of the {of.long_name} by the {by.long_name}")

@@ -11,7 +11,6 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import multipliers
 
@@ -26,11 +25,11 @@ _TIE = 0.01
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     """Whether stability is asked for; ValueError for a condensed structure, which lacks masses."""
     wanted = check.flag("stability", stability)
-    if wanted and isinstance(problem.model, CondensedModel):
+    if wanted and not problem.model.has_matrices:
         raise ValueError(
-            "stability=True: expected False for a condensed structure; responses of friction with "
-            "dissipative damping are stable, for cubic springs use the whole structure, the "
-            "attribute structure of its model"
+            "stability=True: expected False for a structure without matrices; responses of "
+            "friction with damping are stable, for cubic springs use a whole structure, "
+            "of a condensed one the attribute structure of its model"
         )
     return wanted
 
@@ -43,7 +42,7 @@ def growth_rate(
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
     or too stiff, for condensed ones, and without a mass matrix that can be inverted.
     """
-    if problem.n_unknowns > LARGEST_SIZE or isinstance(problem.model, CondensedModel):
+    if problem.n_unknowns > LARGEST_SIZE or not problem.model.has_matrices:
         return np.nan
     try:
         jacobian = _jacobian(problem, evaluation)

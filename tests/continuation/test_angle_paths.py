@@ -1,4 +1,4 @@
-"""Curves with the switching angles as unknowns: the located ones, from their own starts."""
+"""Branches with the switching angles as unknowns: the same as with located angles."""
 
 import json
 import warnings
@@ -37,18 +37,18 @@ def ring(harmonics):
 
 def compared(problem, band, solver, over=None, n=41, **options):
     """Both curves and the largest difference wherever the angles are solved for."""
-    grid = np.linspace(*sorted(band), n)
+    values = np.linspace(*sorted(band), n)
 
-    def of(**more):
+    def computed(**more):
         if options:
             return sh.follow(problem, band=band, over=over, progress=False, **options, **more)
         return sh.frf(problem, band, over=over, progress=False, **more)
 
     with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
-        path, reference = of(angles=solver), of()
-        one, other = of(angles=solver, at=grid), of(at=grid)
-    distance = np.sqrt(((one.coefficient - other.coefficient) ** 2).sum(INNER, skipna=False))
-    return path, reference, one, distance / np.sqrt((other.coefficient**2).sum(INNER))
+        path, reference = computed(angles=solver), computed()
+        grid, located = computed(angles=solver, at=values), computed(at=values)
+    distance = np.sqrt(((grid.coefficient - located.coefficient) ** 2).sum(INNER, skipna=False))
+    return path, reference, grid, distance / np.sqrt((located.coefficient**2).sum(INNER))
 
 
 def assert_same(path, reference, moving="frequency"):
@@ -135,13 +135,13 @@ def test_no_path_begins_with_located_friction(monkeypatch):
     def forbidden(*_):
         raise AssertionError("a located solution")
 
-    # What tells where the form applies is no start of anything.
+    # The check where the form applies gives no start.
     monkeypatch.setattr(AngleCorrector, "applies", lambda *_: None)
-    for place in (
+    for target in (
         "symhbm.continuation.branch.solve_point",
         "symhbm.continuation.start.solve_point",
     ):
-        monkeypatch.setattr(place, forbidden)
+        monkeypatch.setattr(target, forbidden)
     for name in ("free", "correct", "tangent"):
         monkeypatch.setattr(Corrector, name, forbidden)
     response = sh.frf(
@@ -167,7 +167,7 @@ def test_a_band_in_which_a_contact_reverses_while_it_slips(band, n):
     assert 0 < float(path.angles_share) < 1
     assert float(distance.where(grid.converged).max()) <= AGREEMENT
     assert np.isnan(grid.amplitude.where(~grid.converged, drop=True)).all()
-    # Nothing is told of the gap; beyond it the path goes on to its end.
+    # The gap has no points; beyond it the branch continues to the end of the band.
     gap = grid.frequency.values[~grid.converged.values]
     assert not np.any((path.frequency >= gap[0]) & (path.frequency <= gap[-1]))
     assert path.frequency[0] == band[0]
@@ -187,17 +187,17 @@ def test_false_solutions_are_no_points():
     guess = np.append(x, omega)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, unit_parameter(len(guess)))
-    given = system.bordered(curve, guess, scale, plane, slip)
-    first = np.concatenate([x, theta_0, rho, [omega]]) / given.column
-    found, _ = system.solve("newton", given._replace(start=first), 1e-6)
-    assert np.abs(system.evaluate(found, given.values)[0]).max() <= 1e-9
-    state = found * given.column
+    bordered = system.bordered(curve, guess, scale, plane, slip)
+    first = np.concatenate([x, theta_0, rho, [omega]]) / bordered.column
+    false_point, _ = system.solve("newton", bordered._replace(start=first), 1e-6)
+    assert np.abs(system.evaluate(false_point, bordered.values)[0]).max() <= 1e-9
+    state = false_point * bordered.column
     located = solve_point(problem, omega).unknowns
     assert np.linalg.norm(state[: len(x)] - located) > 0.1 * np.linalg.norm(located)
     point = np.append(state[: len(x)], state[-1])
     evaluation = curve.evaluate(point[:-1], point[-1], slip)
     angles = system.angles.split(state[:-1])[1:]
-    assert not corrector._holds(point, *angles, slip, evaluation)
+    assert not corrector._is_valid(point, *angles, slip, evaluation)
 
 
 @pytest.mark.parametrize("moving", ["frequency", "normal_load", "contact_stiffness", "mass"])
@@ -214,18 +214,18 @@ def test_jacobian_is_exact(moving):
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.linspace(-1, 1, len(guess)))
     system = angle_system(problem, moving)
-    given = system.bordered(curve, guess, scale, plane, np.ones(problem.n_contacts, dtype=bool))
-    _, jacobian = system.evaluate(given.start, given.values)
-    for k, unit in enumerate(np.eye(len(given.start))):
+    bordered = system.bordered(curve, guess, scale, plane, np.ones(problem.n_contacts, dtype=bool))
+    _, jacobian = system.evaluate(bordered.start, bordered.values)
+    for k, unit in enumerate(np.eye(len(bordered.start))):
         ahead, back = (
-            system.evaluate(given.start + h * unit, given.values)[0] for h in (1e-6, -1e-6)
+            system.evaluate(bordered.start + h * unit, bordered.values)[0] for h in (1e-6, -1e-6)
         )
         difference = (ahead - back) / 2e-6
         # Central differences: 1e-16 over 2e-6 of what each row is scaled by.
         np.testing.assert_allclose(jacobian[:, k], difference, rtol=1e-6, atol=1e-7)
 
 
-def test_what_is_stored_tells_the_solver(tmp_path):
+def test_the_dataset_names_the_solver(tmp_path):
     problem = blade((1, 3))
     over = {"normal_load": [1, 10]}
     response = sh.frf(
@@ -237,7 +237,7 @@ def test_what_is_stored_tells_the_solver(tmp_path):
     report = json.loads(verified.attrs["verification"])
     assert report["passed"]
     assert 0 <= float(verified.angles_difference.max()) <= AGREEMENT
-    # One coefficient that is off by 1e-6 is told.
+    # An error of 1e-6 in one coefficient is reported.
     wrong = response.load().copy(deep=True)
     wrong.coefficient[0, 5, 0, 0, 0] *= 1 + 1e-6
     figures = json.loads(sh.verify(wrong, exact="none", progress=False).attrs["verification"])
@@ -266,15 +266,15 @@ def test_problems_that_the_form_cannot_be_written_for():
     even = fig03_single_blade.problem((1, 2, 3))
     with pytest.raises(ValueError, match="odd harmonics only"):
         sh.frf(even, (10, 30), angles="newton")
-    one = blade((1, 3))
-    sampled = sh.HarmonicBalance(one.model, one.excitation, (1, 3), 64)
+    single = blade((1, 3))
+    sampled = sh.HarmonicBalance(single.model, single.excitation, (1, 3), 64)
     with pytest.raises(ValueError, match="a sampled law has no angles"):
         sh.frf(sampled, (10, 30), angles="newton")
-    springs = one.with_parameters(cubic_stiffness=1e6)
+    springs = single.with_parameters(cubic_stiffness=1e6)
     with pytest.raises(ValueError, match="expected None with cubic springs"):
         sh.frf(springs, (10, 30), angles="newton")
     with pytest.raises(ValueError, match="expected None with cubic springs"):
-        sh.frf(one, (10, 30), over={"cubic_stiffness": [0, 1e6]}, angles="newton")
+        sh.frf(single, (10, 30), over={"cubic_stiffness": [0, 1e6]}, angles="newton")
     chain = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
     model = sh.Model(
         np.eye(3),

@@ -54,13 +54,13 @@ def pitchforks(force, coupling):
     # At the peak both flanks meet: c w a = f.
     top = max(alike(omega, force)[-1] for omega in np.linspace(1.0, 2.0, 2001)) ** 2
     squares = np.geomspace((1.2 * force) ** 2, top * (1 - 1e-9), 4001)
-    found = []
+    frequencies = []
     for side in (-1, 1):
         values = np.array([curve(square, side)[1] for square in squares])
         for i in np.flatnonzero(values[1:] * values[:-1] < 0):
-            at = brentq(lambda s, side=side: curve(s, side)[1], *squares[i : i + 2], xtol=1e-14)
-            found.append(curve(at, side)[0])
-    return np.sort(found)
+            zero = brentq(lambda s, side=side: curve(s, side)[1], *squares[i : i + 2], xtol=1e-14)
+            frequencies.append(curve(zero, side)[0])
+    return np.sort(frequencies)
 
 
 def all_solutions(omega, force, coupling, difference=0.0, harmonics=1, n_starts=400):
@@ -71,31 +71,31 @@ def all_solutions(omega, force, coupling, difference=0.0, harmonics=1, n_starts=
         x = unknowns.reshape(2, 2) @ [1, 1j]  # cosine + i sine: x = Re(conj(c) exp(i w t))
         spring = 0.75 * GAMMA * np.abs(x) ** 2 * x
         # The derivative of Re(conj(c) exp(i w t)) has the coefficient -i w c.
-        rest = stiffness @ x - omega**2 * x - 1j * omega * DAMPING * x + spring - force
-        return np.column_stack([rest.real, rest.imag]).ravel()
+        force_balance = stiffness @ x - omega**2 * x - 1j * omega * DAMPING * x + spring - force
+        return np.column_stack([force_balance.real, force_balance.imag]).ravel()
 
-    rng, found = np.random.default_rng(3), []
+    rng, solutions = np.random.default_rng(3), []
     for _ in range(n_starts):
         result = root(balance, 4 * rng.normal(size=4), tol=1e-13)
         if np.abs(balance(result.x)).max() > 1e-10:
             continue
-        if all(np.abs(result.x - other).max() > 1e-5 for other in found):
-            found.append(result.x)
-    return np.array([np.hypot(*x.reshape(2, 2).T) for x in found])
+        if all(np.abs(result.x - other).max() > 1e-5 for other in solutions):
+            solutions.append(result.x)
+    return np.array([np.hypot(*x.reshape(2, 2).T) for x in solutions])
 
 
 @pytest.mark.parametrize(("force", "coupling"), [(0.18, 0.02), (0.3, 0.02), (0.3, 0.1)])
 @pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
-def test_pitchforks_are_told_and_passed(force, coupling, band):
+def test_pitchforks_are_reported_and_passed(force, coupling, band):
     problem = pair(force, coupling)
     with pytest.warns(RuntimeWarning, match="other solutions branch off"):
         path = sh.frf(problem, tuple(edge / TURN for edge in band))
     assert path.status.item() == Status.BRANCH_POINTS
     is_branch = path.event_kind.values == "branch point"
-    told = TURN * np.sort(path.event_frequency.values[is_branch])
+    reported = TURN * np.sort(path.event_frequency.values[is_branch])
     exact = pitchforks(force, coupling)
     # Known to a hundred-thousandth of the response.
-    np.testing.assert_allclose(told, exact, rtol=1e-5)
+    np.testing.assert_allclose(reported, exact, rtol=1e-5)
     assert np.all(path.event_contact.values[is_branch] == -1)
     # The path is that of motions alike, as far as these digits go.
     for omega, amplitude in zip(TURN * path.frequency.values, path.amplitude.values, strict=True):
@@ -104,12 +104,12 @@ def test_pitchforks_are_told_and_passed(force, coupling, band):
         balance = np.hypot(1 - omega**2 + spring, DAMPING * omega) * amplitude[0]
         assert balance == pytest.approx(force, rel=1e-6)
     # All of it, and no solution twice.
-    at = np.linspace(1.05, 1.5, 7)
+    omegas = np.linspace(1.05, 1.5, 7)
     with pytest.warns(RuntimeWarning, match="other solutions branch off"):
-        grid = sh.frf(problem, tuple(edge / TURN for edge in band), at=at / TURN)
-    for omega, here in zip(at, grid.transpose("frequency", ...).amplitude.values, strict=True):
-        found = np.sort(here[np.isfinite(here[:, 0]), 0])
-        np.testing.assert_allclose(found, alike(omega, force), rtol=1e-8)
+        grid = sh.frf(problem, tuple(edge / TURN for edge in band), at=omegas / TURN)
+    for omega, rows in zip(omegas, grid.transpose("frequency", ...).amplitude.values, strict=True):
+        solutions = np.sort(rows[np.isfinite(rows[:, 0]), 0])
+        np.testing.assert_allclose(solutions, alike(omega, force), rtol=1e-8)
 
 
 def test_what_branches_off_is_not_on_the_path():
@@ -119,12 +119,12 @@ def test_what_branches_off_is_not_on_the_path():
     assert low < omega < high
     with pytest.warns(RuntimeWarning):
         grid = sh.frf(pair(force, coupling), (0.5 / TURN, 2 / TURN), at=[omega / TURN])
-    here = grid.isel(frequency=0)
+    at_omega = grid.isel(frequency=0)
     everything = all_solutions(omega, force, coupling)
     together = np.abs(everything[:, 0] - everything[:, 1]) < 1e-6
     np.testing.assert_allclose(np.sort(everything[together, 0]), alike(omega, force), rtol=1e-8)
     # The dataset has none of the others, and its status says so.
-    assert int(here.n_solutions) == together.sum() < len(everything)
+    assert int(at_omega.n_solutions) == together.sum() < len(everything)
 
 
 @pytest.mark.parametrize("difference", [1e-2, 1e-6])
@@ -135,12 +135,12 @@ def test_a_structure_that_is_not_quite_symmetric_has_no_branch_points(difference
     assert grid.status.item() == Status.REACHED_END
     assert (grid.event_kind == "fold").all()
     assert grid.sizes["event"] == 4
-    here = grid.amplitude.isel(frequency=0).values
+    on_path = grid.amplitude.isel(frequency=0).values
     everything = all_solutions(omega, 0.3, 0.02, difference)
-    matches = np.abs(everything[:, None] - here).max(axis=2) < 1e-6
-    # Each is a solution, none is told twice; detached branches hold more than the path does.
+    matches = np.abs(everything[:, None] - on_path).max(axis=2) < 1e-6
+    # Each is a solution, none appears twice; detached branches have more than the path.
     assert np.all(matches.sum(axis=0) == 1)
-    assert int(grid.n_solutions[0]) == len(here) < len(everything)
+    assert int(grid.n_solutions[0]) == len(on_path) < len(everything)
 
 
 @pytest.mark.parametrize(("difference", "meet"), [(0.0, True), (1e-6, False), (1e-3, False)])
@@ -148,23 +148,23 @@ def test_paths_that_come_close_do_not_meet(difference, meet):
     """Motions nearly alike before and beyond a pitchfork are one path in a symmetric pair alone."""
     curve = FrequencyProblem(pair(0.3, 0.02, difference))
     corrector = Corrector(curve)
-    (_, pitchfork), stations = pitchforks(0.3, 0.02), []
+    (_, pitchfork), states = pitchforks(0.3, 0.02), []
     for omega in (pitchfork - 0.01, pitchfork + 0.01):
         # The middle one of three, the force ahead of the motion by its phase.
         amplitude = alike(omega, 0.3)[1]
         stiffness = 1 - omega**2 + 0.75 * GAMMA * amplitude**2
         motion = 0.3 / (stiffness + 1j * omega * DAMPING)
         start = np.tile([motion.real, -motion.imag], 2)
-        found = newton(lambda trial, omega=omega: curve.evaluate(trial, omega), start)
-        assert found.converged
-        assert np.abs(found.unknowns - start).max() < 100 * difference + 1e-9
-        stations.append(np.append(found.unknowns, omega))
-    scale, slip = curve.scale(stations[0]), np.zeros(2, dtype=bool)
-    row = (stations[1] - stations[0]) / scale
-    tangents = [corrector.tangent(state, scale, row, slip) for state in stations]
+        solution = newton(lambda trial, omega=omega: curve.evaluate(trial, omega), start)
+        assert solution.converged
+        assert np.abs(solution.unknowns - start).max() < 100 * difference + 1e-9
+        states.append(np.append(solution.unknowns, omega))
+    scale, slip = curve.scale(states[0]), np.zeros(2, dtype=bool)
+    row = (states[1] - states[0]) / scale
+    tangents = [corrector.tangent(state, scale, row, slip) for state in states]
     assert tangents[0].sign != tangents[1].sign
-    base = SimpleNamespace(state=stations[0], after=tangents[0].direction * scale, slip=slip)
-    found = find_branch_point(corrector, base, tangents[1], scale)
-    assert (found is not None) == meet
+    base = SimpleNamespace(state=states[0], after=tangents[0].direction * scale, slip=slip)
+    solution = find_branch_point(corrector, base, tangents[1], scale)
+    assert (solution is not None) == meet
     if meet:
-        assert found.point[-1] == pytest.approx(pitchfork, rel=1e-5)
+        assert solution.point[-1] == pytest.approx(pitchfork, rel=1e-5)

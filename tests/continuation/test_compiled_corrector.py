@@ -1,4 +1,4 @@
-"""Corrections as one compiled call: the same as step by step, and as little work as promised."""
+"""The compiled corrector: the same solutions as step by step, in few linear solves."""
 
 import shutil
 
@@ -8,9 +8,9 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.between.crests import zero
-from symhbm.continuation.between.divisions import Segments
-from symhbm.continuation.between.slopes import Slopes, turning
+from symhbm.continuation.between.located_maximum import falling_zero
+from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.slopes import Slopes, estimate_slopes
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import compiled
 from symhbm.continuation.correctors.bordered_system import point_system
@@ -94,7 +94,7 @@ PROBLEMS = {
 }
 
 
-def walk(name):
+def branch_of(name):
     build, band = PROBLEMS[name]
     return Branch(FrequencyProblem(build()), (TURN * band[0], TURN * band[1]), 5000, False)
 
@@ -102,14 +102,14 @@ def walk(name):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_compiled_correction_is_the_one_step_by_step(name):
     """From guesses off the path and onto limits; both end on the curve to its tolerance."""
-    found = walk(name)
-    curve = found.curve
+    branch = branch_of(name)
+    curve = branch.curve
     fast, slow = Corrector(curve), Corrector(curve)
     assert fast._compiled is not None
     slow._compiled = None
     rng = np.random.default_rng(0)
     compared = 0
-    for point in found.points:
+    for point in branch.points:
         scale = point.scale
         guess = point.state + scale * 1e-3 * rng.normal(size=len(scale))
         constraints = [
@@ -142,34 +142,34 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
         ]
         assert tangents[0].direction == pytest.approx(tangents[1].direction, abs=1e-9)
         assert tangents[0].rate == pytest.approx(tangents[1].rate, rel=1e-7, abs=1e-7)
-    assert compared > len(found.points)
+    assert compared > len(branch.points)
     assert fast.solves == pytest.approx(slow.solves, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["blade", "ring", "sector", "mistuned"])
 def test_resonances_below_are_counted(name):
     """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
-    found = walk(name)
-    for point in found.points:
-        friction = found.curve.problem.locate(point.unknowns, point.slip)
-        known = modes(found.curve, point.unknowns, point.value, friction)
-        assert known is not None
-        assert point.resonances_below == (np.count_nonzero(known.detuning < 0),)
+    branch = branch_of(name)
+    for point in branch.points:
+        friction = branch.curve.problem.locate(point.unknowns, point.slip)
+        natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
+        assert natural_modes is not None
+        assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (0, 1)])
 def test_modes_of_a_condensed_structure_are_counted(harmonics):
-    """The count alone against that of the modes, which have been told one by one."""
+    """The count alone against that of the modes, computed one by one."""
     problem = condensed(harmonics)
-    found = Branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
-    for point in found.points:
+    branch = Branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
+    for point in branch.points:
         friction = problem.locate(point.unknowns, point.slip)
-        known = modes(found.curve, point.unknowns, point.value, friction)
-        assert known is not None
-        assert point.resonances_below == (np.count_nonzero(known.detuning < 0),)
+        natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
+        assert natural_modes is not None
+        assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
 
 
-def test_outside_the_band_of_a_condensation_nothing_is_found():
+def test_outside_the_band_of_a_condensation_there_is_no_solution():
     problem = condensed()
     curve, size = FrequencyProblem(problem), problem.n_unknowns + 1
     guess = np.append(np.zeros(size - 1), 9.0 * TURN)
@@ -203,14 +203,14 @@ def test_what_cannot_be_solved_is_none():
     assert corrector.correct(guess, scale, plane, slip, radius=1e-9) is None
 
 
-@pytest.mark.parametrize("place", [0, 7, 26])
-def test_one_number_that_is_none_is_no_solution(place):
+@pytest.mark.parametrize("index", [0, 7, 26])
+def test_one_nan_is_no_solution(index):
     """Not even where all other equations are balanced."""
     problem = ring()
     n, n_contacts = problem.n_unknowns, problem.n_contacts
     equations, arguments = problem.compiled
     point = np.append(np.zeros(n), 1000.0)
-    point[place] = np.nan
+    point[index] = np.nan
     inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, point, np.zeros(n + 1)]
     inputs += [point, np.zeros(n_contacts), np.zeros(n_contacts), np.array([1.0, 1000.0])]
     values = Compiled(point_system(equations))(*inputs)[2]
@@ -258,28 +258,28 @@ def test_a_compiler_that_fails_is_none(monkeypatch):
 )
 def test_work_of_a_curve(name, points, solves):
     """Bounds a quarter above what is needed; solves for events and peaks included."""
-    found = walk(name)
-    assert len(found.points) <= points
-    assert found.corrector.solves <= solves
+    branch = branch_of(name)
+    assert len(branch.points) <= points
+    assert branch.corrector.solves <= solves
 
 
-def test_slopes_of_many_stretches_are_those_of_each():
-    found = walk("mistuned")
-    problem, points = found.curve.problem, found.points
+def test_slopes_of_many_segments_are_those_of_each():
+    branch = branch_of("mistuned")
+    problem, points = branch.curve.problem, branch.points
     state, before, after = (
         np.array([getattr(p, name) for p in points]) for name in ("state", "before", "after")
     )
     sides = (Slopes.of(problem, PathState(state, side)) for side in (before, after))
-    stretches = Segments.of(points, *sides)
+    segments = Segments.of(points, *sides)
     roots = np.random.default_rng(0).random((len(points) - 1, 2)) < 0.3
-    stretches = stretches._replace(roots=roots)
-    together = turning(problem, *stretches[3:-1])
+    segments = segments._replace(slip_events=roots)
+    together = estimate_slopes(problem, *segments[3:-1])
     assert np.isfinite(together.error).all()
     for k in range(len(points) - 1):
-        alone = turning(problem, *stretches.take(k)[3:-1])
-        for one, many in zip(alone[:-1], together.take(k)[:-1], strict=True):
+        alone = estimate_slopes(problem, *segments.take(k)[3:-1])
+        for single, many in zip(alone[:-1], together.take(k)[:-1], strict=True):
             # Sums of a few numbers in another order.
-            assert one == pytest.approx(many, rel=1e-7, abs=1e-18)
+            assert single == pytest.approx(many, rel=1e-7, abs=1e-18)
 
 
 @pytest.mark.parametrize("start", [0.05, 0.3, 0.6, 0.95])
@@ -296,6 +296,6 @@ def test_slopes_of_many_stretches_are_those_of_each():
     ],
 )
 def test_a_maximum_between_slopes_of_opposite_sign(slope, start):
-    share = zero(slope, slope(0.0), slope(1.0), start)
+    share = falling_zero(slope, slope(0.0), slope(1.0), start)
     aside = 1e-8
     assert slope(share - aside) > 0 > slope(share + aside)

@@ -18,7 +18,7 @@ def duffing():
     return sh.HarmonicBalance(model, sh.PointForce())
 
 
-def told(call):
+def with_warning(call):
     """The result of a call, and its one warning, which names the line of the caller."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -33,7 +33,7 @@ def told(call):
 def test_sweep_in_which_every_curve_fails_says_so_once(parallel):
     with ThreadPoolExecutor(2) as pool:
         executor = pool if parallel else None
-        result, text = told(
+        result, text = with_warning(
             lambda: sh.frf(fig03.problem(), (10, 30), over=LOADS, max_points=5, executor=executor)
         )
     assert text.startswith(f"3 of 3 curves are incomplete: {TOO_FEW}")
@@ -42,9 +42,9 @@ def test_sweep_in_which_every_curve_fails_says_so_once(parallel):
 
 
 def test_one_curve_that_fails_says_so():
-    _, text = told(lambda: sh.frf(fig03.problem(), (10, 30), max_points=5))
+    _, text = with_warning(lambda: sh.frf(fig03.problem(), (10, 30), max_points=5))
     assert text.startswith(f"the curve is incomplete: {TOO_FEW}")
-    _, text = told(
+    _, text = with_warning(
         lambda: sh.follow(fig03.problem(), "normal_load", (1, 9), frequency=19, max_points=3)
     )
     assert text.startswith(f"the curve is incomplete: {TOO_FEW}")
@@ -52,12 +52,12 @@ def test_one_curve_that_fails_says_so():
 
 def test_some_curves_that_fail_are_counted_and_the_most_common_reason_told():
     forces = {"force_amplitude": [0.01, 0.15, 0.18, 0.2]}
-    result, text = told(lambda: sh.frf(duffing(), (0.08, 0.19), over=forces))
+    result, text = with_warning(lambda: sh.frf(duffing(), (0.08, 0.19), over=forces))
     assert text.startswith(f"3 of 4 curves are incomplete: {result.status[-1].item()}")
     assert result.status[0] == sh.Status.REACHED_END != result.status[1]
     # The longest path now ends for another reason than the other three.
     most = int(result.n_points[0] + result.n_points[1]) // 2
-    cut, text = told(lambda: sh.frf(duffing(), (0.08, 0.19), over=forces, max_points=most))
+    cut, text = with_warning(lambda: sh.frf(duffing(), (0.08, 0.19), over=forces, max_points=most))
     assert TOO_FEW in cut.status[0].item()
     assert text.startswith(f"4 of 4 curves are incomplete, 3 of them: {result.status[-1].item()}")
     with pytest.raises(sh.SolveError, match="4 of 4 curves are incomplete, 3 of them") as raised:
@@ -74,7 +74,7 @@ def test_archives_say_so_whenever_they_are_returned(tmp_path):
         lambda: sh.frf(fig03.problem(), (10, 30), **options),  # finished: opened, not computed
         lambda: sh.resume(path),
     ):
-        result, text = told(call)
+        result, text = with_warning(call)
         result.close()
         assert text.startswith(f"3 of 3 curves are incomplete: {TOO_FEW}")
 

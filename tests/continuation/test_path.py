@@ -1,4 +1,4 @@
-"""The path itself: an iterator that says why it ended, with events that are points of their own."""
+"""The path: an iterator over points, events among them, and its status at the end."""
 
 from contextlib import nullcontext
 
@@ -25,39 +25,39 @@ def duffing(**changes):
     return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18)).with_parameters(**changes)
 
 
-def path(curve, start, end, **options):
+def path_from_start(curve, start, end, **options):
     return Path(curve, solve_point(*curve.at(start)).unknowns, start, end, **options)
 
 
 def test_points_come_one_by_one():
-    walk = path(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN)
-    assert walk.status == Status.NOT_STARTED
-    first = next(iter(walk))
+    path = path_from_start(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN)
+    assert path.status == Status.NOT_STARTED
+    first = next(iter(path))
     assert first.value == 10 * TURN
-    assert walk.status == Status.NOT_STARTED
-    points = list(walk)
-    assert walk.status == Status.REACHED_END
+    assert path.status == Status.NOT_STARTED
+    points = list(path)
+    assert path.status == Status.REACHED_END
     assert points[-1].value == 30 * TURN
 
 
 def test_largest_number_of_points():
-    walk = path(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN, max_points=7)
-    assert len(list(walk)) == 7
-    assert walk.status == Status.MAXIMUM_POINTS
-    assert "max_points" in walk.status
+    path = path_from_start(FrequencyProblem(fig03.problem()), 10 * TURN, 30 * TURN, max_points=7)
+    assert len(list(path)) == 7
+    assert path.status == Status.MAXIMUM_POINTS
+    assert "max_points" in path.status
 
 
 def test_a_start_that_is_no_solution():
-    walk = Path(FrequencyProblem(fig03.problem()), np.array([1.0, 2.0]), 60.0, 180.0)
-    assert list(walk) == []
-    assert walk.status == Status.NO_START
+    path = Path(FrequencyProblem(fig03.problem()), np.array([1.0, 2.0]), 60.0, 180.0)
+    assert list(path) == []
+    assert path.status == Status.NO_START
 
 
 def test_a_path_that_comes_back_to_its_start_says_so():
     """Downwards from 1.2 rad/s on the lower branch: a fold at 1.1156, and back on the middle."""
-    walk = path(FrequencyProblem(duffing()), 1.2, 0.5)
-    points = list(walk)
-    assert walk.status == Status.TURNED_BACK
+    path = path_from_start(FrequencyProblem(duffing()), 1.2, 0.5)
+    points = list(path)
+    assert path.status == Status.TURNED_BACK
     assert points[0].value == points[-1].value == 1.2
     kinds = [event.kind for point in points for event in point.events]
     assert kinds == ["fold"]
@@ -66,36 +66,36 @@ def test_a_path_that_comes_back_to_its_start_says_so():
 
 
 @pytest.mark.parametrize(("band", "several"), [((0.5, 1.2), True), ((0.5, 2.0), False)])
-def test_branches_cut_by_the_end_of_the_band_are_told(band, several):
-    told = pytest.warns(RuntimeWarning, match="other solutions") if several else nullcontext()
-    with told:
+def test_other_solutions_at_an_end_of_the_band_are_reported(band, several):
+    warns = pytest.warns(RuntimeWarning, match="other solutions") if several else nullcontext()
+    with warns:
         curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN))
     assert ("other solutions" in str(curve.status.values)) == several
     assert ("wider band" in str(curve.status.values)) == several
 
 
-def test_another_solution_is_found_where_there_is_one():
+def test_deflation_finds_another_solution_where_one_exists():
     problem = duffing()
     for frequency, several in ((1.2, True), (1.0, False)):
-        known = solve_point(problem, frequency).unknowns
+        solution = solve_point(problem, frequency).unknowns
 
         def balance(unknowns, omega=frequency):
             return problem.evaluate(unknowns, omega)
 
-        other = other_solution(balance, known, [1.01 * known])
-        assert (other is not None) == several
-        if other is not None:
+        another = other_solution(balance, solution, [1.01 * solution])
+        assert (another is not None) == several
+        if another is not None:
             # Newton's tolerance.
-            assert balance(other).norm <= 1e-12
-            assert np.linalg.norm(other - known) > 0.1 * np.linalg.norm(known)
+            assert balance(another).norm <= 1e-12
+            assert np.linalg.norm(another - solution) > 0.1 * np.linalg.norm(solution)
 
 
 def test_parameter_through_zero():
     """A spring that softens, is none, and stiffens: the closed form at every point."""
     curve = ParameterProblem(duffing(), "cubic_stiffness", 0.8, smallest=1e-3)
-    walk = path(curve, -0.05, 0.2)
-    points = list(walk)
-    assert walk.status == Status.REACHED_END
+    path = path_from_start(curve, -0.05, 0.2)
+    points = list(path)
+    assert path.status == Status.REACHED_END
     for point in points:
         square = float(point.unknowns @ point.unknowns)
         force = np.sqrt(square * ((1 - 0.64 + 0.75 * point.value * square) ** 2 + 0.04**2))
@@ -107,40 +107,40 @@ def test_values_out_of_range_are_failed_steps():
     """Towards a load of zero no iteration may end in an exception."""
     for start in (3.0, 0.3):
         curve = ParameterProblem(fig03.problem(), "normal_load", 19 * TURN, smallest=1e-3)
-        walk = path(curve, start, 0.0)
-        assert list(walk)[-1].value == 0
-        assert walk.status == Status.REACHED_END
+        path = path_from_start(curve, start, 0.0)
+        assert list(path)[-1].value == 0
+        assert path.status == Status.REACHED_END
     with pytest.raises(ArithmeticError, match="normal_load"):
         curve.evaluate(np.zeros(2), -1.0)
 
 
 @pytest.mark.parametrize("overshoot", [1.05, 2.0])
-def test_a_hop_over_an_event_lands_on_it(overshoot, monkeypatch):
+def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
     """A step at fixed value that meets another contact state ends where the state changes."""
     monkeypatch.setattr(corners, "LARGEST_PREDICTION_ERROR", 10.0)
     curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
-    points = list(path(curve, 10 * TURN, 30 * TURN))
-    at = next(i for i, point in enumerate(points) if point.events)
-    base, event = points[at - 1], points[at]
+    points = list(path_from_start(curve, 10 * TURN, 30 * TURN))
+    i = next(i for i, point in enumerate(points) if point.events)
+    base, event = points[i - 1], points[i]
     length = overshoot * (event.value - base.value) / base.after[-1]
-    found = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=True)
-    assert found is not None
+    crossing = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=True)
+    assert crossing is not None
     # Both are solved to the round-off of the limit.
-    assert found.found.point[-1] == pytest.approx(event.value, rel=1e-11)
-    assert found.slip.tolist() == event.slip.tolist()
-    kept = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=False)
-    assert kept is None
+    assert crossing.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
+    assert crossing.slip.tolist() == event.slip.tolist()
+    same_states = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=False)
+    assert same_states is None
 
 
-def test_hops_reach_the_end_alone():
-    """From point to point by hops in the states they meet, as over corners nobody located."""
+def test_a_step_across_a_corner_goes_ahead_on_the_path():
+    """A natural-parameter step, as across corners that event location missed."""
     curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
-    points = list(path(curve, 10 * TURN, 30 * TURN))
+    points = list(path_from_start(curve, 10 * TURN, 30 * TURN))
     base = points[3]
-    found = corners.step_over_corner(Corrector(curve), base, 30 * TURN, 0.2)
-    assert found is not None
-    assert found.found.residual_norm <= 1e-11
-    assert base.value < found.found.point[-1] < 30 * TURN
+    crossing = corners.step_over_corner(Corrector(curve), base, 30 * TURN, 0.2)
+    assert crossing is not None
+    assert crossing.solution.residual_norm <= 1e-11
+    assert base.value < crossing.solution.point[-1] < 30 * TURN
 
 
 def test_a_mass_matrix_that_is_singular():
@@ -173,11 +173,11 @@ def test_events_are_those_of_short_steps(monkeypatch):
     draws = fig12.samples(problem).isel(sample=0)
     values = {str(name): draws[name].values for name in draws.data_vars}
     problem, band = problem.with_parameters(**values), (50, 255)
-    found = sh.frf(problem, band, throw=True, progress=False)
+    curve = sh.frf(problem, band, throw=True, progress=False)
     monkeypatch.setattr(continuation, "PREDICTION_ERROR", 1e-3)
     expected = sh.frf(problem, band, throw=True, progress=False)
-    assert expected.n_points > 1.3 * found.n_points
+    assert expected.n_points > 1.3 * curve.n_points
     assert expected.n_events >= 6
     for name in ("event_contact", "event_kind"):
-        assert found[name].values.tolist() == expected[name].values.tolist()
-    np.testing.assert_allclose(found.event_frequency, expected.event_frequency, rtol=1e-11)
+        assert curve[name].values.tolist() == expected[name].values.tolist()
+    np.testing.assert_allclose(curve.event_frequency, expected.event_frequency, rtol=1e-11)

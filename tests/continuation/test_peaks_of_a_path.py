@@ -1,4 +1,4 @@
-"""No peak is stepped over: the same from both ends of the band, of the largest and each response.
+"""No peak is missed: the same from both ends of the band, of the largest and of each response.
 
 Random mistuned rings and plates, seeded; a failure names its seed. What is promised is every peak
 that rises by `GUARANTEED` of the largest response over the valleys beside it.
@@ -46,8 +46,8 @@ def plate(seed):
     rng, n = np.random.default_rng([88, seed]), 9
     ones = np.ones(n)
     chain = sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
-    one = sp.eye_array(n)
-    stiffness = n**2 * 100 * (sp.kron(chain, one) + sp.kron(one, chain))
+    identity = sp.eye_array(n)
+    stiffness = n**2 * 100 * (sp.kron(chain, identity) + sp.kron(identity, chain))
     mass = sp.eye_array(n * n)
     damping = 10 ** rng.uniform(-1, 1) * mass + 1e-6 * stiffness
     k = int(rng.integers(2, 6))
@@ -69,13 +69,13 @@ def plate(seed):
 
 def curves(problem, band):
     """By direction, for the largest response and each."""
-    found = {}
-    for way, ends in (("up", band), ("down", (band[1], band[0]))):
+    by_direction = {}
+    for direction, ends in (("up", band), ("down", (band[1], band[0]))):
         for peaks in ("largest", "each"):
             curve = sh.frf(problem, ends, peaks=peaks, sector=False, progress=False)
             assert str(curve.status.values) == REACHED_END
-            found[way, peaks] = curve
-    return found
+            by_direction[direction, peaks] = curve
+    return by_direction
 
 
 def peaks_of(curve):
@@ -91,12 +91,12 @@ def leading_of(curve):
     return [(hz, -1) for i, hz in enumerate(places) if not i or hz > places[i - 1] * (1 + 1e-7)]
 
 
-def unmatched(one, other, of_each):
+def unmatched(first, second, of_each):
     def same(a, b):
         return abs(a[0] / b[0] - 1) < SAME_PLACE and (not of_each or a[1] == b[1])
 
-    return [a for a in one if not any(same(a, b) for b in other)] + [
-        b for b in other if not any(same(a, b) for a in one)
+    return [a for a in first if not any(same(a, b) for b in second)] + [
+        b for b in second if not any(same(a, b) for a in first)
     ]
 
 
@@ -107,35 +107,34 @@ def rise(problem, band, peak, of_each):
     grid = np.unique(np.clip(grid, *band))
     levels = sh.frf(problem, band, at=grid, sector=False, progress=False).amplitude.values
     level = levels[:, peak[1]] if of_each else levels.max(axis=1)
-    at = int(np.argmin(np.abs(grid - peak[0])))
+    top = int(np.argmin(np.abs(grid - peak[0])))
     valleys = []
-    for side in (level[:at][::-1], level[at + 1 :]):
-        above = np.flatnonzero(side > level[at] * (1 + 1e-12))
-        valleys.append(side[: above[0] if len(above) else None].min(initial=level[at]))
-    return (level[at] - max(valleys)) / levels[at].max()
+    for side in (level[:top][::-1], level[top + 1 :]):
+        above = np.flatnonzero(side > level[top] * (1 + 1e-12))
+        valleys.append(side[: above[0] if len(above) else None].min(initial=level[top]))
+    return (level[top] - max(valleys)) / levels[top].max()
 
 
 def left_out(problem, band):
-    """What some of four ways to look for peaks find and others do not, with its rise."""
-    found = curves(problem, band)
+    """Peaks that only some of four computations find, with their rise."""
+    of = curves(problem, band)
     pairs = [
-        (peaks_of(found["up", peaks]), peaks_of(found["down", peaks]), peaks == "each")
+        (peaks_of(of["up", peaks]), peaks_of(of["down", peaks]), peaks == "each")
         for peaks in ("largest", "each")
     ]
     pairs += [
-        (peaks_of(found[way, "largest"]), leading_of(found[way, "each"]), False)
-        for way in ("up", "down")
+        (peaks_of(of[way, "largest"]), leading_of(of[way, "each"]), False) for way in ("up", "down")
     ]
-    words = []
-    for one, other, of_each in pairs:
-        for peak in unmatched(one, other, of_each):
-            words.append((peak, of_each, float(rise(problem, band, peak, of_each))))
-    return [word for word in words if word[2] > GUARANTEED]
+    unmatched_peaks = []
+    for first, second, of_each in pairs:
+        for peak in unmatched(first, second, of_each):
+            unmatched_peaks.append((peak, of_each, float(rise(problem, band, peak, of_each))))
+    return [entry for entry in unmatched_peaks if entry[2] > GUARANTEED]
 
 
 @pytest.mark.parametrize("seed", [7, 12, 49, 79, 137, 179, 222])
 def test_rings_have_the_same_peaks_from_both_ends(seed):
-    """Each of these left some out, or made some up, at planes across the tangent of one end."""
+    """Planes across the tangent of one end missed peaks of each of these, or added some."""
     assert left_out(*ring(seed)) == []
 
 
@@ -153,7 +152,7 @@ def test_a_plate_whose_contacts_change_for_a_moment():
 @pytest.mark.parametrize("first", range(0, 150, 25))
 def test_many_rings(first):
     failures = {seed: left_out(*ring(seed)) for seed in range(first, first + 25)}
-    assert {seed: words for seed, words in failures.items() if words} == {}
+    assert {seed: peaks for seed, peaks in failures.items() if peaks} == {}
 
 
 @pytest.mark.slow

@@ -39,31 +39,31 @@ def test_negative_eigenvalues(size, kind):
 def springs(problem, unknowns, friction):
     """Those of the contacts in each harmonic above 0, written once more."""
     basis, relative = problem.basis, problem.relative(unknowns)
-    found = []
+    rows = []
     for n in problem.harmonics:
         if n == 0:
             continue
         row = []
         for j, y in enumerate(relative):
             stiffness, cubic = problem.contact_stiffness[j], problem.cubic_stiffness[j]
-            own = np.flatnonzero(basis.order == n)
+            both = np.flatnonzero(basis.order == n)
             force = stiffness * friction.matrix[j] @ y
             force += problem.slip_limit[j] * friction.vector[j]
-            square, total = y[own] @ y[own], y @ y
+            square, total = y[both] @ y[both], y @ y
             if square > total / 2:
-                spring = force[own] @ y[own] / square
+                spring = force[both] @ y[both] / square
             else:
-                spring = stiffness * np.trace(friction.matrix[j][np.ix_(own, own)]) / 2
-            beside = total - square
-            row.append(np.clip(spring, 0, stiffness) + cubic * (0.75 * square + 1.5 * beside))
-        found.append(row)
-    return found
+                spring = stiffness * np.trace(friction.matrix[j][np.ix_(both, both)]) / 2
+            rest = total - square
+            row.append(np.clip(spring, 0, stiffness) + cubic * (0.75 * square + 1.5 * rest))
+        rows.append(row)
+    return rows
 
 
 def structure(rng, size, massless=False):
     """Matrices of any pattern, full or not, and contacts between any of their motions."""
-    parts = rng.normal(size=(3, size, size))
-    mass, damping, stiffness = (part @ part.T + 0.1 * np.eye(size) for part in parts)
+    factors = rng.normal(size=(3, size, size))
+    mass, damping, stiffness = (factor @ factor.T + 0.1 * np.eye(size) for factor in factors)
     if rng.random() < 0.5:
         mass = np.diag(np.diag(mass))
     contacts = [tuple(rng.choice(size, rng.integers(1, min(size, 2) + 1), False)) for _ in range(3)]
@@ -198,29 +198,29 @@ MASSES = 1 + 0.01 * np.random.default_rng(0).normal(size=13)
 def test_points_of_a_path_count_the_modes_they_have(name):
     curve, band = CURVES[name]()
     unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
-    walk = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
-    assert len(walk.points) > 5
-    for point in walk.points:
+    branch = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
+    assert len(branch.points) > 5
+    for point in branch.points:
         problem, _ = curve.at(point.value)
         friction = problem.locate(point.unknowns, point.slip)
-        known = resonances.modes(curve, point.unknowns, point.value, friction)
-        assert known is not None
-        assert point.resonances_below == tuple(np.count_nonzero(known.detuning < 0, axis=1))
+        natural_modes = resonances.modes(curve, point.unknowns, point.value, friction)
+        assert natural_modes is not None
+        assert point.resonances_below == tuple(np.count_nonzero(natural_modes.detuning < 0, axis=1))
 
 
 @pytest.mark.parametrize("name", CURVES)
 def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
-    seen, compute = [], resonances.modes
+    computed_at, compute = [], resonances.modes
 
     def counted(curve: ContinuationProblem, unknowns, value, friction):
-        seen.append(value)
+        computed_at.append(value)
         return compute(curve, unknowns, value, friction)
 
     monkeypatch.setattr(resonances, "modes", counted)
     curve, band = CURVES[name]()
     unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
-    walk = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
-    below = [point.resonances_below for point in walk.points]
-    changes = sum(one != other for one, other in zip(below[1:], below, strict=False))
-    assert len(seen) <= 2 * (changes + walk.rejected)
-    assert len(seen) < len(walk.points) / 4
+    branch = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
+    below = [point.resonances_below for point in branch.points]
+    changes = sum(after != before for after, before in zip(below[1:], below, strict=False))
+    assert len(computed_at) <= 2 * (changes + branch.rejected)
+    assert len(computed_at) < len(branch.points) / 4

@@ -299,11 +299,11 @@ def test_explicit_rings_with_an_accuracy_agree_with_their_exact_motion():
     )
     problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
     accuracy, at = 1e-3, [197.0, 199.5, 201.0]
-    found = sh.frf(problem, (196, 202), at=at, over=over, accuracy=accuracy)
-    assert (found.contact_state == 1).sum() > 40
+    response = sh.frf(problem, (196, 202), at=at, over=over, accuracy=accuracy)
+    assert (response.contact_state == 1).sum() > 40
     for sample in over.sample.values:
-        mistuned = sh.rebuild(found.sel(sample=sample))
+        mistuned = sh.rebuild(response.sel(sample=sample))
         for frequency in at:
             exact = sh.periodic_motion(mistuned, frequency).amplitude
-            here = found.amplitude.sel(sample=sample, frequency=frequency)
-            assert float(np.abs(here / exact - 1).max()) < accuracy
+            amplitude = response.amplitude.sel(sample=sample, frequency=frequency)
+            assert float(np.abs(amplitude / exact - 1).max()) < accuracy

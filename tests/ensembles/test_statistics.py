@@ -302,7 +302,7 @@ def test_maxima_of_bounded_numbers_have_a_bound():
     np.testing.assert_array_equal(fit.block_maximum, values.reshape(200, 25).max(axis=1))
 
 
-def test_a_wrong_distribution_is_told():
+def test_a_wrong_distribution_is_detected():
     """Gumbel's law on maxima of two far clusters."""
     rng = np.random.default_rng(2)
     values = np.concatenate([rng.normal(0, 0.1, 100), rng.normal(5, 0.1, 100)])
@@ -368,8 +368,8 @@ def test_intervals_hold_as_often_as_they_say():
         true = law.ppf(result["quantile"].values)
         misses[0] += not quantile[1, 0] <= true[1] <= quantile[1, 1]
         misses[1] += law.cdf(result.maximum.item()) < result.share_below_maximum.item()
-        place = sh.statistics.position(values, law.ppf(0.9), confidence=0.9)
-        low, high = place.probability_interval.values
+        position = sh.statistics.position(values, law.ppf(0.9), confidence=0.9)
+        low, high = position.probability_interval.values
         misses[2] += not low <= 0.9**25 <= high
     # The first and the last miss less often still, as counts are whole numbers.
     spread = 5 * np.sqrt(100 * 0.1 * 0.9)
@@ -378,17 +378,17 @@ def test_intervals_hold_as_often_as_they_say():
 
 def test_position_of_a_value(tmp_path):
     values = np.arange(1.0, 101.0)
-    place = sh.statistics.position(values, 96.5, quantiles=(0.05, 0.99))
-    assert float(place.share_below) == 0.96
-    assert float(place.probability) == pytest.approx(0.96**25)
+    position = sh.statistics.position(values, 96.5, quantiles=(0.05, 0.99))
+    assert float(position.share_below) == 0.96
+    assert float(position.probability) == pytest.approx(0.96**25)
     interval = stats.binomtest(96, 100).proportion_ci(0.95)
-    np.testing.assert_allclose(place.share_below_interval, [interval.low, interval.high])
+    np.testing.assert_allclose(position.share_below_interval, [interval.low, interval.high])
     # The 5 % quantile of the worst of 25 is the 88.7 % quantile of one, the 89.6th of 101 ranks.
-    np.testing.assert_array_equal(place.worst_quantile, [90.0, np.inf])
-    assert_explained_and_archived(place, tmp_path, problem=None)
+    np.testing.assert_array_equal(position.worst_quantile, [90.0, np.inf])
+    assert_explained_and_archived(position, tmp_path, problem=None)
     factors = sh.statistics.amplification(response(), tuned())
-    place = sh.statistics.position(factors, 1.0, of="largest_amplification_at_frequency")
-    assert_explained_and_archived(place, tmp_path)
+    position = sh.statistics.position(factors, 1.0, of="largest_amplification_at_frequency")
+    assert_explained_and_archived(position, tmp_path)
 
 
 NUMBERS = np.linspace(0, 1, 50)

@@ -1,4 +1,4 @@
-"""The largest peak over a parameter: closed forms, full frequency responses, and what it says."""
+"""Peak curves against closed forms and frequency responses; their statuses and errors."""
 
 import re
 from concurrent.futures import Executor, Future
@@ -36,17 +36,17 @@ def mistuned(n_blades, order):
     return ring(n_blades, order, **{name: draws[name].values[0] for name in spreads})
 
 
-def between(found, loads):
+def interpolated(dataset, loads):
     """The curve between its points: cubic, in logarithms."""
-    load, amplitude = found.normal_load.values, found.peak_amplitude.values
-    slope = found.peak_amplitude_slope.values * load / amplitude
+    load, amplitude = dataset.normal_load.values, dataset.peak_amplitude.values
+    slope = dataset.peak_amplitude_slope.values * load / amplitude
     return np.exp(CubicHermiteSpline(np.log(load), np.log(amplitude), slope)(np.log(loads)))
 
 
 def largest(problem, loads, band):
     """Largest peak of full frequency responses."""
-    found = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
-    return found["peak_amplitude"].max("peak").values
+    dataset = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
+    return dataset["peak_amplitude"].max("peak").values
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_points_are_as_many_as_interpolation_needs(single):
     loads = np.geomspace(1.0, 1000.0, 60)[1:-1]
     exact = [one_blade(single, normal_load=load).peak()[0] for load in loads]
     # Points are added until the estimated error is 1e-5.
-    np.testing.assert_allclose(between(single, loads), exact, rtol=3e-5)
+    np.testing.assert_allclose(interpolated(single, loads), exact, rtol=3e-5)
     assert single.surveyed.dtype == bool
     assert single.surveyed.values[[0, -1]].all()
     assert single.surveyed.sum() <= single.n_surveys
@@ -100,33 +100,35 @@ def test_points_are_as_many_as_interpolation_needs(single):
 def test_slopes_against_differences(parameter, band):
     middle = np.mean(band)
     step = 1e-4 * middle
-    found = curve(SINGLE, parameter, band, [middle - step, middle, middle + step])
-    exact = [one_blade(found, **{parameter: value}).peak()[0] for value in found[parameter].values]
-    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=EXACT_DIGITS)
+    dataset = curve(SINGLE, parameter, band, [middle - step, middle, middle + step])
+    exact = [
+        one_blade(dataset, **{parameter: value}).peak()[0] for value in dataset[parameter].values
+    ]
+    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=EXACT_DIGITS)
     difference = (exact[2] - exact[0]) / (2 * step)
     # Differences of the exact digits: the step to the second power, and round-off over the step.
-    assert found.peak_amplitude_slope.values[1] == pytest.approx(difference, rel=1e-5)
+    assert dataset.peak_amplitude_slope.values[1] == pytest.approx(difference, rel=1e-5)
 
 
 def test_minimum_of_a_tuned_ring():
-    found = curve(ring(13, 3), band=(2.0, 3.0))
-    assert found.n_sectors == 13
-    assert found.minimum_normal_load.values == pytest.approx([2.3674], rel=1e-4)
-    load = found.minimum_normal_load.item()
-    around = [one_blade(found, normal_load=load * f).peak()[0] for f in (0.999, 1.0, 1.001)]
-    assert found.minimum_amplitude.item() == pytest.approx(around[1], rel=EXACT_DIGITS)
-    assert around[1] < min(around[0], around[2])
+    dataset = curve(ring(13, 3), band=(2.0, 3.0))
+    assert dataset.n_sectors == 13
+    assert dataset.minimum_normal_load.values == pytest.approx([2.3674], rel=1e-4)
+    load = dataset.minimum_normal_load.item()
+    amplitudes = [one_blade(dataset, normal_load=load * f).peak()[0] for f in (0.999, 1.0, 1.001)]
+    assert dataset.minimum_amplitude.item() == pytest.approx(amplitudes[1], rel=EXACT_DIGITS)
+    assert amplitudes[1] < min(amplitudes[0], amplitudes[2])
 
 
 def test_mistuned_ring():
     problem, loads = mistuned(3, 1), np.array([3.0, 3.7, 4.4, 5.0])
     exact = largest(problem, loads, (5.0, 400.0))
-    found = curve(problem, "normal_load", (3.0, 5.0), loads, frequency=(5, 400))
-    assert found.status.item() == Status.REACHED_END
-    # Both solve for the peaks: a peak that is missing shows by far more.
-    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
-    # None of these is closer than 8 % to another.
-    assert found.surveyed.values.all()
+    dataset = curve(problem, "normal_load", (3.0, 5.0), loads, frequency=(5, 400))
+    assert dataset.status.item() == Status.REACHED_END
+    # Both solve for the peaks; a missed peak makes a far larger difference.
+    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=1e-6)
+    # These values are more than 8 % apart.
+    assert dataset.surveyed.values.all()
 
 
 @pytest.mark.slow
@@ -135,13 +137,13 @@ def test_mistuned_ring_over_two_decades(n_blades, order):
     problem, loads = mistuned(n_blades, order), np.geomspace(0.5, 100.0, 50)
     loads[0], loads[-1] = 0.5, 100.0
     exact = largest(problem, loads, (5.0, 400.0))
-    found = curve(problem, "normal_load", (0.5, 100.0), loads, frequency=(5, 400))
-    assert found.status.item() == Status.REACHED_END
-    np.testing.assert_allclose(found.peak_amplitude, exact, rtol=1e-6)
-    free = curve(problem, "normal_load", (0.5, 100.0), frequency=(5, 400))
-    np.testing.assert_allclose(between(free, loads), exact, rtol=1e-4)
-    exchange = found.event_kind.values == "exchange of the dominant peak"
-    exchanges = found.event_normal_load.values[exchange]
+    dataset = curve(problem, "normal_load", (0.5, 100.0), loads, frequency=(5, 400))
+    assert dataset.status.item() == Status.REACHED_END
+    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=1e-6)
+    without_grid = curve(problem, "normal_load", (0.5, 100.0), frequency=(5, 400))
+    np.testing.assert_allclose(interpolated(without_grid, loads), exact, rtol=1e-4)
+    exchange = dataset.event_kind.values == "exchange of the dominant peak"
+    exchanges = dataset.event_normal_load.values[exchange]
     assert exchanges.size
     # At an exchange two peaks of a response are of equal height, as far as both digits go.
     for load in exchanges[:3]:
@@ -164,8 +166,8 @@ def two_dofs_a_blade():
     damping = 2.0 * mass + 1e-4 * elastic
     contacts = [(1, 3), (3, 5), (5, 1)]
     directions = np.zeros((3, 6))
-    for row, (one, other) in zip(directions, contacts, strict=True):
-        row[one], row[other] = 1, -1
+    for row, (first, second) in zip(directions, contacts, strict=True):
+        row[first], row[second] = 1, -1
     force = np.zeros(6, dtype=complex)
     force[1::2] = np.exp(-2j * np.pi * np.arange(3) / 3)
     model = sh.Model(
@@ -186,69 +188,73 @@ def two_dofs_a_blade():
     return sh.HarmonicBalance(model, excitation), by_hand
 
 
-def assert_by_hand(found, by_hand, loads):
+def assert_by_hand(dataset, by_hand, loads):
     for load in loads:
         amplitude, frequency = by_hand(load)
-        here = found.sel(normal_load=load)
+        point = dataset.sel(normal_load=load)
         # Corners stand where grids by hand end, to 1e-9 of the frequency.
-        assert here.peak_amplitude.item() == pytest.approx(amplitude, rel=2e-9)
-        assert here.peak_frequency.item() == pytest.approx(frequency, rel=1e-7)
+        assert point.peak_amplitude.item() == pytest.approx(amplitude, rel=2e-9)
+        assert point.peak_frequency.item() == pytest.approx(frequency, rel=1e-7)
 
 
 def test_several_degrees_of_freedom_a_blade():
-    """Its lowest peak is where two are equal, which neither model nor package knows in advance."""
+    """The lowest peak is an exchange of two equal peaks."""
     problem, by_hand = two_dofs_a_blade()
     loads = np.array([1.02, 1.05, 1.1])
-    found = curve(problem, "normal_load", (1.02, 1.1), loads, frequency=(5, 60))
-    assert found.status.item() == Status.REACHED_END
-    assert_by_hand(found, by_hand, loads)
-    assert found.minimum_kind.values.tolist() == ["exchange"]
-    low = found.minimum_normal_load.item()
-    assert "exchange of the dominant peak" in found.event_kind.values
-    beside = [by_hand(low * factor) for factor in (1 - 1e-6, 1.0, 1 + 1e-6)]
-    assert beside[1][0] == pytest.approx(found.minimum_amplitude.item(), rel=2e-9)
-    assert beside[0][0] > beside[1][0] < beside[2][0]
+    dataset = curve(problem, "normal_load", (1.02, 1.1), loads, frequency=(5, 60))
+    assert dataset.status.item() == Status.REACHED_END
+    assert_by_hand(dataset, by_hand, loads)
+    assert dataset.minimum_kind.values.tolist() == ["exchange"]
+    load = dataset.minimum_normal_load.item()
+    assert "exchange of the dominant peak" in dataset.event_kind.values
+    peaks = [by_hand(load * factor) for factor in (1 - 1e-6, 1.0, 1 + 1e-6)]
+    assert peaks[1][0] == pytest.approx(dataset.minimum_amplitude.item(), rel=2e-9)
+    assert peaks[0][0] > peaks[1][0] < peaks[2][0]
     # Other peaks lead on either side.
-    assert abs(beside[0][1] - beside[2][1]) > 1
+    assert abs(peaks[0][1] - peaks[2][1]) > 1
 
 
 @pytest.mark.slow
 def test_several_degrees_of_freedom_over_two_decades():
     problem, by_hand = two_dofs_a_blade()
-    found = curve(problem, "normal_load", (0.5, 60.0), frequency=(5, 60))
-    assert found.status.item() == Status.REACHED_END
-    assert {*found.peak_kind.values} == {"smooth", "corner"}
-    at_event = np.abs(np.log(found.normal_load.values[:, None] / found.event_normal_load.values))
-    clear = found.normal_load.values[at_event.min(axis=1) > 1e-6]
-    assert_by_hand(found, by_hand, clear[::4])
+    dataset = curve(problem, "normal_load", (0.5, 60.0), frequency=(5, 60))
+    assert dataset.status.item() == Status.REACHED_END
+    assert {*dataset.peak_kind.values} == {"smooth", "corner"}
+    at_event = np.abs(
+        np.log(dataset.normal_load.values[:, None] / dataset.event_normal_load.values)
+    )
+    clear = dataset.normal_load.values[at_event.min(axis=1) > 1e-6]
+    assert_by_hand(dataset, by_hand, clear[::4])
     heights = {load: by_hand(load)[0] for load in np.geomspace(0.5, 60, 40)}
-    assert min(heights.values()) >= found.minimum_amplitude.values.min()
+    assert min(heights.values()) >= dataset.minimum_amplitude.values.min()
 
 
 def test_unbounded():
     undamped = SINGLE.with_parameters(damping=0.0)
-    found = curve(undamped, "normal_load", (1.2, 2.4), [1.2, 1.5, 2.0, 2.4])
+    dataset = curve(undamped, "normal_load", (1.2, 2.4), [1.2, 1.5, 2.0, 2.4])
     # mu F_n <= pi f0 / 4: the energy of the force grows with the amplitude as fast as that lost.
-    assert np.isinf(found.peak_amplitude.values).tolist() == [True, True, False, False]
-    assert found.peak_kind.values.tolist() == ["unbounded", "unbounded", "smooth", "smooth"]
-    assert Status.PEAK_UNBOUNDED in found.status.item()
-    assert "add damping" in found.status.item()
-    (pole,) = found.event_normal_load.values[found.event_kind.values == "peak becomes unbounded"]
-    # The pole is where the last peaks solved for lead to.
+    assert np.isinf(dataset.peak_amplitude.values).tolist() == [True, True, False, False]
+    assert dataset.peak_kind.values.tolist() == ["unbounded", "unbounded", "smooth", "smooth"]
+    assert Status.PEAK_UNBOUNDED in dataset.status.item()
+    assert "add damping" in dataset.status.item()
+    (pole,) = dataset.event_normal_load.values[
+        dataset.event_kind.values == "peak becomes unbounded"
+    ]
+    # The pole is extrapolated from the last peaks solved for.
     assert pole == pytest.approx(np.pi / 2, rel=1e-5)
 
 
 def test_edge():
     with pytest.raises(sh.SolveError, match="wider frequency band") as caught:
         curve(band=(2.0, 3.0), frequency=(18, 19), throw=True)
-    found = caught.value.result
-    assert {*found.peak_kind.values} == {"smooth", "edge"}
-    crossings = found.event_normal_load.values[
-        found.event_kind.values == "peak crosses the end of the band"
+    dataset = caught.value.result
+    assert {*dataset.peak_kind.values} == {"smooth", "edge"}
+    crossings = dataset.event_normal_load.values[
+        dataset.event_kind.values == "peak crosses the end of the band"
     ]
-    frequencies = [one_blade(found, normal_load=load).peak()[1] for load in crossings]
+    frequencies = [one_blade(dataset, normal_load=load).peak()[1] for load in crossings]
     assert frequencies == pytest.approx([18, 19], rel=1e-7)
-    assert found.minimum_kind.values.tolist() == ["end"]
+    assert dataset.minimum_kind.values.tolist() == ["end"]
 
 
 class Broken(Executor):
@@ -260,8 +266,8 @@ class Broken(Executor):
 
 def test_an_executor_that_fails_loses_nothing():
     with pytest.warns(RuntimeWarning, match="computed in this process"):
-        found = curve(band=(3.0, 3.2), executor=Broken())
-    assert found.identical(curve(band=(3.0, 3.2)))
+        dataset = curve(band=(3.0, 3.2), executor=Broken())
+    assert dataset.identical(curve(band=(3.0, 3.2)))
 
 
 def test_archive(single, tmp_path):

@@ -1,4 +1,4 @@
-"""Accuracy as an input: what is asked for is kept, measured against the exact periodic motion."""
+"""Accuracy as an input: errors against the exact periodic motion stay within it."""
 
 import warnings
 from concurrent.futures import ProcessPoolExecutor
@@ -43,13 +43,13 @@ def blade(load):
 @cache
 def exact_amplitudes(problem, frequencies):
     """Exact amplitudes (n, n_dof) [m], each motion from the neighbour's."""
-    found, state = [], None
+    amplitudes, state = [], None
     for hertz in frequencies:
         motion = exact_motion(problem, TURN * hertz, state)
         assert motion.converged
         state = motion.state
-        found.append(motion.amplitude)
-    return np.array(found)
+        amplitudes.append(motion.amplitude)
+    return np.array(amplitudes)
 
 
 def errors(problem, response):
@@ -154,7 +154,7 @@ def test_more_than_can_be_had_is_said():
         sh.solve(blade(1), 15.0, accuracy=1e-8, throw=True)
 
 
-def test_errors_between_the_points_of_the_path_are_told(monkeypatch):
+def test_errors_between_the_points_of_the_path_are_reported(monkeypatch):
     """Values asked for may be less accurate than every point of a path with the same harmonics."""
     monkeypatch.setattr("symhbm.response.accuracy.harmonic_sets.HIGHEST", 9)
     problem, band, at = blade(1), (10, 13), np.linspace(10, 13, 41)
@@ -162,8 +162,8 @@ def test_errors_between_the_points_of_the_path_are_told(monkeypatch):
     def errors(accuracy, at=None):
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "the curve is incomplete")
-            found = sh.frf(problem, band, at=at, accuracy=accuracy)
-        return found.status.item(), found.truncation_error.values
+            response = sh.frf(problem, band, at=at, accuracy=accuracy)
+        return response.status.item(), response.truncation_error.values
 
     _, along = errors(1e-9)
     _, at_values = errors(1e-9, at)

@@ -1,4 +1,4 @@
-"""What is stored of each contact against the exact periodic motion."""
+"""Stored contact results against the exact periodic motion."""
 
 import numpy as np
 import pytest
@@ -49,21 +49,21 @@ def test_state_reversals_stick_and_dissipation(name):
     problem, hertz = CASES[name]
     harmonics = range(24) if 0 in problem.harmonics else range(1, 32, 2)
     many = sh.HarmonicBalance(problem.model, problem.excitation, harmonics)
-    found = sh.solve(many, hertz, throw=True)
+    response = sh.solve(many, hertz, throw=True)
     motion = exact_motion(problem, 2 * np.pi * hertz)
     assert motion.converged
-    assert bool(found.contact_model_valid)
+    assert bool(response.contact_model_valid)
     never = np.zeros(problem.model.n_contacts, dtype=bool)
     never[motion.neutral_contacts] = True
     limit = problem.model.friction_coefficient * problem.model.normal_load
     slips = ~never | (limit == 0)
-    np.testing.assert_array_equal(found.contact_state == 1, slips)
-    np.testing.assert_array_equal(found.reversals, motion.reversals)
+    np.testing.assert_array_equal(response.contact_state == 1, slips)
+    np.testing.assert_array_equal(response.reversals, motion.reversals)
     # Angles converge with the square of the highest harmonic, energies with its cube.
-    np.testing.assert_allclose(found.stick_fraction, motion.stick_fraction, atol=2e-3)
+    np.testing.assert_allclose(response.stick_fraction, motion.stick_fraction, atol=2e-3)
     # Next to the work of the force, which round-off of a contact that sticks is relative to.
     atol = 2e-4 * motion.friction_loss.max() + 1e-14 * motion.work
-    np.testing.assert_allclose(found.dissipation, motion.friction_loss, atol=atol)
+    np.testing.assert_allclose(response.dissipation, motion.friction_loss, atol=atol)
 
 
 def test_what_one_harmonic_gets_wrong():

@@ -66,10 +66,10 @@ def mistuned(sample, harmonics=(1,), load=10.0, contact_stiffness=1e6, engine_or
 
 def rewritten(problem):
     """The equations of a ring, written anew."""
-    given = problem.parameters
-    limit = np.broadcast_to(given["friction_coefficient"] * given["normal_load"], BLADES)
-    stiffness = np.broadcast_to(given["contact_stiffness"], BLADES)
-    order = int(given["engine_order"])
+    parameters = problem.parameters
+    limit = np.broadcast_to(parameters["friction_coefficient"] * parameters["normal_load"], BLADES)
+    stiffness = np.broadcast_to(parameters["contact_stiffness"], BLADES)
+    order = int(parameters["engine_order"])
     ring = stiffness, limit, order, MASS, DAMPING, STIFFNESS
     if problem.harmonics == (1,):
         return OneHarmonicRing(*ring)
@@ -89,9 +89,9 @@ def peaks_of(curve):
     ]
 
 
-def differences(found, expected: list[Top]) -> list[str]:
+def differences(located, expected: list[Top]) -> list[str]:
     """What tells located peaks from those of a scan, in words; nothing if they are the same."""
-    words, left = [], list(found)
+    words, left = [], list(located)
     for top in expected:
         near = [peak for peak in left if abs(peak[0] / top.hz - 1) < SAME_PLACE]
         if not near:
@@ -236,9 +236,9 @@ def test_the_scan_solves_the_equations_of_the_library():
         for i in range(len(hz)):
             # x = Re(X exp(i tau)): the sine coefficient is minus the imaginary part.
             sign = np.tile([1, -1], BLADES) if harmonics == (1,) else 1
-            found = problem.evaluate(sign * points.unknowns[i], TWO_PI * hz[i])
-            assert found.norm <= 1e-12  # the tolerance of the library
-            np.testing.assert_array_equal(found.friction.slip, points.slip[i])
+            evaluation = problem.evaluate(sign * points.unknowns[i], TWO_PI * hz[i])
+            assert evaluation.norm <= 1e-12  # the tolerance of the library
+            np.testing.assert_array_equal(evaluation.friction.slip, points.slip[i])
 
 
 @pytest.mark.slow
@@ -344,11 +344,11 @@ def test_names_of_blades_change_nothing(sample):
     rolled = problem.with_parameters(
         **{name: np.roll(problem.parameters[name], shift) for name in names}
     )
-    one, other = (sh.frf(p, BAND, at=GRID, progress=False) for p in (problem, rolled))
-    assert_same_peaks(peaks_of(other), peaks_of(one))
-    np.testing.assert_array_equal(other.peak_dof, (one.peak_dof + shift) % BLADES)
-    moved = np.roll(one.amplitude.values, shift, axis=1)
-    error = np.abs(other.amplitude.values - moved) / moved.max(axis=1)[:, None]
+    response, moved_response = (sh.frf(p, BAND, at=GRID, progress=False) for p in (problem, rolled))
+    assert_same_peaks(peaks_of(moved_response), peaks_of(response))
+    np.testing.assert_array_equal(moved_response.peak_dof, (response.peak_dof + shift) % BLADES)
+    moved = np.roll(response.amplitude.values, shift, axis=1)
+    error = np.abs(moved_response.amplitude.values - moved) / moved.max(axis=1)[:, None]
     assert error.max() < SAME_CURVE
 
 

@@ -177,13 +177,13 @@ def maxima(function, low, high, count=4000):
     values = np.array([function(x) for x in grid])
     tops = 1 + np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]))
     tops = [i for i in tops if values[i] > values[i - 1] * (1 + 1e-12)]
-    found = []
+    refined = []
     for i in tops:
         best = minimize_scalar(
             lambda x: -function(x), bounds=(grid[i - 1], grid[i + 1]), options={"xatol": 0}
         )
-        found.append((float(best.x), function(float(best.x))))
-    return found
+        refined.append((float(best.x), function(float(best.x))))
+    return refined
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Whoever interrupts is told what is safe; workers end with their parent, and without a word."""
+"""Interruptions: a note tells which results are safe; workers end silently with their parent."""
 
 import os
 import signal
@@ -51,8 +51,8 @@ def stop(patch, after):
 
 def interrupted(patch, after, use):
     """The note of an interrupted call."""
-    with patch.context() as own:
-        stop(own, after)
+    with patch.context() as context:
+        stop(context, after)
         with pytest.raises(KeyboardInterrupt) as caught:
             use()
     [note] = caught.value.__notes__
@@ -126,14 +126,14 @@ def test_a_working_file_of_other_names_is_refused(tmp_path, monkeypatch):
     """As one of another version is: its curves could not be put beside those of today."""
     from symhbm.response import curve
 
-    path, nothing = tmp_path / "x.nc", curve.nothing
+    path, unsolved = tmp_path / "x.nc", curve.unsolved
 
-    def more(*given):
-        table = nothing(*given)
+    def more(*arguments):
+        table = unsolved(*arguments)
         return table | {"angle": table["residual_norm"].copy()}
 
     with monkeypatch.context() as patch:
-        patch.setattr(curve, "nothing", more)
+        patch.setattr(curve, "unsolved", more)
         interrupted(monkeypatch, 1, lambda: call(archive=path))
     for use in (lambda: call(archive=path), lambda: sh.resume(path)):
         with pytest.raises(sh.ArchiveError, match=r"another version .*differ in angle; finish it"):
@@ -182,10 +182,10 @@ def started(method, doing, folder):
     """A process with a pool of two workers, and their numbers."""
     script = folder / "script.py"
     script.write_text(textwrap.dedent(SCRIPT))
-    here = Path(__file__).parent
+    tests = Path(__file__).parent
     process = subprocess.Popen(
         [sys.executable, script, method, doing],
-        env=os.environ | {"PYTHONPATH": f"{here}:{here.parent}:{Path(sh.__file__).parents[1]}"},
+        env=os.environ | {"PYTHONPATH": f"{tests}:{tests.parent}:{Path(sh.__file__).parents[1]}"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -1,4 +1,4 @@
-"""One point from nothing: paper's problems at any frequency, exact amplitudes, honest failure."""
+"""Single points without a guess: the paper's problems at any frequency, and reported failures."""
 
 import json
 import sys
@@ -23,9 +23,9 @@ def test_cold_start_of_the_blade(harmonics):
     problem = fig03.problem(harmonics)
     for load in fig03.NORMAL_LOADS:
         for frequency in rng.uniform(1, 60, 8 if len(harmonics) == 1 else 2):
-            found = sh.solve(problem.with_parameters(normal_load=load), frequency, throw=True)
-            assert found.residual_norm <= 1e-12
-            assert found.converged
+            solution = sh.solve(problem.with_parameters(normal_load=load), frequency, throw=True)
+            assert solution.residual_norm <= 1e-12
+            assert solution.converged
 
 
 @pytest.mark.parametrize("engine_order", range(7))
@@ -53,10 +53,10 @@ def test_growing_the_force_reaches_the_same_point():
 def test_undamped_resonance_fails_honestly():
     blade = sh.Model([[1.0]], [[0.0]], [[1.0]])
     problem = sh.HarmonicBalance(blade, sh.PointForce())
-    found = sh.solve(problem, 1 / (2 * np.pi))
-    assert not found.converged
-    assert np.isnan(found.amplitude).all()
-    assert "undamped resonance" in str(found.status.values)
+    solution = sh.solve(problem, 1 / (2 * np.pi))
+    assert not solution.converged
+    assert np.isnan(solution.amplitude).all()
+    assert "undamped resonance" in str(solution.status.values)
     with pytest.raises(sh.SolveError, match="unbounded") as caught:
         sh.solve(problem, 1 / (2 * np.pi), throw=True)
     assert not caught.value.result.converged
@@ -65,32 +65,32 @@ def test_undamped_resonance_fails_honestly():
 def test_failure_of_every_start_is_reported(monkeypatch):
     monkeypatch.setattr(sys.modules["symhbm.continuation.newton"], "MAX_ITERATIONS", 0)
     monkeypatch.setattr(start, "_grow_force", lambda *_: None)
-    found = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
-    assert not found.converged
-    assert np.isnan(found.coefficient).all()
-    assert "did not converge" in str(found.status.values)
-    assert (found.contact_state == -1).all()
+    solution = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
+    assert not solution.converged
+    assert np.isnan(solution.coefficient).all()
+    assert "did not converge" in str(solution.status.values)
+    assert (solution.contact_state == -1).all()
 
 
 def test_friction_diagnostics_of_the_describing_function():
     """Dissipation is 4 g (A - g/k_d), theta_star - theta_0 = acos(1 - 2 g/(k_d A))."""
-    found = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
-    amplitude, g, kd = float(found.amplitude[0]), 1.5, 1e4
-    assert float(found.dissipation[0]) == pytest.approx(4 * g * (amplitude - g / kd), rel=1e-12)
+    solution = sh.solve(fig03.problem().with_parameters(normal_load=3), 20.0)
+    amplitude, g, kd = float(solution.amplitude[0]), 1.5, 1e4
+    assert float(solution.dissipation[0]) == pytest.approx(4 * g * (amplitude - g / kd), rel=1e-12)
     angle = np.arccos(1 - 2 * g / (kd * amplitude))
-    assert float(found.theta_star[0] - found.theta_0[0]) == pytest.approx(angle, rel=1e-12)
-    assert float(found.stick_fraction[0]) == pytest.approx(angle / np.pi, rel=1e-12)
+    assert float(solution.theta_star[0] - solution.theta_0[0]) == pytest.approx(angle, rel=1e-12)
+    assert float(solution.stick_fraction[0]) == pytest.approx(angle / np.pi, rel=1e-12)
     # Energy: the work of the force is pi f0 b_1, viscous dissipation pi c omega A^2.
-    work = np.pi * float(found.coefficient.sel(component="sin").item())
+    work = np.pi * float(solution.coefficient.sel(component="sin").item())
     viscous = np.pi * 0.5 * 2 * np.pi * 20.0 * amplitude**2
-    assert work == pytest.approx(viscous + float(found.dissipation[0]), rel=1e-10)
+    assert work == pytest.approx(viscous + float(solution.dissipation[0]), rel=1e-10)
 
 
 @pytest.mark.parametrize("case", EXACT["single_blade_points"][::5], ids=str)
 def test_more_harmonics_approach_the_exact_motion_of_the_blade(case):
     problem = fig03.problem((1, 3, 5, 7)).with_parameters(normal_load=case["Fn"])
-    found = sh.solve(problem, case["freq_hz"], throw=True)
+    solution = sh.solve(problem, case["freq_hz"], throw=True)
     # Truncation after harmonic 7 errs by at most 3e-4 on these points (the study's table).
-    assert float(found.amplitude[0]) == pytest.approx(case["x_max_abs"][0], rel=5e-4)
-    slip = 1 - float(found.stick_fraction[0])
+    assert float(solution.amplitude[0]) == pytest.approx(case["x_max_abs"][0], rel=5e-4)
+    slip = 1 - float(solution.stick_fraction[0])
     assert slip == pytest.approx(case["slip_fraction"][0], abs=2e-2)

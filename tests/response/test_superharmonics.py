@@ -1,4 +1,4 @@
-"""Forces and modes of harmonics that a response leaves out."""
+"""Forces and modes of truncated harmonics."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,8 @@ def test_forces_are_those_of_a_larger_basis(harmonics):
     law = locate(wide, embedded, stiffness, limit)
     force = stiffness[:, None] * np.einsum("cij,cj->ci", law.matrix, embedded)
     force += limit[:, None] * law.vector
-    found, share = friction_beyond(basis, coefficients, stiffness, limit, beyond)
-    for n, column in zip(beyond, found.T, strict=True):
+    forces, share = friction_beyond(basis, coefficients, stiffness, limit, beyond)
+    for n, column in zip(beyond, forces.T, strict=True):
         cosine, sine = (force[:, wide.component(int(n), s)] for s in (False, True))
         # Round-off of forces of size one.
         np.testing.assert_allclose(column, cosine - 1j * sine, atol=1e-12)
@@ -65,10 +65,10 @@ def test_narrow_resonances_of_any_harmonic_are_found(ratio, damping_ratio):
     many = sh.HarmonicBalance(problem.model, problem.excitation, range(1, 28, 2))
     expected = sh.frf(many, band, peaks="each")
     accuracy = 0.01
-    found = sh.frf(problem, band, peaks="each", accuracy=accuracy)
-    assert found.status.item() == sh.Status.REACHED_END
-    assert found.highest_harmonic.min() == 1
-    others = list(zip(found.peak_dof.values, found.peak_frequency.values, strict=True))
+    response = sh.frf(problem, band, peaks="each", accuracy=accuracy)
+    assert response.status.item() == sh.Status.REACHED_END
+    assert response.highest_harmonic.min() == 1
+    others = list(zip(response.peak_dof.values, response.peak_frequency.values, strict=True))
     n_checked = 0
     for dof, hertz, top in zip(
         expected.peak_dof.values,
@@ -77,6 +77,6 @@ def test_narrow_resonances_of_any_harmonic_are_found(ratio, damping_ratio):
         strict=True,
     ):
         near = np.argmin([abs(f - hertz) + 100 * (d != dof) for d, f in others])
-        assert found.peak_amplitude.values[near] == pytest.approx(top, rel=accuracy)
+        assert response.peak_amplitude.values[near] == pytest.approx(top, rel=accuracy)
         n_checked += 1
     assert n_checked >= 1

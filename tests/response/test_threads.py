@@ -1,4 +1,4 @@
-"""Linear algebra on several threads: the same digits, to which it is computed on one."""
+"""Linear algebra on several threads gives the same digits as on one."""
 
 import os
 import subprocess
@@ -35,11 +35,11 @@ for problem, band in cases:
 
 def test_digits_do_not_depend_on_the_number_of_threads():
     """Of rings and of a structure with full matrices, up to some hundred unknowns."""
-    found = []
+    digits = []
     for threads in ("1", "2"):
         environment = os.environ | {"OPENBLAS_NUM_THREADS": threads}
-        given = [sys.executable, "-c", PROGRAM]
-        done = subprocess.run(given, env=environment, capture_output=True, text=True, check=True)
-        found.append(done.stdout.split())
-    assert len(found[0]) == 5
-    assert found[0] == found[1]
+        command = [sys.executable, "-c", PROGRAM]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        digits.append(done.stdout.split())
+    assert len(digits[0]) == 5
+    assert digits[0] == digits[1]

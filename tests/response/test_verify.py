@@ -108,12 +108,12 @@ def test_sound_archives_pass(tmp_path, case):
     original = dataset(case)
     loaded = sh.load(sh.save(original, tmp_path / "archive.nc"))
     verified = verify(loaded, exact=1)
-    found = report(verified)
-    assert found["passed"], summary(verified)
-    assert found["n_checked"] == int(original.converged.sum()) > 0
-    assert found["n_skipped"] == int((~original.converged).sum())
-    assert found["n_exact_failed"] == 0
-    assert found["n_exact"] == 1
+    result = report(verified)
+    assert result["passed"], summary(verified)
+    assert result["n_checked"] == int(original.converged.sum()) > 0
+    assert result["n_skipped"] == int((~original.converged).sum())
+    assert result["n_exact_failed"] == 0
+    assert result["n_exact"] == 1
     # Round-off, hundreds of times below the bound.
     assert float(verified.residual_stored.max()) < 2e-12
     assert "angles_difference" not in verified  # of angles as unknowns alone
@@ -124,7 +124,7 @@ def test_sound_archives_pass(tmp_path, case):
         if name != "exact_difference":
             np.testing.assert_array_equal(np.isfinite(verified[name]), original.converged)
     # Nothing else has changed, and what is verified is an archive.
-    stripped = verified.drop_vars([name for name in found["figures"] if name in verified])
+    stripped = verified.drop_vars([name for name in result["figures"] if name in verified])
     del stripped.attrs["verification"]
     xr.testing.assert_identical(stripped, original)
     again = sh.load(sh.save(verified, tmp_path / "verified.nc"))
@@ -136,20 +136,20 @@ def test_flags_hide_nothing():
     damaged = dataset("grid").copy(deep=True)
     damaged.converged[3] = False
     damaged.coefficient[3] *= 1.5
-    found = report(verify(damaged, exact="none"))
-    assert found["n_checked"] == 11
-    assert found["figures"]["residual_stored"]["at"]["frequency"] == 18.0
+    result = report(verify(damaged, exact="none"))
+    assert result["n_checked"] == 11
+    assert result["figures"]["residual_stored"]["at"]["frequency"] == 18.0
 
 
-def scale(ds, name, place, factor):
+def scale(ds, name, index, factor):
     values = ds[name].values.copy()
-    values[place] *= factor
+    values[index] *= factor
     ds[name] = (ds[name].dims, values, ds[name].attrs)
     return ds
 
 
-def flip(ds, place):
-    ds.contact_state.values[place] = 1 - ds.contact_state.values[place]
+def flip(ds, index):
+    ds.contact_state.values[index] = 1 - ds.contact_state.values[index]
     return ds
 
 
@@ -169,38 +169,38 @@ DAMAGE = {
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_damage_is_named_at_its_point(damage):
-    name, place, factor, figure = DAMAGE[damage]
+    name, index, factor, figure = DAMAGE[damage]
     part = dataset("figure 3").isel(normal_load=[0, 5, 8]).copy(deep=True)
-    verified = verify(scale(part, name, place, factor), exact="none")
-    found = report(verified)
-    entry = found["figures"][figure]
-    assert not found["passed"]
+    verified = verify(scale(part, name, index, factor), exact="none")
+    result = report(verified)
+    entry = result["figures"][figure]
+    assert not result["passed"]
     assert entry["broken"]
     assert entry["n_broken"] == 1
-    assert (entry["at"]["normal_load"], entry["at"]["point"]) == (3.0, place[1])
+    assert (entry["at"]["normal_load"], entry["at"]["point"]) == (3.0, index[1])
     line = next(line for line in summary(verified).splitlines() if line.startswith(figure))
-    assert f"BROKEN  normal_load=3, point={place[1]}," in line
+    assert f"BROKEN  normal_load=3, point={index[1]}," in line
 
 
 @pytest.mark.parametrize(
-    ("case", "place"),
+    ("case", "index"),
     [("grid", (0, 0)), ("grid", (5, 0)), ("ensemble", (2, 3, 1)), ("point", (1,))],
 )
-def test_flipped_contact_state(case, place):
-    damaged = flip(dataset(case).copy(deep=True), place)
+def test_flipped_contact_state(case, index):
+    damaged = flip(dataset(case).copy(deep=True), index)
     verified = verify(damaged, exact="none")
-    assert np.argwhere(verified.contact_mismatch.values == 1).tolist() == [list(place[:-1])]
+    assert np.argwhere(verified.contact_mismatch.values == 1).tolist() == [list(index[:-1])]
     broken = [name for name, entry in report(verified)["figures"].items() if entry["broken"]]
     assert broken == ["contact_mismatch"]
 
 
 def test_followed_parameter_is_that_of_each_point():
     damaged = scale(dataset("loads").copy(deep=True), "normal_load", (7,), 1 + 1e-3)
-    found = report(verify(damaged, exact="none"))["figures"]["residual_stored"]
-    assert found["broken"]
-    assert found["at"]["point"] == 7
-    assert found["at"]["normal_load"] == float(damaged.normal_load[7])
-    assert found["at"]["frequency"] == 19.5
+    result = report(verify(damaged, exact="none"))["figures"]["residual_stored"]
+    assert result["broken"]
+    assert result["at"]["point"] == 7
+    assert result["at"]["normal_load"] == float(damaged.normal_load[7])
+    assert result["at"]["frequency"] == 19.5
     # No such parameter: the one point is broken, not the archive.
     verified = verify(scale(damaged, "normal_load", (7,), -1.0), exact="none")
     assert np.isinf(verified.residual_stored.values[7])
@@ -244,9 +244,9 @@ def test_choice_of_points():
     ds = dataset("figure 3")
     verified = verify(ds, points=20, exact=6)
     assert int(np.isfinite(verified.residual_stored).sum()) == 20
-    found = report(verified)
-    assert found["n_checked"] + found["n_unchecked"] == int(ds.converged.sum())
-    assert found["n_exact"] == int(np.isfinite(verified.exact_difference).sum()) == 6
+    result = report(verified)
+    assert result["n_checked"] + result["n_unchecked"] == int(ds.converged.sum())
+    assert result["n_exact"] == int(np.isfinite(verified.exact_difference).sum()) == 6
     checked = verified.where(np.isfinite(verified.residual_stored))
     # The exact motion is asked for where most is left out.
     worst = checked.residual_larger.argmax(...)
@@ -267,8 +267,8 @@ def test_parts_and_order_of_dimensions():
     ):
         verified = verify(part, exact="none")
         assert report(verified)["passed"]
-        place = {name: part[name].values for name in ("sample", "frequency")}
-        expected = whole.residual_larger.sel(place).transpose(*verified.residual_larger.dims)
+        index = {name: part[name].values for name in ("sample", "frequency")}
+        expected = whole.residual_larger.sel(index).transpose(*verified.residual_larger.dims)
         # The same numbers through the same functions.
         np.testing.assert_allclose(verified.residual_larger, expected, rtol=1e-9)
     with pytest.raises(ValueError, match="dimensions are missing"):
@@ -279,15 +279,15 @@ def test_parts_and_order_of_dimensions():
 
 def test_bounds():
     ds = dataset("point")
-    found = report(verify(ds, bounds={"residual_larger": 1e-12, "energy_error": None}))
-    assert not found["passed"]
-    assert found["figures"]["residual_larger"]["broken"]
-    assert found["figures"]["energy_error"]["bound"] is None
+    result = report(verify(ds, bounds={"residual_larger": 1e-12, "energy_error": None}))
+    assert not result["passed"]
+    assert result["figures"]["residual_larger"]["broken"]
+    assert result["figures"]["energy_error"]["bound"] is None
     assert report(verify(ds, bounds={"residual_larger": 1.0}))["passed"]
     # A bound on what was not computed does not hold.
-    found = report(verify(ds, bounds={"exact_difference": 1.0}, exact="none"))
-    assert not found["passed"]
-    assert found["figures"]["exact_difference"]["worst"] is None
+    result = report(verify(ds, bounds={"exact_difference": 1.0}, exact="none"))
+    assert not result["passed"]
+    assert result["figures"]["exact_difference"]["worst"] is None
     with pytest.raises(
         KeyError, match=r"'residual' is no figure.*residual_stored, residual_larger"
     ):
@@ -298,8 +298,8 @@ def test_nothing_to_verify_does_not_pass():
     still = dataset("grid").isel(frequency=[0]).copy(deep=True)
     still.converged[:] = False
     still.coefficient[:] = np.nan
-    found = report(verify(still))
-    assert (found["n_checked"], found["n_skipped"], found["passed"]) == (0, 1, False)
+    result = report(verify(still))
+    assert (result["n_checked"], result["n_skipped"], result["passed"]) == (0, 1, False)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Work around the path: what is compiled, evaluated, sent and written, and how often."""
+"""Cost beside the path: compilations, evaluations, messages to workers and commits."""
 
 import threading
 import tracemalloc
@@ -81,17 +81,17 @@ def test_sets_of_harmonics_are_compiled_once_for_all_copies(compiled):
 
 def test_each_stored_point_is_evaluated_once(monkeypatch):
     """With its contacts free, whatever states the path held."""
-    seen, check = [], point.check_each
+    evaluated, check = [], point.check_each
 
     def counted(problems, unknowns, frequencies):
-        seen.extend(frequencies)
+        evaluated.extend(frequencies)
         return check(problems, unknowns, frequencies)
 
     monkeypatch.setattr(point, "check_each", counted)
     for problem in (blade(), blade((1, 3)), disk()):
-        seen.clear()
+        evaluated.clear()
         curve = sh.frf(problem, BAND, progress=False)
-        np.testing.assert_array_equal(np.array(seen) / RADIANS, curve.frequency)
+        np.testing.assert_array_equal(np.array(evaluated) / RADIANS, curve.frequency)
         assert curve.converged.all()
 
 
@@ -104,12 +104,12 @@ def test_points_at_once_are_points_alone(harmonics, samples):
     )
     problems = [base.with_parameters(normal_load=load) for load in (0.5, 1, 2, 500)]
     hz = np.array([18.0, 19.0, 20.0, 21.0])
-    given = base if samples is None else base.located()
-    found = [
-        sh.solve(given.with_parameters(normal_load=problem.parameters["normal_load"]), f)
+    located = base if samples is None else base.located()
+    solutions = [
+        sh.solve(located.with_parameters(normal_load=problem.parameters["normal_load"]), f)
         for problem, f in zip(problems, hz, strict=True)
     ]
-    coefficients = np.array([point.coefficient.values for point in found])
+    coefficients = np.array([point.coefficient.values for point in solutions])
     order, sine = base.basis.order, base.basis.is_sine
     at = np.searchsorted(harmonics, order), sine.astype(int)
     unknowns = coefficients[:, :, *at].reshape(len(hz), -1)
@@ -131,12 +131,12 @@ def test_points_at_once_are_points_alone(harmonics, samples):
 @pytest.fixture
 def quick(monkeypatch):
     """Sets that take no time: each curve is that of the first."""
-    compute, found = ensemble.compute_curve, []
+    compute, curves = ensemble.compute_curve, []
 
     def same(problem, task):
-        if not found:
-            found.append(compute(problem, task))
-        return found[0]
+        if not curves:
+            curves.append(compute(problem, task))
+        return curves[0]
 
     monkeypatch.setattr(ensemble, "compute_curve", same)
 
@@ -182,7 +182,7 @@ def test_short_sets_are_sent_together():
     assert len(executor.pieces) < 500
 
 
-def test_sets_that_take_longer_come_again(monkeypatch):
+def test_sets_that_take_longer_are_sent_again(monkeypatch):
     """Pieces of five, with time for one."""
     expected = call(blade())
     monkeypatch.setattr(ensemble, "_PIECE", 0.0)
@@ -204,16 +204,16 @@ def test_a_large_problem_is_sent_to_those_that_do_not_know_it(monkeypatch):
     assert len(sent) <= 2 + 2 * (1 + ensemble._WAITING) < 60
 
 
-def test_a_worker_that_does_not_know_a_problem_says_so():
-    found = []
+def test_a_worker_asks_for_a_problem_that_it_does_not_know():
+    outcomes = []
 
     def ask():
-        found.append(ensemble._work("a problem of nobody", None, [{}], "a call"))
+        outcomes.append(ensemble._work("a problem of nobody", None, [{}], "a call"))
 
     thread = threading.Thread(target=ask)
     thread.start()
     thread.join()
-    assert found == [None]
+    assert outcomes == [None]
 
 
 @pytest.mark.usefixtures("quick")
@@ -221,9 +221,9 @@ def test_a_worker_that_does_not_know_a_problem_says_so():
 def test_short_sets_are_written_together(seconds, commits, monkeypatch, tmp_path):
     written, add = [], Store.add
 
-    def counted(self, found):
-        written.append(len(found))
-        add(self, found)
+    def counted(self, encoded):
+        written.append(len(encoded))
+        add(self, encoded)
 
     monkeypatch.setattr(Store, "add", counted)
     monkeypatch.setattr(ensemble, "_PIECE", seconds)
@@ -232,7 +232,7 @@ def test_short_sets_are_written_together(seconds, commits, monkeypatch, tmp_path
     assert len([n for n in written if n]) == commits
 
 
-def test_a_set_that_fails_has_what_is_kept(monkeypatch):
+def test_a_failed_set_has_the_kept_variables(monkeypatch):
     compute = ensemble.compute_curve
 
     def failing(problem, task):
@@ -249,16 +249,16 @@ def test_a_set_that_fails_has_what_is_kept(monkeypatch):
     assert "amplitude" not in curves
 
 
-def test_results_on_the_way_do_not_stay_in_memory(monkeypatch):
+def test_spooled_results_do_not_stay_in_memory(monkeypatch):
     """Beside what they become: 20 MB of them in one."""
     monkeypatch.setattr(spool, "_MEMORY", 2**20)
     row = np.arange(1250.0)
     tracemalloc.start()
-    with spool.Spool() as held:
+    with spool.Spool() as kept:
         for number in reversed(range(2000)):
-            held.add([(number, tables.encode({"value": number + row}))])
+            kept.add([(number, tables.encode({"value": number + row}))])
         waiting = tracemalloc.get_traced_memory()[1]
-        stacked = held.stacked()["value"]
+        stacked = kept.stacked()["value"]
         largest = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     np.testing.assert_array_equal(stacked, np.arange(2000)[:, None] + row)

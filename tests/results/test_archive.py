@@ -1,4 +1,4 @@
-"""What is saved comes back equal, explains itself, and rebuilds its problem."""
+"""Saved datasets come back equal, explain themselves, and rebuild their problem."""
 
 from functools import cache
 
@@ -134,8 +134,8 @@ def test_a_name_without_a_suffix(name, written, tmp_path):
     path = sh.save(dataset("point"), tmp_path / name)
     assert path == tmp_path / written
     assert [file.name for file in tmp_path.iterdir()] == [written]
-    for given in (name, written):
-        xr.testing.assert_identical(sh.load(tmp_path / given), dataset("point"))
+    for path_name in (name, written):
+        xr.testing.assert_identical(sh.load(tmp_path / path_name), dataset("point"))
     with pytest.raises(FileExistsError):
         sh.save(dataset("point"), tmp_path / name)
 

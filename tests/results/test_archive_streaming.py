@@ -1,4 +1,4 @@
-"""Archives that outlive their process: nothing is lost, computed twice, or other than in memory."""
+"""Archives that outlive their process: no set is lost, computed twice, or differs from memory."""
 
 import itertools
 import json
@@ -198,7 +198,7 @@ def test_the_same_call_goes_on(interrupted, monkeypatch):
     assert_archive_of("path", interrupted)
 
 
-def test_an_archive_on_its_way_says_so(interrupted):
+def test_an_unfinished_archive_is_reported(interrupted):
     with pytest.raises(FileNotFoundError, match=r"2 of its 4 .*symhbm\.resume.*symhbm\.load"):
         sh.load(interrupted)
 
@@ -282,7 +282,7 @@ def test_damage_is_noticed(interrupted):
             use()
 
 
-def test_results_are_kept_however_they_come(tmp_path, monkeypatch):
+def test_results_are_kept_in_any_order(tmp_path, monkeypatch):
     """The last set first."""
     path, compute = tmp_path / "x.nc", ensemble.compute
 
@@ -386,21 +386,21 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
     assert_archive_of("path", path)
 
 
-@pytest.mark.parametrize("what", ["directory", "x.nc.partial"])
-def test_removed_while_it_is_written(what, tmp_path, monkeypatch):
+@pytest.mark.parametrize("removed", ["directory", "x.nc.partial"])
+def test_removed_while_it_is_written(removed, tmp_path, monkeypatch):
     path, compute = tmp_path / "here" / "x.nc", ensemble.compute_curve
     path.parent.mkdir()
 
     def removing(problem, task):
         if float(problem.parameters["normal_load"][0]) == LOADS[2]:
-            if what == "directory":
+            if removed == "directory":
                 shutil.rmtree(path.parent)
             else:
                 working_file(path).unlink()
         return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_curve", removing)
-    with pytest.raises(sh.ArchiveError, match=f"{what}.* was removed, and with it all"):
+    with pytest.raises(sh.ArchiveError, match=f"{removed}.* was removed, and with it all"):
         call("path", archive=path)
     monkeypatch.undo()
     path.parent.mkdir(exist_ok=True)

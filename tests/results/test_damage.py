@@ -43,11 +43,11 @@ def interrupt(path):
     """A working file with some of its sets, as a process leaves it that is interrupted."""
     add = Store.add
 
-    def stopping(self, found):
-        for each in found:
+    def stopping(self, encoded):
+        for table in encoded:
             if len(self.done) == N_DONE:
                 raise KeyboardInterrupt
-            add(self, [each])
+            add(self, [table])
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Store, "add", stopping)
@@ -89,15 +89,15 @@ def opened(read):
 
 
 def look_at_archives(whole, folder, seeds):
-    seen = []
+    refused = []
     for seed in seeds:
         path = folder / f"{seed}.nc"
         path.write_bytes(damaged(whole, seed))
         for lazy in (False, True):
-            found = opened(lambda path=path, lazy=lazy: sh.load(path, lazy))
-            assert found is None or found.identical(in_memory()), (seed, lazy)
-            seen.append(found is None)
-    assert any(seen)
+            data = opened(lambda path=path, lazy=lazy: sh.load(path, lazy))
+            assert data is None or data.identical(in_memory()), (seed, lazy)
+            refused.append(data is None)
+    assert any(refused)
 
 
 def look_at_working_files(whole, folder, seeds):
@@ -107,17 +107,17 @@ def look_at_working_files(whole, folder, seeds):
     part = sh.load(file)
     assert int((part.status != str(sh.Status.NOT_STARTED)).sum()) == N_DONE
     expected = {sh.load: part, sh.resume: in_memory()}
-    seen = []
+    refused = []
     for seed in seeds:
         for use, argument in ((sh.load, file), (sh.resume, path)):
             for left in folder.iterdir():
                 left.unlink()
             file.write_bytes(damaged(whole, seed))
-            found = opened(lambda use=use, argument=argument: use(argument))
-            assert found is None or found.identical(expected[use]), (seed, use)
-            seen.append(found is None)
-    assert any(seen)
-    assert not all(seen)
+            data = opened(lambda use=use, argument=argument: use(argument))
+            assert data is None or data.identical(expected[use]), (seed, use)
+            refused.append(data is None)
+    assert any(refused)
+    assert not all(refused)
 
 
 def test_any_damage_of_an_archive(archive, tmp_path):
@@ -151,7 +151,7 @@ STATUS = b"the end of the band was reached"
 
 @pytest.mark.parametrize("lazy", [False, True])
 @pytest.mark.parametrize("change", [STATUS.upper(), STATUS[:-1] + b"!"])
-def test_a_changed_text_is_no_text(change, lazy, archive, tmp_path):
+def test_a_changed_text_is_refused(change, lazy, archive, tmp_path):
     """NetCDF itself reads it without a word."""
     path = tmp_path / "x.nc"
     path.write_bytes(archive)
@@ -165,7 +165,7 @@ def test_a_changed_text_is_no_text(change, lazy, archive, tmp_path):
 @pytest.mark.parametrize(
     "again", [lambda path: call(archive=path), sh.resume], ids=["frf", "resume"]
 )
-def test_what_is_handed_out_was_looked_at(again, archive, tmp_path):
+def test_the_file_that_is_read_was_checked(again, archive, tmp_path):
     path = tmp_path / "x.nc"
     call(archive=path).close()
     flipped(path, STATUS, STATUS.upper())
@@ -178,8 +178,8 @@ def test_a_file_that_changes_after_it_was_opened(where, archive, tmp_path):
     path = tmp_path / "x.nc"
     path.write_bytes(archive)
     with sh.load(path, lazy=True) as lazy:
-        place = int(where * len(archive))
-        data = archive[:place] + bytes(1000) + archive[place + 1000 :]
+        offset = int(where * len(archive))
+        data = archive[:offset] + bytes(1000) + archive[offset + 1000 :]
         with path.open("rb+") as file:
             file.write(data)
         with pytest.raises(sh.ArchiveError, match=r"x\.nc'.*changed after it was opened"):
@@ -243,12 +243,12 @@ def test_the_seal_is_of_the_whole_file(tmp_path):
     assert sealed.startswith(content)
     assert len(sealed) == size + seal._LENGTH
     assert not seal.is_damaged(path)
-    for place in (0, 1, seal._BLOCK - 1, seal._BLOCK, size - 1, size, len(sealed) - 2):
+    for offset in (0, 1, seal._BLOCK - 1, seal._BLOCK, size - 1, size, len(sealed) - 2):
         data = bytearray(sealed)
-        data[place] ^= 1
+        data[offset] ^= 1
         path.write_bytes(data)
         # A mark that is none is no seal; a file of HDF5 tells its length beside.
-        assert seal.is_damaged(path) == (place != size)
+        assert seal.is_damaged(path) == (offset != size)
 
 
 def changed(file, command, *values):

@@ -1,4 +1,4 @@
-"""What `keep` left out is said by name, and what was kept of the peaks can be verified."""
+"""`keep`: variables left out are named, and the peaks kept can be verified."""
 
 import json
 from functools import cache
@@ -124,9 +124,9 @@ def test_damage_of_a_peak_is_named(name, whole):
     figure, factor = DAMAGE[name]
     kept = whole_ensemble() if whole else ensemble("grid")
     broken = kept.copy(deep=True)
-    place = (1, int(kept.n_peaks[1]) - 1)
+    index = (1, int(kept.n_peaks[1]) - 1)
     values = broken[name].values
-    values[place] = values[place] * factor if name != "peak_dof" else (values[place] + 1) % 5
+    values[index] = values[index] * factor if name != "peak_dof" else (values[index] + 1) % 5
     result, report = verified(broken, exact="none")
     assert not report["passed"]
     names = [name for name, entry in report["figures"].items() if entry["broken"]]
@@ -134,7 +134,7 @@ def test_damage_of_a_peak_is_named(name, whole):
     assert not [name for name in names if not name.startswith("peak_")]
     entry = report["figures"][figure]
     assert entry["n_broken"] == 1
-    assert (entry["at"]["sample"], entry["at"]["peak"]) == place
+    assert (entry["at"]["sample"], entry["at"]["peak"]) == index
     assert "BROKEN" in summary(result)
     assert verified(kept, exact="none")[1]["passed"]
 
@@ -144,7 +144,7 @@ def whole_ensemble():
     return sh.frf(RING, BAND, over=DRAWS, at=GRID, progress=False)
 
 
-def test_coefficients_alone_are_verified_as_far_as_they_go():
+def test_coefficients_alone_are_verified_as_far_as_possible():
     kept = sh.frf(RING, BAND, over=DRAWS, at=GRID, keep=["coefficient"], progress=False)
     result, report = verified(kept)
     assert report["passed"]
@@ -164,7 +164,7 @@ def test_coefficients_alone_are_verified_as_far_as_they_go():
     assert verified(kept, bounds={"contact_mismatch": None})[1]["passed"]
 
 
-def test_the_energy_balance_of_peaks_sees_the_friction():
+def test_the_energy_balance_of_peaks_includes_friction():
     """Dissipation is that of a slider that marches, not what the residual has it to be."""
     kept = ensemble("grid")
     other = kept.assign(friction_coefficient=kept.friction_coefficient * (1 + 1e-6))

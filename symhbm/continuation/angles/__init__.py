@@ -1,4 +1,4 @@
-"""Paths on the unknowns of the paper: Fourier coefficients and switching angles, Eqs. (9)-(11)."""
+"""Branches in Fourier coefficients and switching angles, the unknowns of Eqs. (9)-(11)."""
 
 from symhbm.continuation.angles.branches import ANGLES_ENDED, angle_branches, covered
 from symhbm.continuation.angles.corrector import AngleCorrector

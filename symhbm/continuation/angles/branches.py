@@ -1,8 +1,8 @@
-"""A band with the switching angles as unknowns, walked in the parts where the form applies.
+"""Branches with the switching angles as unknowns, over the parts of a band where these apply.
 
-Where a path ends because a contact begins to reverse while it slips, the form may apply again
-beyond. Each part is entered by a solution of its own, walked back to where it begins, and from
-there to where it ends.
+Where a branch ends because a contact begins to reverse while it slips, the form may apply again
+beyond. A solution there starts the next branch, which is followed back to its first point and from
+there to its last.
 """
 
 from collections.abc import Sequence
@@ -14,18 +14,18 @@ from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 
-_FIRST, _FARTHER, _IN_VAIN = 1e-3, 1.5, 4
-"""Distance beyond the end of a part, relative, at which the next is looked for, and how that grows
-where the form does not apply and, beside, where nothing is found though it does."""
-_MOST = 12
-"""Parts of a band."""
+_FIRST, _FARTHER, _NOT_CONVERGED = 1e-3, 1.5, 4
+"""Distance beyond the end of a branch, relative, of the first attempt to start the next one; its
+growth with each attempt, and the additional growth where the form applies but nothing converges."""
+_MAX_BRANCHES = 12
+"""Branches over one band."""
 _BEYOND = 1e-5
-"""Distance beyond the end of a path, relative, at which it is asked why it ended."""
+"""Distance beyond the end of a branch, relative, at which located friction tells why it ended."""
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
 
 
-class AngleWalk(Branch):
-    """A path with the switching angles as unknowns; see `Branch`."""
+class AngleBranch(Branch):
+    """A branch with the switching angles as unknowns; see `Branch`."""
 
     corrector: AngleCorrector
 
@@ -33,44 +33,46 @@ class AngleWalk(Branch):
         assert curve.angles is not None
         return AngleCorrector(curve, curve.angles)
 
-    def _go(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        super()._go(start, end, max_points, guess)
+    def _follow(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
+        super()._follow(start, end, max_points, guess)
         if self.status not in (Status.NO_START, Status.MINIMUM_STEP):
             return
-        # Located friction tells whether there is anything to be found where nothing was.
-        beyond = start
+        # Located friction tells whether the form applies where the branch ends.
+        value = start
         if self.points:
             last = self.points[-1].state
             distance = min(_BEYOND * self.curve.scale(last)[-1], abs(end - last[-1]))
-            beyond = last[-1] + self._heading * distance
-        applies = self.corrector.applies(float(beyond))
+            value = last[-1] + self._heading * distance
+        applies = self.corrector.applies(float(value))
         if applies is not None:
             self.status = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY
 
-    def _solve_anew(self, value: float) -> NewtonResult:
-        return self.corrector.anew(value)
+    def _solve_from_scratch(self, value: float) -> NewtonResult:
+        return self.corrector.solve_from_scratch(value)
 
 
 def angle_branches(
-    curve: ContinuationProblem, band: tuple[float, float], max_points: int, each: bool
-) -> list[AngleWalk]:
-    """The parts of a band in which the form applies, in the order of the band.
+    curve: ContinuationProblem, band: tuple[float, float], max_points: int, per_dof: bool
+) -> list[AngleBranch]:
+    """The branches over the parts of a band in which the form applies, in the order of the band.
 
     The first begins where the band does; it has no points where the form does not apply there.
     """
-    walks = [AngleWalk(curve, band, max_points, each)]
-    while walks[-1].status in ANGLES_ENDED and len(walks) < _MOST:
-        part = _next(walks[-1], band, max_points)
-        if part is None:
+    branches = [AngleBranch(curve, band, max_points, per_dof)]
+    while branches[-1].status in ANGLES_ENDED and len(branches) < _MAX_BRANCHES:
+        following = _next_branch(branches[-1], band, max_points)
+        if following is None:
             break
-        walks.append(part)
-    return walks
+        branches.append(following)
+    return branches
 
 
-def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleWalk | None:
-    """The part after that of a walk, None where nothing is found up to the end of the band."""
-    curve, corrector = walk.curve, walk.corrector
-    begin, end = walk.points[-1].value if walk.points else band[0], band[1]
+def _next_branch(
+    branch: AngleBranch, band: tuple[float, float], max_points: int
+) -> AngleBranch | None:
+    """The branch after another one, None where none starts up to the end of the band."""
+    curve, corrector = branch.curve, branch.corrector
+    begin, end = branch.points[-1].value if branch.points else band[0], band[1]
     heading = 1 if end > begin else -1
     distance = _FIRST * max(abs(begin), curve.smallest)
     value = begin
@@ -79,27 +81,31 @@ def _next(walk: AngleWalk, band: tuple[float, float], max_points: int) -> AngleW
         distance *= _FARTHER
         if corrector.applies(value) is False:
             continue
-        found = corrector.free(walk.points[-1].unknowns, value) if walk.points else None
-        if found is None or not found.converged:
-            found = corrector.anew(value)
-        if not found.converged:
-            distance *= _IN_VAIN
+        solution = corrector.free(branch.points[-1].unknowns, value) if branch.points else None
+        if solution is None or not solution.converged:
+            solution = corrector.solve_from_scratch(value)
+        if not solution.converged:
+            distance *= _NOT_CONVERGED
             continue
-        back = AngleWalk(curve, (value, begin), max_points, walk.each, found.unknowns)
+        back = AngleBranch(curve, (value, begin), max_points, branch.per_dof, solution.unknowns)
         corrector.solves += back.corrector.solves
-        edge = back.points[-1] if back.points else None
-        if edge is None or edge.value == end:
+        first = back.points[-1] if back.points else None
+        if first is None or first.value == end:
             continue
-        part = AngleWalk(curve, (edge.value, end), max_points, walk.each, edge.unknowns)
-        if part.points and (part.points[-1].value - begin) * heading > 0:
-            return part
-        corrector.solves += part.corrector.solves
+        rest = first.value, end
+        forward = AngleBranch(curve, rest, max_points, branch.per_dof, first.unknowns)
+        if forward.points and (forward.points[-1].value - begin) * heading > 0:
+            return forward
+        corrector.solves += forward.corrector.solves
     return None
 
 
-def covered(walks: Sequence[Branch], unit: float, band: tuple[float, float]) -> float:
-    """Share of a band, in a ``unit`` of its values, over which walks have points."""
-    if all(walk.status == Status.REACHED_END for walk in walks):
+def covered(branches: Sequence[Branch], unit: float, band: tuple[float, float]) -> float:
+    """Share of a band, in a ``unit`` of its values, that branches cover with points."""
+    if all(branch.status == Status.REACHED_END for branch in branches):
         return 1.0
-    ways = [abs(walk.points[-1].value - walk.points[0].value) for walk in walks if walk.points]
-    return sum(ways) / (unit * abs(band[1] - band[0]))
+    ends = [
+        (branch.points[0].value, branch.points[-1].value) for branch in branches if branch.points
+    ]
+    lengths = [abs(last - first) for first, last in ends]
+    return sum(lengths) / (unit * abs(band[1] - band[0]))

@@ -1,8 +1,8 @@
-"""Points of a curve with the switching angles as unknowns, by a solver chosen by name.
+"""Corrector with the switching angles as unknowns, by a solver chosen by name.
 
-What a solver finds is a point only if each contact moves as Eqs. (4)-(11) suppose and if friction
-marched along the motion leaves no residual: the equations have false solutions. States of contacts
-are held over a step, as everywhere on a path; what begins or ends slip is ``rho = 1``.
+The equations have false solutions. So a result of the solver is a point only if each contact moves
+as Eqs. (4)-(11) assume and if located friction along the motion leaves no residual. Contact states
+are held over a step, as on every path; slip begins or ends where ``rho = 1``.
 """
 
 from dataclasses import replace
@@ -29,13 +29,14 @@ from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
 
 _WEAK, _STRONG = 0.5, 1e3
-"""Force over that at which slip begins, and that at which friction does little, to start from."""
-_ANYWHERE = 10.0
-"""Distance from a guess of another place, relative to the response, within which to look."""
+"""Forces to start from: a share of that at which slip begins, and a multiple of that at which all
+contacts slip."""
+_FREE_RADIUS = 10.0
+"""Largest distance of a solution at a fixed value from its guess, relative to the response."""
 
 
 class AngleCorrector(Corrector):
-    """Corrects guesses onto a curve by one of the solvers."""
+    """Corrects guesses onto a curve in the coefficients and the switching angles."""
 
     def __init__(self, curve: ContinuationProblem, solver: str):
         super().__init__(curve)
@@ -56,11 +57,11 @@ class AngleCorrector(Corrector):
         try:
             with np.errstate(all="ignore"):
                 system = self._system.bordered(self.curve, guess, scale, constraint, slip)
-                found, solves = self._system.solve(self.solver, system, precision)
+                solution, solves = self._system.solve(self.solver, system, precision)
         except ArithmeticError:
             return None
         self.solves += solves
-        scaled = np.append(found[: len(guess) - 1], found[-1])
+        scaled = np.append(solution[: len(guess) - 1], solution[-1])
         if not np.linalg.norm(scaled - guess / scale) <= radius:
             return None
         point = scaled * scale
@@ -68,8 +69,8 @@ class AngleCorrector(Corrector):
             evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
         except ArithmeticError:
             return None
-        _, theta_0, rho = self._system.angles.split((found * system.column)[:-1])
-        if not self._holds(point, theta_0, rho, slip, evaluation):
+        _, theta_0, rho = self._system.angles.split((solution * system.column)[:-1])
+        if not self._is_valid(point, theta_0, rho, slip, evaluation):
             return None
         _, row = constraint(point, evaluation)
         return self._with_tangent(point, evaluation, scale, row, guess, slip)
@@ -77,74 +78,75 @@ class AngleCorrector(Corrector):
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution with the contact states ``slip``, along ``row`` where it can be."""
+        """Tangent at a solution in the contact states ``slip``, along ``row`` or the parameter."""
         evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
         borders = row, unit_parameter(len(row))
-        found = (
+        tangents = (
             self._with_tangent(point, evaluation, scale, border, point, slip) for border in borders
         )
-        return next((tangent for tangent in found if tangent is not None), None)
+        return next((tangent for tangent in tangents if tangent is not None), None)
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
-        """Solution at a value near ``unknowns``, in the contact states that its motion asks for."""
-        before = self.solves
+        """Solution at a value near ``unknowns``, in the contact states of its own motion."""
+        solves_before = self.solves
         point = np.append(unknowns, value)
         slip = self.curve.at(value)[0].locate(unknowns).slip
         status = Status.NO_CONVERGENCE
         for _ in range(2 + len(slip)):
             scale = self.curve.scale(point)
             plane = Hyperplane(point, scale, unit_parameter(len(point)))
-            found = self.correct(point, scale, plane, slip, radius=_ANYWHERE)
-            if found is None:
+            solution = self.correct(point, scale, plane, slip, radius=_FREE_RADIUS)
+            if solution is None:
                 break
-            point = np.append(found.point[:-1], value)
-            slip = slip ^ crossed(found.slip_margin, slip)
-            if not found.crosses and found.residual_norm <= TOLERANCE:
+            point = np.append(solution.point[:-1], value)
+            slip = slip ^ crossed(solution.slip_margin, slip)
+            if not solution.crosses and solution.residual_norm <= TOLERANCE:
                 status = Status.SUCCESS
                 break
         evaluation = self.curve.evaluate(point[:-1], value)
-        return NewtonResult(point[:-1], evaluation, self.solves - before, status)
+        return NewtonResult(point[:-1], evaluation, self.solves - solves_before, status)
 
-    def anew(self, value: float) -> NewtonResult:
-        """Solution at a value without a known neighbour: the force grows from a linear response.
+    def solve_from_scratch(self, value: float) -> NewtonResult:
+        """Solution at a value without a neighbouring solution, followed from a linear response.
 
-        From an amplitude at which no contact slips, or falls from one at which friction does
-        little. Where located friction tells that the form does not apply, nothing is tried.
+        The force grows from an amplitude at which no contact slips, or falls from one at which
+        friction hardly acts. Where located friction shows that the form does not apply, there is
+        none.
         """
-        before = self.solves
+        solves_before = self.solves
         problem, frequency = self.curve.at(value)
         if self.applies(value) is False:
-            nothing = np.full(problem.n_unknowns, np.nan)
+            unknowns = np.full(problem.n_unknowns, np.nan)
             evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
-            return NewtonResult(nothing, evaluation, 1, Status.NO_CONVERGENCE)
+            return NewtonResult(unknowns, evaluation, 1, Status.NO_CONVERGENCE)
         amplitude = float(problem.parameters["force_amplitude"])
         stuck = linear_response(problem, frequency)
         if stuck is None:
-            nothing = np.zeros(problem.n_unknowns)
-            evaluation = problem.evaluate(nothing, frequency)
-            return NewtonResult(nothing, evaluation, 1, Status.SYSTEM_SINGULAR)
+            unknowns = np.zeros(problem.n_unknowns)
+            evaluation = problem.evaluate(unknowns, frequency)
+            return NewtonResult(unknowns, evaluation, 1, Status.SYSTEM_SINGULAR)
         slip_margin = problem.locate(stuck).slip_margin
         slip_margin = slip_margin[np.isfinite(slip_margin)]
         result = self.free(stuck, value)
         if result.converged or not slip_margin.size or slip_margin.max() <= 0:
             return result
         curve = ParameterProblem(problem, "force_amplitude", frequency)
-        without = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+        frictionless = linear_response(problem.with_parameters(normal_load=0.0), frequency)
         starts = [(stuck, _WEAK * np.exp(-slip_margin.max()))]
-        if without is not None:
-            starts.append((without, _STRONG * np.exp(-slip_margin.min())))
+        if frictionless is not None:
+            starts.append((frictionless, _STRONG * np.exp(-slip_margin.min())))
         for linear, share in starts:
-            walker = AngleCorrector(curve, self.solver)
-            first = walker.free(share * linear, share * amplitude)
+            corrector = AngleCorrector(curve, self.solver)
+            first = corrector.free(share * linear, share * amplitude)
             if first.converged:
-                path = Path(curve, first.unknowns, share * amplitude, amplitude, walker)
+                path = Path(curve, first.unknowns, share * amplitude, amplitude, corrector)
                 points = list(path)
                 if path.status == Status.REACHED_END:
                     result = self.free(points[-1].unknowns, value)
-            self.solves += walker.solves
+            self.solves += corrector.solves
             if result.converged:
                 break
-        return replace(result, iterations=self.solves - before)
+        return replace(result, iterations=self.solves - solves_before)
 
     def applies(self, value: float) -> bool | None:
         """Whether the form applies to the response with located angles, None without one."""
@@ -154,10 +156,10 @@ class AngleCorrector(Corrector):
             return None
         angles = self._system.angles
         unknowns, slip = angles.start(problem, located.unknowns)
-        both = two_angles(angles, unknowns, slip)
-        return bool(angles.applies(problem, located.unknowns, *both).all())
+        thetas = two_angles(angles, unknowns, slip)
+        return bool(angles.applies(problem, located.unknowns, *thetas).all())
 
-    def _holds(
+    def _is_valid(
         self,
         point: FloatArray,
         theta_0: FloatArray,
@@ -165,17 +167,18 @@ class AngleCorrector(Corrector):
         slip: NDArray[np.bool_],
         evaluation: Evaluation,
     ) -> bool:
-        """Whether what a solver found is a motion of Eqs. (4)-(11), no false solution."""
+        """Whether a result of the solver is a motion of Eqs. (4)-(11), and no false solution."""
         if not evaluation.norm <= ACCEPTED:
             return False
         problem, _ = self.curve.at(float(point[-1]))
-        beyond = crossed(evaluation.friction.slip_margin, slip)
+        past_limit = crossed(evaluation.friction.slip_margin, slip)
         slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles
-        both = two_angles(angles, np.concatenate([point[:-1], theta_0, rho]), slides & ~at_limit)
-        applies = angles.applies(problem, point[:-1], *both)
-        return bool(np.all(applies | beyond | at_limit | ~slides))
+        unknowns = np.concatenate([point[:-1], theta_0, rho])
+        thetas = two_angles(angles, unknowns, slides & ~at_limit)
+        applies = angles.applies(problem, point[:-1], *thetas)
+        return bool(np.all(applies | past_limit | at_limit | ~slides))
 
     def _with_tangent(
         self,
@@ -186,7 +189,7 @@ class AngleCorrector(Corrector):
         guess: FloatArray,
         slip: NDArray[np.bool_],
     ) -> Corrected | None:
-        """A point with the tangent of the equations with all their unknowns there."""
+        """A point with the tangent of the equations in all their unknowns."""
         plane = Hyperplane(point, scale, row)
         with np.errstate(all="ignore"):
             system = self._system.bordered(self.curve, point, scale, plane, slip)

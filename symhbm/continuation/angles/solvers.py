@@ -1,7 +1,7 @@
 """Eqs. (4)-(11) with the switching angles as unknowns, solved by a solver chosen by name.
 
-They have false solutions, and none at all where a contact reverses while it slips. So a solver
-starts from a solution with located angles, and what it finds must be that solution.
+They have false solutions, and no solution where a contact reverses while it slips. So a solver
+starts from the solution with located angles, and its result must be that solution.
 """
 
 from dataclasses import dataclass, replace
@@ -15,11 +15,28 @@ from numpy.typing import ArrayLike, NDArray
 from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd
 from symhbm.continuation.newton import ACCEPTED, newton
 from symhbm.continuation.start import solve_point
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import DENSE_LIMIT, FloatArray, check
 
 AGREEMENT = 1e-9
 """Largest distance from the located solution, relative to it."""
+ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
+"""The residual is asked to be below round-off, so that the length of the last step decides."""
+IPOPT: dict[str, Any] = {
+    "print_time": False,
+    "calc_lam_p": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.tol": 1e-13,
+    "ipopt.acceptable_iter": 0,
+    "ipopt.max_iter": 100,
+    "ipopt.nlp_scaling_method": "none",
+    # Without an objective the barrier has no purpose, and rho may be near its bounds.
+    "ipopt.mu_init": 1e-13,
+    "ipopt.bound_push": 1e-9,
+    "ipopt.bound_frac": 1e-9,
+    "ipopt.bound_relax_factor": 0.0,
+}
+NO_WARNINGS = {"show_eval_warnings": False}
 
 
 class AngleStatus(StrEnum):
@@ -48,12 +65,12 @@ class AngleStatus(StrEnum):
 
 @dataclass(frozen=True)
 class AngleResult:
-    """What a solver found; coefficients and angles are NaN unless it is the solution.
+    """Result of a solver; coefficients and angles are NaN unless it is the solution.
 
     ``unknowns`` (problem.n_unknowns,), the coefficients [m]; ``theta_0``, ``theta_star``
     (n_contacts,) in rad from 0 to 2 pi, NaN where a contact does not slip; ``iterations`` of the
-    solver; ``applies`` (n_contacts,), which contacts move as Eqs. (4)-(11) suppose at the last
-    point where that was asked; ``difference`` from the located solution, relative to it, NaN
+    solver; ``applies`` (n_contacts,), which contacts move as Eqs. (4)-(11) assume at the last
+    point that was checked; ``difference`` from the located solution, relative to it, NaN
     where the equations are not solved.
     """
 
@@ -75,7 +92,7 @@ def check_angles(problem: HarmonicBalance, solver: str) -> None:
     """Raise ValueError unless there is such a solver and the form can be written for a problem."""
     if not isinstance(solver, str) or solver not in _SOLVERS:
         raise ValueError(f"angles={check.shown(solver)}: expected one of {', '.join(_SOLVERS)}")
-    if isinstance(problem.model, CondensedModel):
+    if not problem.model.has_matrices:
         raise ValueError(
             f"angles={solver!r}: expected None for a condensed structure, whose linear part is no "
             "CasADi function; use the attribute structure of its model"
@@ -88,7 +105,7 @@ def check_angles(problem: HarmonicBalance, solver: str) -> None:
 
 
 def check_path_angles(solver: str, may_fold: bool, accuracy: float | None) -> None:
-    """Raise ValueError for what a path with angles as unknowns cannot have beside it."""
+    """Raise ValueError for options that a path with angles as unknowns does not have."""
     if accuracy is not None:
         raise ValueError(
             f"angles={solver!r}: expected None with accuracy={accuracy:g}, which adds harmonics "
@@ -115,7 +132,7 @@ def solve_angles(
     Parameters
     ----------
     problem, frequency
-        What to solve, and where.
+        The problem to solve, and the angular frequency [rad/s].
     solver
         ``"newton"`` (this package's), ``"rootfinder"`` (CasADi's) or ``"ipopt"``.
     located_unknowns : (problem.n_unknowns,)
@@ -138,40 +155,42 @@ def solve_angles(
         located = solve_point(problem, frequency).unknowns
     else:
         located = _vector("located_unknowns", located_unknowns, problem.n_unknowns)
-    own, slip = angles.start(problem, located)
-    first = own if start is None else _vector("start", start, angles.n_unknowns)
-    inputs = angles.arguments(problem, own, frequency, slip)
+    reference, slip = angles.start(problem, located)
+    first = reference if start is None else _vector("start", start, angles.n_unknowns)
+    inputs = angles.arguments(problem, reference, frequency, slip)
     evaluation = problem.evaluate(located, frequency)
     if evaluation.norm > ACCEPTED:
         return _result(problem, AngleStatus.NOT_LOCATED, np.zeros(len(slip), bool))
-    applies = angles.applies(problem, located, *two_angles(angles, own, slip))
+    applies = angles.applies(problem, located, *two_angles(angles, reference, slip))
     if not applies.all():
         return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
 
-    column, row = _scales(problem, angles, own, slip, evaluation.magnitude)
+    column, row = _scales(problem, angles, reference, slip, evaluation.magnitude)
     data = [*inputs.values()][1:]
     values = np.concatenate([np.ravel(a, order="F") for a in (*data, column, row)])
     point, iterations = _SOLVERS[solver](angles, first, values, column, evaluation)
     residual = np.asarray(_scaled(angles)(point, values)[0].full())
-    # In this order a value that is not finite fails too.
+    # The negated comparison is also true of NaN.
     if not np.abs(residual).max() <= ACCEPTED:
         return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
 
-    found = (angles.split(point * column)[0], *two_angles(angles, point * column, slip))
-    applies = angles.applies(problem, *found)
-    difference = float(np.linalg.norm(found[0] - located) / (np.linalg.norm(located) or 1.0))
+    solution = (angles.split(point * column)[0], *two_angles(angles, point * column, slip))
+    applies = angles.applies(problem, *solution)
+    difference = float(np.linalg.norm(solution[0] - located) / (np.linalg.norm(located) or 1.0))
     if not applies.all():
         return _result(problem, AngleStatus.FALSE_SOLUTION, applies, iterations, difference)
-    if difference > AGREEMENT or problem.evaluate(found[0], frequency).norm > ACCEPTED:
+    if difference > AGREEMENT or problem.evaluate(solution[0], frequency).norm > ACCEPTED:
         return _result(problem, AngleStatus.OTHER_SOLUTION, applies, iterations, difference)
-    return _result(problem, AngleStatus.SUCCESS, applies, iterations, difference, found)
+    return _result(problem, AngleStatus.SUCCESS, applies, iterations, difference, solution)
 
 
-def _result(problem, status, applies, iterations=0, difference=np.nan, found=None) -> AngleResult:
-    if found is None:
+def _result(
+    problem, status, applies, iterations=0, difference=np.nan, solution=None
+) -> AngleResult:
+    if solution is None:
         sizes = problem.n_unknowns, len(applies), len(applies)
-        found = [np.full(size, np.nan) for size in sizes]
-    coefficients, theta_0, theta_star = found
+        solution = [np.full(size, np.nan) for size in sizes]
+    coefficients, theta_0, theta_star = solution
     two_angles = theta_0 % (2 * np.pi), theta_star % (2 * np.pi)
     return AngleResult(coefficients, *two_angles, iterations, status, applies, difference)
 
@@ -193,14 +212,14 @@ def two_angles(
 
 
 def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, FloatArray]:
-    """Sizes of the unknowns and of the equations at the located solution."""
+    """Magnitudes of the unknowns and of the equations at the located solution."""
     coefficients, _, rho = angles.split(unknowns)
     response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
     balance = np.full(len(coefficients), magnitude or 1.0)
     spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
     turning = np.where(slip, spring, 1.0)
-    # Eq. (11) loses digits in gross slip as its forces shrink, theta_star as they are scaled by
-    # the spring force: the mean of both sizes serves both.
+    # In gross slip the forces of Eq. (11) are small. Relative to them the equation loses digits,
+    # relative to the spring force theta_star does: their geometric mean suits both.
     onset = np.where(slip, spring * np.sqrt(rho), 1.0)
     return (
         np.concatenate([response, np.ones(len(slip)), rho]),
@@ -209,7 +228,7 @@ def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, Flo
 
 
 def _problem(angles: SwitchingAngles) -> dict[str, ca.SX]:
-    """Scaled unknowns, data, and scaled equations, under CasADi's names for them."""
+    """Scaled unknowns, data and scaled equations, by CasADi's names for them."""
     function = angles.residual
     point, column, row = (ca.SX.sym(name, angles.n_unknowns) for name in ("x", "column", "row"))
     data = [ca.SX.sym(name, function.sparsity_in(name)) for name in function.name_in()[1:]]
@@ -237,29 +256,9 @@ def _newton(angles, first, values, column, located: Evaluation) -> tuple[FloatAr
     return result.unknowns, result.iterations
 
 
-# A residual below round-off, so that the length of the last step decides.
-ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
-IPOPT: dict[str, Any] = {
-    "print_time": False,
-    "calc_lam_p": False,
-    "ipopt.print_level": 0,
-    "ipopt.sb": "yes",
-    "ipopt.tol": 1e-13,
-    "ipopt.acceptable_iter": 0,
-    "ipopt.max_iter": 100,
-    "ipopt.nlp_scaling_method": "none",
-    # The barrier has nothing to weigh without an objective, and rho may be near its bounds.
-    "ipopt.mu_init": 1e-13,
-    "ipopt.bound_push": 1e-9,
-    "ipopt.bound_frac": 1e-9,
-    "ipopt.bound_relax_factor": 0.0,
-}
-QUIET = {"show_eval_warnings": False}
-
-
 def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "rootfinder" not in angles.compiled:
-        solver = ca.rootfinder("angles", "newton", _problem(angles), ROOTFINDER | QUIET)
+        solver = ca.rootfinder("angles", "newton", _problem(angles), ROOTFINDER | NO_WARNINGS)
         angles.compiled["rootfinder"] = solver
     return _call(angles.compiled["rootfinder"], x0=first / column, p=values)
 
@@ -267,7 +266,7 @@ def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int
 def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
     if "ipopt" not in angles.compiled:
         program = _problem(angles) | {"f": ca.SX(0)}
-        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, IPOPT | QUIET)
+        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, IPOPT | NO_WARNINGS)
     coefficients, theta_0, rho = angles.split(first)
     free = np.full(len(coefficients), np.inf)
     low = np.concatenate([-free, theta_0 - np.pi / 2, np.zeros(len(rho))]) / column
@@ -277,8 +276,8 @@ def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
 
 
 def _call(solver: ca.Function, **inputs: Any) -> tuple[FloatArray, int]:
-    found = solver(**inputs)["x"]
-    return np.asarray(found.full())[:, 0], int(solver.stats()["iter_count"])
+    point = solver(**inputs)["x"]
+    return np.asarray(point.full())[:, 0], int(solver.stats()["iter_count"])
 
 
 _SOLVERS = {"newton": _newton, "rootfinder": _rootfinder, "ipopt": _ipopt}

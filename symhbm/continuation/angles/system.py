@@ -1,7 +1,7 @@
-"""Eqs. (4)-(11) with one parameter free and one constraint: what a path is corrected by.
+"""Bordered system of Eqs. (4)-(11): one parameter is unknown too, and one constraint added.
 
 The unknowns are the coefficients, both angles of every contact and the parameter that moves. The
-constraint is a plane, or ``rho = 1`` of one contact: there slip begins and ends, as the spring
+constraint is a plane, or ``rho = 1`` for one contact: there slip begins or ends, as the spring
 force just reaches the limit.
 """
 
@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Equations, HarmonicBalance, SwitchingAngles
-from symhbm.continuation.angles.solvers import IPOPT, QUIET, ROOTFINDER
+from symhbm.continuation.angles.solvers import IPOPT, NO_WARNINGS, ROOTFINDER
 from symhbm.continuation.correctors import (
     MAX_CORRECTIONS,
     STAGNATION,
@@ -26,15 +26,15 @@ from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
 from symhbm.numerics import DENSE_LIMIT, Compiled, Factorisation, FloatArray
 
-_MOST_OF_THE_WAY = 0.9
-"""Share of the way to 0 that one step may take ``rho``, which is positive."""
+_LARGEST_REDUCTION = 0.9
+"""Largest reduction of ``rho`` in one step, over its value: it stays positive."""
 
 
 class Bordered(NamedTuple):
     """The scaled system of one correction.
 
-    ``start`` (n + 2 n_contacts + 1,), the scaled unknowns to start from; ``values``, all inputs
-    beside them; ``column`` (of the same size), the scales of the unknowns.
+    ``start`` (n + 2 n_contacts + 1,), the scaled unknowns to start from; ``values``, all other
+    inputs; ``column`` (n + 2 n_contacts + 1,), the scales of the unknowns.
     """
 
     start: FloatArray
@@ -45,8 +45,8 @@ class Bordered(NamedTuple):
 class AngleSystem:
     """The bordered equations along one parameter, compiled once for all parameter sets.
 
-    ``moving`` is the name of the parameter, or ``"frequency"``. ``solve`` and ``jacobian`` take
-    what ``bordered`` gives.
+    ``moving`` is the name of the parameter, or ``"frequency"``. `solve` takes the `Bordered` system
+    of one correction, `evaluate` its values.
     """
 
     def __init__(self, angles: SwitchingAngles, moving: str):
@@ -65,10 +65,10 @@ class AngleSystem:
         normal, anchor = ca.SX.sym("normal", n + 1), ca.SX.sym("anchor", n + 1)
         limit = ca.SX.sym("limit", n_contacts)
         state = point * column
-        moved = data | {moving: chosen * state[-1] + (1 - chosen) * data[moving]}
-        residual = function.call([state[:-1], *moved.values()])[0] / row
-        path = ca.vertcat(point[:n], point[-1])
-        plane = ca.dot(normal, path - anchor)
+        inputs_here = data | {moving: chosen * state[-1] + (1 - chosen) * data[moving]}
+        residual = function.call([state[:-1], *inputs_here.values()])[0] / row
+        curve_point = ca.vertcat(point[:n], point[-1])
+        plane = ca.dot(normal, curve_point - anchor)
         rho = state[n + n_contacts : -1]
         constraint = plane + ca.dot(limit, rho - 1)
         inputs = ca.veccat(*data.values(), chosen, column, row, normal, anchor, limit)
@@ -89,7 +89,7 @@ class AngleSystem:
         constraint: Constraint,
         slip: NDArray[np.bool_],
     ) -> Bordered:
-        """The system of a correction: its start has the angles of the motion that is guessed."""
+        """The system of a correction, which starts from ``guess`` and the angles of its motion."""
         problem, frequency = curve.at(float(guess[-1]))
         limit = np.zeros(len(slip))
         if isinstance(constraint, Hyperplane):
@@ -98,7 +98,7 @@ class AngleSystem:
             assert isinstance(constraint, AtLimit)
             normal, anchor = np.zeros(len(guess)), np.zeros(len(guess))
             limit[constraint.contact] = 1.0
-        first, held = self.angles.start(problem, guess[:-1], slip | (limit > 0))
+        first, slips = self.angles.start(problem, guess[:-1], slip | (limit > 0))
         coefficients, theta_0, rho = self.angles.split(first)
         rho = np.where(limit > 0, 1.0, rho)
         evaluation = curve.evaluate(guess[:-1], float(guess[-1]), slip)
@@ -108,11 +108,11 @@ class AngleSystem:
         row = np.concatenate(
             [
                 np.full(len(coefficients), magnitude),
-                np.where(held, spring, 1.0),
-                np.where(held, spring * np.sqrt(rho), 1.0),
+                np.where(slips, spring, 1.0),
+                np.where(slips, spring * np.sqrt(rho), 1.0),
             ]
         )
-        named = self.angles.arguments(problem, first, frequency, held, evaluation.friction)
+        named = self.angles.arguments(problem, first, frequency, slips, evaluation.friction)
         data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
         chosen = np.ones(1)
         if isinstance(curve, ParameterProblem):
@@ -122,7 +122,7 @@ class AngleSystem:
         return Bordered(start / column, values, column)
 
     def evaluate(self, point: FloatArray, values: FloatArray) -> tuple[FloatArray, Any]:
-        """Scaled equations with the constraint last, and their Jacobian."""
+        """Scaled equations, the constraint last, and their Jacobian."""
         residual, entries = self._scaled(point, values)
         if self._dense:
             return residual, entries.reshape(self._sparsity.shape, order="F")
@@ -133,25 +133,25 @@ class AngleSystem:
         return sp.csc_array((entries, rows, starts), shape=self._sparsity.shape)
 
     def solve(self, solver: str, system: Bordered, precision: float) -> tuple[FloatArray, int]:
-        """Where a solver ends, scaled, and the linear systems it solved; NaN where it fails."""
+        """Scaled result of a solver, NaN where it fails, and the number of linear solves."""
         if solver == "newton":
             return self._newton(system, precision)
         if solver not in self._solvers:
-            self._solvers[solver] = self._made(solver)
+            self._solvers[solver] = self._casadi_solver(solver)
         bounds = {}
         if solver == "ipopt":
             bounds = dict(lbg=0.0, ubg=0.0) | self._bounds(system)
         function = self._solvers[solver]
         try:
-            found = np.asarray(function(x0=system.start, p=system.values, **bounds)["x"].full())
+            point = np.asarray(function(x0=system.start, p=system.values, **bounds)["x"].full())
         except RuntimeError:
             return np.full(len(system.start), np.nan), 1
-        return found[:, 0], max(int(function.stats()["iter_count"]), 1)
+        return point[:, 0], max(int(function.stats()["iter_count"]), 1)
 
-    def _made(self, solver: str) -> ca.Function:
+    def _casadi_solver(self, solver: str) -> ca.Function:
         if solver == "rootfinder":
-            return ca.rootfinder("bordered", "newton", self._program, ROOTFINDER | QUIET)
-        return ca.nlpsol("bordered", "ipopt", self._program | {"f": ca.SX(0)}, IPOPT | QUIET)
+            return ca.rootfinder("bordered", "newton", self._program, ROOTFINDER | NO_WARNINGS)
+        return ca.nlpsol("bordered", "ipopt", self._program | {"f": ca.SX(0)}, IPOPT | NO_WARNINGS)
 
     def _bounds(self, system: Bordered) -> dict[str, FloatArray]:
         low = np.full(len(system.start), -np.inf)
@@ -168,31 +168,31 @@ class AngleSystem:
         """Newton's method on all unknowns at once."""
         n, count = self.angles.n_coefficients, self.angles.n_contacts
         rho = slice(n + count, n + 2 * count)
-        point, last, solves = system.start, np.inf, 0
+        point, last_step, solves = system.start, np.inf, 0
         while True:
             residual, jacobian = self.evaluate(point, system.values)
             on_curve = np.abs(residual).max() <= TOLERANCE
-            if on_curve and last <= precision:
+            if on_curve and last_step <= precision:
                 return point, solves
             step = Factorisation(jacobian).solve(-residual)
             if step is None or solves == MAX_CORRECTIONS:
                 break
             solves += 1
-            previous, last = last, float(np.linalg.norm(step))
-            if solves > 3 and last > previous and on_curve:
+            previous, last_step = last_step, float(np.linalg.norm(step))
+            if solves > 3 and last_step > previous and on_curve:
                 return point, solves
             falls = step[rho] < 0
-            room = -point[rho][falls] / step[rho][falls]
-            point = point + min(1.0, _MOST_OF_THE_WAY * room.min(initial=np.inf)) * step
-        # What round-off leaves may be above the tolerance.
-        return (point if last <= STAGNATION else np.full(len(point), np.nan)), solves
+            shares_to_zero = -point[rho][falls] / step[rho][falls]
+            point = point + min(1.0, _LARGEST_REDUCTION * shares_to_zero.min(initial=np.inf)) * step
+        # Round-off alone may leave more than the tolerance.
+        return (point if last_step <= STAGNATION else np.full(len(point), np.nan)), solves
 
 
 _SYSTEMS: WeakKeyDictionary[Equations, dict[str, AngleSystem]] = WeakKeyDictionary()
 
 
 def angle_system(problem: HarmonicBalance, moving: str) -> AngleSystem:
-    """The system of a problem along a parameter, the same for all its copies by with_parameters."""
+    """The system of a problem along a parameter, shared by all its copies by with_parameters."""
     systems = _SYSTEMS.setdefault(problem.compiled[0], {})
     if moving not in systems:
         systems[moving] = AngleSystem(SwitchingAngles(problem), moving)

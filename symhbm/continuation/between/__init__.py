@@ -1,7 +1,7 @@
-"""What lies between two points of a branch: maxima, and contacts that change for a moment."""
+"""Results between two points of a path: peaks, missed events and intermediate solutions."""
 
-from symhbm.continuation.between.gaps import solved_between, turns_back
-from symhbm.continuation.between.overlooked import overlooked
+from symhbm.continuation.between.intermediate_solutions import is_smooth_fold, solved_between
+from symhbm.continuation.between.missed_events import find_missed_events
 from symhbm.continuation.between.peaks import Peak, PeakKind, locate_peaks, unbounded_peak
 from symhbm.continuation.between.slopes import TIE, amplitude_and_slope, leading
 
@@ -10,10 +10,10 @@ __all__ = [
     "Peak",
     "PeakKind",
     "amplitude_and_slope",
+    "find_missed_events",
+    "is_smooth_fold",
     "leading",
     "locate_peaks",
-    "overlooked",
     "solved_between",
-    "turns_back",
     "unbounded_peak",
 ]

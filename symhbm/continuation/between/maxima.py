@@ -1,190 +1,216 @@
-"""Maxima of responses between points of a path: stretches halved until each has one at most."""
+"""Amplitude maxima between path points: segments are divided until each holds at most one."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.between.crests import LocatedMaximum, PeakKind, falls_at, locate_maximum
-from symhbm.continuation.between.divisions import Segments
+from symhbm.continuation.between.located_maximum import (
+    LocatedMaximum,
+    PeakKind,
+    estimated_maximum,
+    locate_maximum,
+)
+from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import (
     TIE,
+    SlopeEstimate,
     Slopes,
-    Turning,
     amplitude_and_slope,
+    estimate_slopes,
     leading,
-    turning,
 )
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 _MAX_DEPTH = 12
-_AT_ONCE = 2**16
-"""Slopes that are interpolated at once, which bounds the memory of large structures."""
-_AROUND = np.array([-0.1, 0.0, 0.1])
-"""Distances, as shares of the way, by which the place of an interpolated maximum may be wrong."""
-_ROUGHLY = 0.01
-"""Part of the change over a stretch by which what is interpolated may be wrong."""
+_BATCH_SIZE = 2**16
+"""Slopes interpolated at once, which bounds the memory of large structures."""
+_OFFSETS = np.array([-0.1, 0.0, 0.1])
+"""Errors of the position of an interpolated maximum, as shares of the segment."""
+_AMPLITUDE_MARGIN = 0.01
+"""Least error of interpolated amplitudes, relative to the scaled length of the segment."""
 
 
 class Maxima:
-    """Maxima of the largest response or of ``each``, by the number of the point before them.
+    """Maxima of the largest response, or ``per_dof``, by the index of the path point before them.
 
-    ``lost`` counts those that could not be solved for; ``other_states`` has values at which a
-    contact is in another state than at both ends, by the number of the point before: nothing is
-    told of that stretch, unless ``regardless`` of such states.
+    ``lost`` counts those that could not be solved for. ``other_states`` holds a parameter value
+    where a contact is in another state than at both ends, by the index of the point before; such
+    a segment yields no maxima, unless ``ignore_states`` is set.
     """
 
-    def __init__(self, corrector: Corrector, each: bool, regardless: bool = False):
+    def __init__(self, corrector: Corrector, per_dof: bool, ignore_states: bool = False):
         self.lost = 0
         self.other_states: dict[int, float] = {}
         self._corrector = corrector
         self._problem = corrector.curve.problem
-        self._each = each
-        self._regardless = regardless
-        self._found: dict[int, list[LocatedMaximum]] = {}
+        self._per_dof = per_dof
+        self._ignore_states = ignore_states
+        self._maxima: dict[int, list[LocatedMaximum]] = {}
 
-    def between(self, stretches: Segments[Slopes]) -> dict[int, list[LocatedMaximum]]:
-        """All in some stretches, in the order of the path."""
-        most = max(_AT_ONCE // self._problem.n_dof, 1)
+    def between(self, segments: Segments[Slopes]) -> dict[int, list[LocatedMaximum]]:
+        """All maxima in the segments, in the order of the path."""
+        size = max(_BATCH_SIZE // self._problem.n_dof, 1)
         for depth in range(_MAX_DEPTH + 1):
             last = depth == _MAX_DEPTH
-            divided = [h for part in stretches.parts(most) for h in self._divided(part, last)]
+            divided = [
+                parts for batch in segments.batches(size) for parts in self._process(batch, last)
+            ]
             if not divided:
                 break
-            stretches = Segments.joined(divided)
-        for crests in self._found.values():
-            crests.sort(key=lambda locate_maximum: locate_maximum.share)
-        return self._found
+            segments = Segments.joined(divided)
+        for maxima in self._maxima.values():
+            maxima.sort(key=lambda maximum: maximum.share)
+        return self._maxima
 
-    def _divided(self, stretches: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
-        """Parts of those stretches that have to be looked at more closely; the others are done."""
-        known = turning(self._problem, *stretches[3:-1])
-        candidates = (known.turns | known.unclear) & (known.contends | self._each)
+    def _process(self, segments: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
+        """Parts of the segments that need further division; maxima of the others are stored."""
+        estimates = estimate_slopes(self._problem, *segments[3:-1])
+        candidates = (estimates.has_maximum | estimates.ambiguous) & (
+            estimates.may_lead | self._per_dof
+        )
         middles: dict[int, PathState] = {}
-        crests: dict[int, list[LocatedMaximum]] = {}
+        maxima: dict[int, list[LocatedMaximum]] = {}
         for k in np.flatnonzero(candidates.any(axis=-1)).tolist():
-            stretch, here = stretches.take(k), known.take(k)
-            found = self._settled(stretch, here, last)
-            middle = self._middle(stretch, here) if found is None else None
+            segment, estimate = segments.take(k), estimates.take(k)
+            resolved = self._resolve(segment, estimate, last)
+            middle = self._dividing_point(segment, estimate) if resolved is None else None
             if middle is not None:
                 middles[k] = middle
-            elif int(stretch.number) not in self.other_states:
-                alone = self._settled(stretch, here, True) if found is None else found
-                crests[k] = alone or []
-        for k in [] if last else self._hiding(stretches, crests):
-            middle = self._middle(stretches.take(k), known.take(k))
+            elif int(segment.number) not in self.other_states:
+                resolved = self._resolve(segment, estimate, True) if resolved is None else resolved
+                maxima[k] = resolved or []
+        for k in [] if last else self._with_hidden_maxima(segments, maxima):
+            middle = self._dividing_point(segments.take(k), estimates.take(k))
             if middle is not None:
                 middles[k] = middle
-                del crests[k]
-        for k, several in crests.items():
-            begin, width = float(stretches.begin[k]), float(stretches.width[k])
-            found = [one._replace(share=begin + width * one.share) for one in several]
-            self._found.setdefault(int(stretches.number[k]), []).extend(found)
+                del maxima[k]
+        for k, located in maxima.items():
+            begin, width = float(segments.begin[k]), float(segments.width[k])
+            resolved = [
+                maximum._replace(share=begin + width * maximum.share) for maximum in located
+            ]
+            self._maxima.setdefault(int(segments.number[k]), []).extend(resolved)
         if not middles:
             return []
-        whole = stretches.take(list(middles))
+        parents = segments.take(list(middles))
         middle = Slopes.of(self._problem, PathState.stacked(list(middles.values())))
-        return [self._parts(whole, _middle(whole.roots), middle)]
+        return [self._divide(parents, _dividing_share(parents.slip_events), middle)]
 
-    def _parts(
-        self, stretches: Segments[Slopes], share: FloatArray, at: Slopes
+    def _divide(
+        self, segments: Segments[Slopes], share: FloatArray, at: Slopes
     ) -> Segments[Slopes]:
         scale = np.array([self._corrector.curve.scale(state) for state in at.state])
-        return stretches.divided(share, at, scale)
+        return segments.divided(share, at, scale)
 
-    def _settled(
-        self, stretch: Segments[Slopes], known: Turning, last: bool
+    def _resolve(
+        self, segments: Segments[Slopes], estimate: SlopeEstimate, last: bool
     ) -> list[LocatedMaximum] | None:
-        """The maxima in one stretch, None where they cannot be told unless this is the ``last``."""
-        path = stretch.path(self._corrector, known.measured)
-        if path.length <= 0 or int(stretch.number) in self.other_states:
-            return []  # one point to the last digit, or all to be looked at anew
-        left, right = stretch.left, stretch.right
-        watched = np.flatnonzero(known.contends | self._each)
-        tied = np.all([_tied(s, watched[0])[watched] for s in (left, right)], axis=0)
-        watched = np.concatenate([watched[:1], watched[~tied]])
-        if not last and np.any(known.unclear[watched]):
+        """The maxima in one segment; None where it needs division, before the ``last`` depth."""
+        segment = segments.segment(self._corrector, estimate.measured)
+        if segment.length <= 0 or int(segments.number) in self.other_states:
+            return []  # coincident ends, or a segment whose events are to be located first
+        left, right = segments.left, segments.right
+        dofs = np.flatnonzero(estimate.may_lead | self._per_dof)
+        tied = np.all([_tied(end, dofs[0])[dofs] for end in (left, right)], axis=0)
+        dofs = np.concatenate([dofs[:1], dofs[~tied]])
+        if not last and np.any(estimate.ambiguous[dofs]):
             return None
-        crests, lost = self._crests(path, stretch, known, watched[known.turns[watched]])
+        maxima, lost = self._locate(segment, segments, estimate, dofs[estimate.has_maximum[dofs]])
         if lost and not last:
             return None
         self.lost += lost
-        return crests
+        return maxima
 
-    def _middle(self, stretch: Segments[Slopes], known: Turning) -> PathState | None:
-        """A solution by which to divide one stretch, None where no other is to be found."""
-        path = stretch.path(self._corrector, known.measured)
-        found = path.solve_between(float(_middle(stretch.roots)))
-        if found is not None and path.other_states and not self._regardless:
-            self.other_states[int(stretch.number)] = float(found.state[-1])
+    def _dividing_point(
+        self, segments: Segments[Slopes], estimate: SlopeEstimate
+    ) -> PathState | None:
+        """A solution that divides one segment, None where there is none."""
+        segment = segments.segment(self._corrector, estimate.measured)
+        solution = segment.solve_between(float(_dividing_share(segments.slip_events)))
+        if solution is not None and segment.other_states and not self._ignore_states:
+            self.other_states[int(segments.number)] = float(solution.state[-1])
             return None
-        return found
+        return solution
 
-    def _hiding(
-        self, stretches: Segments[Slopes], crests: dict[int, list[LocatedMaximum]]
+    def _with_hidden_maxima(
+        self, segments: Segments[Slopes], maxima: dict[int, list[LocatedMaximum]]
     ) -> list[int]:
-        """The stretches in which a response may turn again beside a smooth maximum."""
+        """Indices of segments where the slope may change its sign again beside a smooth maximum."""
         smooth = [
-            (k, locate_maximum)
-            for k, several in crests.items()
-            for locate_maximum in several
-            if locate_maximum.kind == PeakKind.SMOOTH and 0 < locate_maximum.share < 1
+            (k, maximum)
+            for k, located in maxima.items()
+            for maximum in located
+            if maximum.kind == PeakKind.SMOOTH and 0 < maximum.share < 1
         ]
         if not smooth:
             return []
-        number, found = zip(*smooth, strict=True)
+        number, smooth_maxima = zip(*smooth, strict=True)
         share, dof = (
-            np.array(column) for column in zip(*((c.share, c.dofs[0]) for c in found), strict=True)
+            np.array(column)
+            for column in zip(
+                *((maximum.share, maximum.dofs[0]) for maximum in smooth_maxima), strict=True
+            )
         )
-        at = Slopes.stacked([locate_maximum.at for locate_maximum in found])
-        known = turning(self._problem, *self._parts(stretches.take(list(number)), share, at)[3:-1])
-        rows = np.arange(len(found))
-        alone = known.rises_to()[rows, dof] & known.falls_from()[rows + len(found), dof]
-        return sorted({k for k, one in zip(number, alone.tolist(), strict=True) if not one})
+        at = Slopes.stacked([maximum.at for maximum in smooth_maxima])
+        estimates = estimate_slopes(
+            self._problem, *self._divide(segments.take(list(number)), share, at)[3:-1]
+        )
+        rows = np.arange(len(smooth_maxima))
+        single = (
+            estimates.rises_to()[rows, dof] & estimates.falls_from()[rows + len(smooth_maxima), dof]
+        )
+        return sorted(
+            {k for k, is_single in zip(number, single.tolist(), strict=True) if not is_single}
+        )
 
-    def _crests(
-        self, path: Segment, stretch: Segments[Slopes], known: Turning, turning: NDArray[np.intp]
+    def _locate(
+        self,
+        segment: Segment,
+        segments: Segments[Slopes],
+        estimate: SlopeEstimate,
+        turning_dofs: NDArray[np.intp],
     ) -> tuple[list[LocatedMaximum], int]:
-        """The maxima of responses that turn in a stretch, and the number of those not found."""
-        left, right = stretch.left, stretch.right
+        """The maxima of ``turning_dofs`` in a segment, and the number of those not located."""
+        left, right = segments.left, segments.right
         height = np.maximum(left.amplitude, right.amplitude)
-        crests: list[LocatedMaximum] = []
+        maxima: list[LocatedMaximum] = []
         lost = 0
         done = np.zeros(len(height), dtype=bool)
-        for dof in turning[np.argsort(-height[turning])].tolist():
+        for dof in turning_dofs[np.argsort(-height[turning_dofs])].tolist():
             if done[dof]:
                 continue
-            start = falls_at(known.slopes[:, dof], stretch.roots)
-            margin = float(known.error[dof]) * path.length
-            watched = self._each or stretch.roots.any()
-            if not (watched or self._may_lead(path, start, dof, margin)):
+            start = estimated_maximum(estimate.slopes[:, dof], segments.slip_events)
+            margin = float(estimate.error[dof]) * segment.length
+            always = self._per_dof or segments.slip_events.any()
+            if not (always or self._may_lead(segment, start, dof, margin)):
                 continue
-            found = locate_maximum(path, left, right, dof, start)
-            if found is None:
+            maximum = locate_maximum(segment, left, right, dof, start)
+            if maximum is None:
                 lost += 1
                 continue
-            amplitude = found.at.amplitude
+            amplitude = maximum.at.amplitude
             same = np.abs(amplitude - amplitude[dof]) <= TIE * amplitude[dof]
-            if self._each:
-                # Degrees of freedom that move alike all along peak together.
-                same &= np.all([_tied(s, dof) for s in (left, right)], axis=0)
-                crests.append(found._replace(dofs=tuple(np.flatnonzero(same).tolist())))
+            if self._per_dof:
+                # DOFs with equal amplitudes at both ends and here peak together.
+                same &= np.all([_tied(end, dof) for end in (left, right)], axis=0)
+                maxima.append(maximum._replace(dofs=tuple(np.flatnonzero(same).tolist())))
             elif amplitude[dof] >= (1 - TIE) * amplitude.max():
-                crests.append(found._replace(dofs=(leading(amplitude),)))
+                maxima.append(maximum._replace(dofs=(leading(amplitude),)))
             done |= same
-        return crests, lost
+        return maxima, lost
 
-    def _may_lead(self, path: Segment, share: float, dof: int, margin: float) -> bool:
-        """Whether a response may be the largest where it turns, about at a ``share`` of the way."""
-        value, slope = path.interpolate(np.clip(share + _AROUND, 0.0, 1.0))
+    def _may_lead(self, segment: Segment, share: float, dof: int, margin: float) -> bool:
+        """Whether a response may be the largest at its estimated maximum."""
+        value, slope = segment.interpolate(np.clip(share + _OFFSETS, 0.0, 1.0))
         amplitude = amplitude_and_slope(self._problem, value[:, :-1], slope[:, :-1])[0]
-        margin = max(margin, _ROUGHLY * path.length * path.scale[0])
+        margin = max(margin, _AMPLITUDE_MARGIN * segment.length * segment.scale[0])
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 
 
-def _middle(roots: NDArray[np.bool_]) -> FloatArray:
-    """Shares (...,) of the way at which to divide stretches: closer to a root of slip."""
-    return 0.5 + 0.25 * (roots[..., 1].astype(float) - roots[..., 0])
+def _dividing_share(slip_events: NDArray[np.bool_]) -> FloatArray:
+    """Shares (...,) at which segments are divided: closer to an onset or end of slip."""
+    return 0.5 + 0.25 * (slip_events[..., 1].astype(float) - slip_events[..., 0])
 
 
 def _tied(at: Slopes, dof: int) -> NDArray[np.bool_]:

@@ -1,12 +1,12 @@
-"""Peaks of the response over a path, solved for: smooth ones, corners and unbounded ones.
+"""Peaks of the response along a path: smooth ones, corners and unbounded ones.
 
-A peak is a local maximum over the path of the largest response of all degrees of freedom, or of
+A peak is a local maximum along the path of the largest response of all degrees of freedom, or of
 the response of each. It is *smooth* where the slope vanishes, a *corner* where slopes of opposite
-sign meet at an onset or end of slip. A maximum at an end of the path is an edge, never a peak.
+sign meet at an onset or end of slip. A maximum at an end of the path is an edge, not a peak.
 
-Between two points the path is known to third order; where that interpolant turns, or may turn by
-as much as it may be wrong, points are added until every maximum stands between slopes of opposite
-sign.
+States and tangents give a cubic between two points. Where its slope changes sign, or may do so
+within the interpolation error, points are added until every maximum lies between slopes of
+opposite sign.
 """
 
 from collections.abc import Iterable
@@ -16,18 +16,18 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.crests import FLAT, LocatedMaximum, PeakKind
-from symhbm.continuation.between.divisions import Segments
+from symhbm.continuation.between.located_maximum import CORNER_JUMP, LocatedMaximum, PeakKind
 from symhbm.continuation.between.maxima import Maxima
-from symhbm.continuation.between.slopes import STILL, Slopes, amplitude_and_slope, leading
+from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState
 from symhbm.numerics import FloatArray
 
-_ONE_PLACE = 1e-11
-"""Distance of two solutions, relative to the response, that round-off makes."""
+_SAME_SOLUTION = 1e-11
+"""Distance of two solutions, relative to the response, that round-off explains."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class Peak:
     residual_norm: float
 
 
-class Located(NamedTuple):
-    """The peaks of a path, and the points of those ``between`` two points by the number before.
+class LocatedPeaks(NamedTuple):
+    """The peaks of a path, and their points ``between`` two path points by the index of the first.
 
-    ``lost`` counts maxima that could not be solved for; ``other_states`` has a value between two
-    points at which a contact is in another state than at both: events were passed over, and
-    nothing is told of that stretch.
+    ``lost`` counts maxima that could not be solved for. ``other_states`` holds a parameter value
+    where a contact is in another state than at both neighbouring points: events were missed, and
+    no peaks are given for that segment.
     """
 
     peaks: list[Peak]
@@ -57,104 +57,111 @@ class Located(NamedTuple):
 
 
 def locate_peaks(
-    points: list[PathPoint], corrector: Corrector, each: bool = False, regardless: bool = False
-) -> Located:
-    """Peaks between the first and the last of ``points``: of the largest or of each response.
+    points: list[PathPoint],
+    corrector: Corrector,
+    per_dof: bool = False,
+    ignore_states: bool = False,
+) -> LocatedPeaks:
+    """Peaks between the first and the last of ``points``: of the largest response, or ``per_dof``.
 
-    ``regardless`` of contacts that seem to be in another state in between.
+    ``ignore_states`` accepts contacts that seem to be in another state in between.
     """
     if len(points) < 2:
-        return Located([], {}, 0, {})
-    found = _Peaks(corrector, each)
+        return LocatedPeaks([], {}, 0, {})
+    peak_list = _PeakList(corrector, per_dof)
     problem = corrector.curve.problem
     state = np.array([point.state for point in points])
     before, after = (
         Slopes.of(problem, PathState(state, np.array([getattr(p, name) for p in points])))
         for name in ("before", "after")
     )
-    for i, here in enumerate(points[1:-1], 1):
-        if here.events:
-            found.at_event(before[i], after[i])
-    maxima = Maxima(corrector, each, regardless)
-    crests = maxima.between(Segments.of(points, before, after))
+    for i, point in enumerate(points[1:-1], 1):
+        if point.events:
+            peak_list.at_event(before[i], after[i])
+    maxima = Maxima(corrector, per_dof, ignore_states)
+    located = maxima.between(Segments.of(points, before, after))
     between = {}
-    for i, several in crests.items():
+    for i, maxima_between in located.items():
         if i not in maxima.other_states:
-            added = found.between(several, after[i], before[i + 1], points[i])
-            if added is None:
-                maxima.other_states[i] = float(several[0].at.state[-1])
+            inner_points = peak_list.between(maxima_between, after[i], before[i + 1], points[i])
+            if inner_points is None:
+                maxima.other_states[i] = float(maxima_between[0].at.state[-1])
             else:
-                between[i] = added
-    peaks = sorted(found.peaks, key=lambda peak: (each * peak.dof, peak.value))
-    return Located(peaks, between, maxima.lost, maxima.other_states)
+                between[i] = inner_points
+    peaks = sorted(peak_list.peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
+    return LocatedPeaks(peaks, between, maxima.lost, maxima.other_states)
 
 
 def unbounded_peak(problem: HarmonicBalance, point: PathPoint, direction: FloatArray) -> Peak:
-    """The pole that a path climbs, from its last point and the tangent there.
+    """The pole of an unbounded response, extrapolated from the last point and its tangent.
 
-    The response is ``1/(pole - value)``.
+    The response is proportional to ``1/(pole - value)``.
     """
     amplitude, slope = amplitude_and_slope(problem, point.unknowns, direction[:-1])
     dof = leading(amplitude)
     value = point.value + float(amplitude[dof] / slope[dof] * direction[-1])
-    nothing = np.full_like(point.unknowns, np.nan)
-    return Peak(value, np.inf, dof, PeakKind.UNBOUNDED, nothing, np.nan)
+    unknown = np.full_like(point.unknowns, np.nan)
+    return Peak(value, np.inf, dof, PeakKind.UNBOUNDED, unknown, np.nan)
 
 
-class _Peaks:
-    def __init__(self, corrector: Corrector, each: bool):
+class _PeakList:
+    """The peaks of one path."""
+
+    def __init__(self, corrector: Corrector, per_dof: bool):
         self.curve = corrector.curve
         self.corrector = corrector
-        self.each = each
+        self.per_dof = per_dof
         self.peaks: list[Peak] = []
 
     def at_event(self, left: Slopes, right: Slopes) -> None:
-        """Add those of an event where the slopes before and after it tell of one."""
-        level = np.maximum(np.abs(left.slope), np.abs(right.slope))
-        corner = np.minimum(left.slope, -right.slope) > FLAT * level
-        corner &= level > STILL * left.amplitude
-        if not self.each:
+        """Add the corners of an event, where slopes change from positive to negative."""
+        scale = np.maximum(np.abs(left.slope), np.abs(right.slope))
+        corner = np.minimum(left.slope, -right.slope) > CORNER_JUMP * scale
+        corner &= scale > FLAT_SLOPE * left.amplitude
+        if not self.per_dof:
             corner &= np.arange(len(corner)) == leading(left.amplitude)
         if corner.any():
             self._add(left, np.flatnonzero(corner).tolist(), PeakKind.CORNER)
 
     def between(
-        self, crests: list[LocatedMaximum], left: Slopes, right: Slopes, here: PathPoint
+        self, maxima: list[LocatedMaximum], left: Slopes, right: Slopes, point: PathPoint
     ) -> list[PathPoint] | None:
-        """Add maxima between a point and the next, and return those points that are no others.
+        """Add maxima between a point and the next; return the new path points.
 
-        None, and none of them, where contacts are not in the states they were held in on the way.
+        None, and no maximum added, where a contact leaves the state it was held in.
         """
-        norms = [self._norm(crest.at) for crest in crests]
+        norms = [self._norm(maximum.at) for maximum in maxima]
         if max(norms, default=0.0) > ACCEPTED:
             return None
         points: list[PathPoint] = []
-        last = left
-        for crest in crests:
-            at = next((s for s in (last, right) if self._is_one_place(crest.at, s)), crest.at)
-            self._add(at, crest.dofs, crest.kind)
-            if at is not crest.at:
+        previous = left
+        for maximum in maxima:
+            at = next(
+                (s for s in (previous, right) if self._is_same_solution(maximum.at, s)), maximum.at
+            )
+            self._add(at, maximum.dofs, maximum.kind)
+            if at is not maximum.at:
                 continue
-            before, scale = self.corrector.solves, self.curve.scale(at.state)
-            found = self.corrector.tangent(at.state, scale, at.direction / scale, here.slip)
-            if found is not None:
-                solves = crest.solves + self.corrector.solves - before
-                points.append(PathPoint.of(self.curve, found, scale, here.slip, solves))
-                last = at
+            solves_before, scale = self.corrector.solves, self.curve.scale(at.state)
+            corrected = self.corrector.tangent(at.state, scale, at.direction / scale, point.slip)
+            if corrected is not None:
+                solves = maximum.solves + self.corrector.solves - solves_before
+                points.append(PathPoint.of(self.curve, corrected, scale, point.slip, solves))
+                previous = at
         return points
 
-    def _is_one_place(self, at: Slopes, other: Slopes) -> bool:
-        """Whether two solutions are one to round-off; of those of two responses one is kept."""
-        apart = np.linalg.norm((at.state - other.state) / self.curve.scale(other.state))
-        same_value = self.curve.single_valued and at.state[-1] == other.state[-1]
-        return bool(apart <= _ONE_PLACE or same_value)
+    def _is_same_solution(self, at: Slopes, neighbour: Slopes) -> bool:
+        """Whether two solutions are equal to round-off: two responses may peak at one point."""
+        distance = np.linalg.norm((at.state - neighbour.state) / self.curve.scale(neighbour.state))
+        same_value = self.curve.single_valued and at.state[-1] == neighbour.state[-1]
+        return bool(distance <= _SAME_SOLUTION or same_value)
 
     def _add(self, at: Slopes, dofs: Iterable[int], kind: PeakKind) -> None:
-        """Add one solution as the peak of some responses."""
+        """Add one solution as the peak of the responses ``dofs``."""
         unknowns, value, norm = at.state[:-1], float(at.state[-1]), self._norm(at)
         for dof in dofs:
             self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
 
     def _norm(self, at: Slopes) -> float:
-        """Residual with all contacts free."""
+        """Residual norm with contact states evaluated freely."""
         return self.curve.evaluate(at.state[:-1], float(at.state[-1])).norm

@@ -1,4 +1,4 @@
-"""Newton's method on the equations and one constraint, stepwise or as one compiled function."""
+"""Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
 from symhbm.continuation.correctors.constraints import (
     BEYOND,

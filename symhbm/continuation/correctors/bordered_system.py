@@ -1,6 +1,6 @@
-"""The linear system of one Newton step on a frequency curve, and what a point of it tells.
+"""Bordered linear system of one Newton step on a frequency curve, and the values at its point.
 
-Of equations in closed form, with one constraint: a plane, or the limit of one contact.
+The equations are in closed form; one constraint closes them, a plane or the limit of one contact.
 """
 
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from symhbm.balance import CondensedForces, Equations
+from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
 from symhbm.continuation.correctors.constraints import BEYOND
 from symhbm.continuation.problem import WEAKEST
@@ -16,21 +16,20 @@ from symhbm.model.contacts import layout, spring_kernel
 from symhbm.numerics import constant
 
 SCALARS = 6
-"""Values in front of those of the contacts, see `point_system`."""
-_FEW, _SPARSE = 100, 10_000
-"""Contacts, and entries of the Jacobian, up to which terms that are shared are looked for.
+"""Number of values before those of the contacts, see `point_system`."""
+_MAX_CONTACTS, _MAX_ENTRIES = 100, 10_000
+"""Contacts, and entries of the Jacobian, up to which common terms are eliminated: the time for that
+grows faster than linearly."""
+_MAX_FILL = 20_000
+"""Entries of the factors of the structure up to which every point counts resonances."""
 
-That takes longer than linearly."""
-_MOST_FILL = 20_000
-"""Entries of the factors of the structure up to which resonances are counted at every point."""
 
-
-def point_system(equations: Equations, structure: CondensedForces | None = None) -> ca.Function:
-    """CasADi function of the scaled system at a point, of a condensed ``structure`` where given.
+def point_system(equations: Equations, structure: DynamicStiffness | None = None) -> ca.Function:
+    """CasADi function of the scaled system at a point, with a condensed ``structure`` if given.
 
     Inputs: all ``parameters``, ``point`` and ``guess`` (unknowns and frequency), ``normal`` and
-    ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, ``normal`` then being
-    0), ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
+    ``anchor`` of a plane, ``limit`` (1 for the contact to put on its limit, with ``normal`` 0),
+    ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
     ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
     residual, value of the constraint, amplification, distance from the guess, twice the resonances
     below (-1 where they are not counted), whether a contact is beyond its limit, slip margin and
@@ -41,19 +40,19 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
     n, n_contacts = sizes[0], len(equations.contacts)
     lengths = dict(parameters=sum(sizes[2:-1]), point=n + 1, guess=n + 1, normal=n + 1)
     lengths |= dict(anchor=n + 1, limit=n_contacts, imposed=n_contacts, scale=2)
-    kind: Any = ca.SX if structure is None else ca.MX
-    symbol: dict[str, Any] = {name: kind.sym(name, length) for name, length in lengths.items()}
+    symbolic: Any = ca.SX if structure is None else ca.MX
+    symbol: dict[str, Any] = {name: symbolic.sym(name, length) for name, length in lengths.items()}
     point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
     starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
     parameters = ca.vertsplit(symbol["parameters"], starts)
-    at = [point[:n], point[n], *parameters]
+    arguments = [point[:n], point[n], *parameters]
     balance, magnitude, jacobian, by_frequency, events = equations.closed_form(
-        *at, symbol["imposed"]
+        *arguments, symbol["imposed"]
     )
     amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
     springs = _springs(equations, point[:n], parameters, events)
     if structure is None:
-        conservative, inertia = equations.conservative(*at)
+        conservative, inertia = equations.conservative(*arguments)
         inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
         below = _resonances_below(equations, conservative, springs)
     else:
@@ -65,88 +64,88 @@ def point_system(equations: Equations, structure: CondensedForces | None = None)
         exciting, below = amplitude * structure.largest, -1
 
     size = n // len(equations.dofs)
-    place = layout(size)
+    rows = layout(size)
     spread = constant(equations.directions)
-    slip_margin = events[place["slip_margin"], :].T
+    slip_margin = events[rows["slip_margin"], :].T
     gradients = [
-        kind(column).T for column in ca.horzsplit(events[place["slip_margin_gradient"], :])
+        symbolic(column).T for column in ca.horzsplit(events[rows["slip_margin_gradient"], :])
     ]
-    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else kind(0, n)
+    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else symbolic(0, n)
 
-    lengthwise = ca.vertcat(ca.repmat(scale[0], n), scale[1])
-    value = ca.dot(normal, (point - symbol["anchor"]) / lengthwise)
+    scales = ca.vertcat(ca.repmat(scale[0], n), scale[1])
+    value = ca.dot(normal, (point - symbol["anchor"]) / scales)
     value += ca.sum1(ca.if_else(limit > 0, slip_margin, 0))
     row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
-    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(kind(n, 1), 1))
-    # The largest of several numbers passes over those that are none.
-    known = ca.sumsqr(balance) < ca.inf
+    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(symbolic(n, 1), 1))
+    # The largest of several numbers ignores those that are NaN.
+    finite = ca.sumsqr(balance) < ca.inf
     values = ca.vertcat(
-        ca.if_else(known, ca.mmax(ca.fabs(balance)) / force, ca.inf),
+        ca.if_else(finite, ca.mmax(ca.fabs(balance)) / force, ca.inf),
         value,
         ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
-        _distance(equations, point / lengthwise, symbol["guess"] / lengthwise),
+        _distance(equations, point / scales, symbol["guess"] / scales),
         below,
         _crosses(slip_margin, symbol["imposed"]),
         slip_margin,
         springs.T,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if structure is None and n_contacts <= _FEW and jacobian.nnz() <= _SPARSE:
+    if structure is None and n_contacts <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
 
 
 def _crosses(slip_margin: Any, slip: Any) -> Any:
-    """Whether a contact is beyond the limit of its held state, see `crossed`."""
+    """Whether a contact is beyond the limit of its imposed state, see `crossed`."""
     outward = ca.if_else(slip, -slip_margin, slip_margin)
-    beyond = ca.logic_and(outward > BEYOND, ca.fabs(slip_margin) < ca.inf)
-    return ca.sum1(beyond) > 0
+    past_limit = ca.logic_and(outward > BEYOND, ca.fabs(slip_margin) < ca.inf)
+    return ca.sum1(past_limit) > 0
 
 
 def _distance(equations: Equations, point: Any, other: Any) -> Any:
-    """Scaled distance between two points, see `Curve.distance`."""
+    """Scaled distance between two points, see `ContinuationProblem.distance`."""
     size, same_harmonic = equations.basis.n_components, equations.basis.same_harmonic
-    moved, level = (
+    difference, level = (
         ca.reshape(vector[:-1], size, len(equations.dofs)) for vector in (point - other, point)
     )
     strength = ca.mtimes(ca.DM(same_harmonic), ca.sqrt(ca.sum2(level**2)))
-    moved = ca.sqrt(ca.sum2(moved**2)) / ca.fmin(ca.fmax(strength, WEAKEST), 1)
-    return ca.sqrt(ca.sum1(moved**2) + (point[-1] - other[-1]) ** 2)
+    difference = ca.sqrt(ca.sum2(difference**2)) / ca.fmin(ca.fmax(strength, WEAKEST), 1)
+    return ca.sqrt(ca.sum1(difference**2) + (point[-1] - other[-1]) ** 2)
 
 
 def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events: Any) -> Any:
-    """Stiffness of the contacts in their harmonic motion, a row."""
+    """Stiffness of the contacts in their harmonic motion, (1, n_contacts)."""
     size = equations.basis.n_components
     parameter = dict(zip(equations.parameter_names, parameters, strict=True))
     motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
     limit = parameter["friction_coefficient"] * parameter["normal_load"]
-    kernel, place, found = spring_kernel(equations.basis), layout(size), []
+    kernel, rows, stiffness = spring_kernel(equations.basis), layout(size), []
     for j, packed in enumerate(ca.horzsplit(events)):
-        matrix = ca.reshape(packed[place["matrix"]], size, size)
-        given = motion[:, j], matrix, packed[place["vector"]]
-        found.append(kernel(*given, parameter["contact_stiffness"][j], limit[j], 0)[0])
-    return ca.horzcat(*found)
+        matrix = ca.reshape(packed[rows["matrix"]], size, size)
+        arguments = motion[:, j], matrix, packed[rows["vector"]]
+        stiffness.append(kernel(*arguments, parameter["contact_stiffness"][j], limit[j], 0)[0])
+    return ca.horzcat(*stiffness)
 
 
 def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:
-    """Twice the number of natural frequencies below the exciting one, -1 if that takes long.
+    """Twice the number of natural frequencies below the exciting one, -1 if counting takes long.
 
-    The number of negative pivots of the dynamic stiffness (Sylvester).
+    This is the number of negative pivots of the dynamic stiffness (Sylvester).
     """
-    whole = conservative
+    dynamic = conservative
     if len(equations.contacts):
         spread = constant(equations.directions)
-        rest = ca.SX(equations.basis.n_components - 2, springs.shape[1])
-        each = ca.vertcat(rest, springs, springs)
-        whole += ca.mtimes([spread.T, ca.diag(ca.vec(each)), spread])
+        mean = ca.SX(equations.basis.n_components - 2, springs.shape[1])
+        by_component = ca.vertcat(mean, springs, springs)
+        dynamic += ca.mtimes([spread.T, ca.diag(ca.vec(by_component)), spread])
     moving = np.flatnonzero(np.tile(equations.basis.order > 0, len(equations.dofs))).tolist()
-    whole = whole[moving, moving]
-    whole = (whole + whole.T) / 2
-    _, lower, _ = ca.ldl(ca.DM(whole.sparsity(), 1))
-    if lower.nnz() > _MOST_FILL:
+    dynamic = dynamic[moving, moving]
+    dynamic = (dynamic + dynamic.T) / 2
+    _, lower, _ = ca.ldl(ca.DM(dynamic.sparsity(), 1))
+    if lower.nnz() > _MAX_FILL:
         return -1
-    pivots, _, _ = ca.ldl(whole)
+    pivots, _, _ = ca.ldl(dynamic)
     return ca.sum1(pivots < 0)

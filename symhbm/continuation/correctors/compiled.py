@@ -1,8 +1,8 @@
-"""Newton's method on the equations and one constraint as one compiled function.
+"""Compiled corrector: Newton's method on the balance and one constraint as one function.
 
-Under one harmonic the events of contacts are closed forms, so that the whole iteration (events,
-residual, Jacobian, factorisation, step, tangent) needs no Python: a correction is one call. It does
-what `symhbm.continuation.correctors.stepwise.Corrector` does step by step for all other equations.
+With one harmonic the events of contacts are closed forms, so that the whole iteration (events,
+residual, Jacobian, factorisation, step, tangent) needs no Python, and a correction is one call. For
+all other equations `symhbm.continuation.correctors.stepwise.Corrector` does the same step by step.
 """
 
 import threading
@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import CondensedForces, Equations
+from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
@@ -22,7 +22,7 @@ from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, native
 
 _OFTEN = 50
-"""Curves of one structure after which machine code saves more time than it takes to make."""
+"""Number of curves of one structure from which machine code saves more time than it takes."""
 
 
 class CompiledCorrector:
@@ -47,9 +47,9 @@ class CompiledCorrector:
         precision: float,
         radius: float,
     ) -> tuple[Corrected | None, int]:
-        """Solve from ``guess`` and tell the linear solves; arguments as of `Corrector.correct`."""
-        _, first, normal, anchor, limit, imposed, settings = self._correct.inputs
-        first[:], imposed[:] = guess, slip
+        """Solution from ``guess``, number of linear solves; arguments as of `Corrector.correct`."""
+        _, start, normal, anchor, limit, imposed, settings = self._correct.inputs
+        start[:], imposed[:] = guess, slip
         settings[:] = scale[0], scale[-1], precision, radius
         limit[:] = 0.0
         if isinstance(constraint, Hyperplane):
@@ -69,9 +69,9 @@ class CompiledCorrector:
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution, along ``row``; None where there is none."""
-        _, at, normal, imposed, settings = self._tangent.inputs
-        at[:], normal[:], imposed[:] = point, row, slip
+        """Tangent at a solution, along ``row``; None where the system is singular."""
+        _, at_point, normal, imposed, settings = self._tangent.inputs
+        at_point[:], normal[:], imposed[:] = point, row, slip
         settings[:2] = scale[0], scale[-1]
         try:
             self._tangent.run()
@@ -86,32 +86,37 @@ class CompiledCorrector:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         slip_margin, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
         sign = 1 if direction[-1] >= 0 else -1
-        contacts = slip_margin, rate, crosses > 0
-        counted = (
+        at_contacts = slip_margin, rate, crosses > 0
+        resonances_below = (
             (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
         )
-        return Corrected(point, direction, sign, norm, amplification, error, *contacts, counted)
+        return Corrected(
+            point, direction, sign, norm, amplification, error, *at_contacts, resonances_below
+        )
 
 
 def compiled_corrector(curve: ContinuationProblem) -> CompiledCorrector | None:
     """The compiled corrector of a curve, None for one that needs Python.
 
-    Large sparse matrices are factorised faster there: CasADi keeps the order of the unknowns.
+    Large sparse matrices are factorised faster in Python, as CasADi does not reorder the unknowns.
     """
     if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
         return None
-    if curve.problem.n_unknowns > DENSE_LIMIT and curve.problem.structure is None:
+    part = curve.problem.structure
+    if part is None and curve.problem.n_unknowns > DENSE_LIMIT:
+        return None
+    if part is not None and part.band_functions is None:
         return None
     return CompiledCorrector(curve) if curve.problem.in_closed_form else None
 
 
 @lru_cache(maxsize=32)
-def _programs(equations: Equations, structure: CondensedForces | None) -> "_Programs":
+def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
     return _Programs(point_system(equations, structure))
 
 
 class _Programs:
-    """The functions of one structure; those of many curves become machine code where they can."""
+    """The functions of one structure, as machine code once many curves use them."""
 
     def __init__(self, system: ca.Function):
         self._system = system

@@ -1,4 +1,4 @@
-"""What beside the equations fixes a point of a curve, and the point that both give."""
+"""Constraints that close the system of a path point: a hyperplane or a contact limit."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -11,22 +11,22 @@ from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
 
 ON_LIMIT = 1e-9
-"""Contacts whose motion is this close to its limit, relatively, change state together."""
+"""Slip margin up to which contacts are on their limits, and change state together."""
 BEYOND = 1e-11
-"""Motion over its limit, relatively, from which a contact is in the wrong state."""
+"""Slip margin beyond which a contact is in the wrong state."""
 
 
 class Constraint(Protocol):
-    """One more equation beside those of the curve."""
+    """One equation in addition to those of the curve."""
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """Value at (unknowns, parameter) and its gradient by the scaled ones, (n_unknowns + 1,)."""
+        """Value at (unknowns, parameter) and its gradient by these scaled, (n_unknowns + 1,)."""
         ...
 
 
 @dataclass(frozen=True)
 class Hyperplane:
-    """Stay on the plane through ``anchor`` with the scaled ``normal`` (all (n_unknowns + 1,))."""
+    """The plane through ``anchor`` with the scaled ``normal``, all (n_unknowns + 1,)."""
 
     anchor: FloatArray
     scale: FloatArray
@@ -39,7 +39,7 @@ class Hyperplane:
 
 @dataclass(frozen=True)
 class AtLimit:
-    """Put the motion of one contact on the limit between sticking and slipping."""
+    """The limit of one contact between sticking and slipping."""
 
     curve: ContinuationProblem
     contact: int
@@ -61,10 +61,10 @@ class Corrected(NamedTuple):
 
     ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
     (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
-    the constraint; ``sign``, that of ``det [J; direction^T]`` up to one that is constant along a
+    the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
     curve. ``error`` is the scaled distance from the guess; ``slip_margin`` (n_contacts,) the
     logarithm of the motion over its limit and ``rate`` (n_contacts,) its derivative along the
-    direction; ``crosses`` tells that a contact is beyond the limit of its held state;
+    direction; ``crosses`` tells whether a contact is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
     were not counted.
@@ -82,7 +82,7 @@ class Corrected(NamedTuple):
     resonances_below: tuple[int, ...] | None
 
     def turned(self) -> "Corrected":
-        """The same point, looking the other way."""
+        """The same point with the opposite tangent."""
         return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
 
 

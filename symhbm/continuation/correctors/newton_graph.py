@@ -1,6 +1,6 @@
-"""Newton's method on a frequency curve as a graph of CasADi: what `CompiledCorrector` runs.
+"""CasADi graph of Newton's method on a frequency curve, for `CompiledCorrector`.
 
-Passes that are not needed are skipped, so that a correction costs the solves it takes.
+Passes after convergence are skipped, so that a correction costs no more solves than it needs.
 """
 
 from contextlib import suppress
@@ -14,7 +14,7 @@ from symhbm.continuation.newton import TOLERANCE
 
 MAX_CORRECTIONS = 10
 STAGNATION = 1e-3
-"""Last step of an iteration that stays on the curve, at which what stays is round-off."""
+"""Last step up to which an iteration that stagnates on the curve does so by round-off."""
 RUNNING, DONE, FAILED = 0, 1, 2
 _DENSE_LIMIT = 80
 """Number of unknowns up to which LAPACK on the full matrix is faster than sparse elimination."""
@@ -25,8 +25,8 @@ def correction(system: ca.Function) -> ca.Function:
 
     Inputs: ``parameters``, ``point`` (the guess), ``normal``, ``anchor``, ``limit`` and ``imposed``
     as of the system, and ``settings``: scale of unknowns and frequency, precision and radius.
-    Outputs: point, direction, (status, number of solves), and ``values`` of the system with the
-    rates of the slip_margin.
+    Outputs: point, direction, (status, number of solves), and ``values`` of the system, followed by
+    the rates of the slip margins.
     """
     parameters, point, normal, anchor, limit, imposed = (
         ca.MX.sym(name, system.size1_in(name))
@@ -36,18 +36,18 @@ def correction(system: ca.Function) -> ca.Function:
     data = [parameters, point, normal, anchor, limit, imposed, settings]
     iteration = _iteration(system, data)
     n_values = system.size1_out("values") + limit.shape[0]
-    at = [point, normal, ca.MX(ca.DM([RUNNING, 0])), ca.MX(ca.inf), ca.MX(n_values, 1)]
+    state = [point, normal, ca.MX(ca.DM([RUNNING, 0])), ca.MX(ca.inf), ca.MX(n_values, 1)]
     for _ in range(MAX_CORRECTIONS + 1):
-        at = list(iteration(at[2][0] == RUNNING, *at, *data))
-    outputs = [ca.densify(part) for part in (*at[:3], at[4])]
+        state = list(iteration(state[2][0] == RUNNING, *state, *data))
+    outputs = [ca.densify(part) for part in (*state[:3], state[4])]
     return ca.Function("correction", data, outputs)
 
 
 def tangent(system: ca.Function) -> ca.Function:
     """CasADi function of the tangent at a solution.
 
-    Inputs: ``parameters``, ``point``, ``normal`` to go along, ``imposed`` and ``settings``.
-    Outputs: direction and values, as of `correction`.
+    Inputs: ``parameters``, ``point``, ``normal`` that gives the sense, ``imposed``,
+    ``settings``. Outputs: direction and values, as of `correction`.
     """
     parameters, point, normal, imposed = (
         ca.MX.sym(name, system.size1_in(name))
@@ -66,56 +66,56 @@ def tangent(system: ca.Function) -> ca.Function:
 
 
 def _iteration(system: ca.Function, data: list[ca.MX]) -> ca.Function:
-    """One pass of the iteration, by whether it runs, of a state and constant ``data``.
+    """One pass of the iteration if it runs, from its state and the constant ``data``.
 
     The state is the point, the direction, (status, number of solves), the length of the last step
     and the values at the point.
     """
     parameters, guess, normal, anchor, limit, imposed, settings = data
     scale, precision = settings[:2], settings[2]
-    here, direction = (ca.MX.sym(name, guess.shape[0]) for name in ("here", "direction"))
-    progress, last = ca.MX.sym("progress", 2), ca.MX.sym("last")
+    iterate, direction = (ca.MX.sym(name, guess.shape[0]) for name in ("iterate", "direction"))
+    progress, last_step = ca.MX.sym("progress", 2), ca.MX.sym("last_step")
     matrix, right, values, limits = system(
-        parameters, here, guess, normal, anchor, limit, imposed, scale
+        parameters, iterate, guess, normal, anchor, limit, imposed, scale
     )
     values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction[:-1])))
-    before = ca.MX.sym("before", values.shape[0])
-    state = [here, direction, progress, last, before]
+    previous_values = ca.MX.sym("previous_values", values.shape[0])
+    state = [iterate, direction, progress, last_step, previous_values]
     idle = ca.Function("idle", [*state, *data], state)
 
     norm, value, solves = values[0], ca.fabs(values[1]), progress[1]
     on_curve = ca.logic_and(norm <= TOLERANCE, value <= TOLERANCE)
     on_curve = ca.logic_and(on_curve, solves > 0)
-    arrived = ca.logic_and(on_curve, last <= precision)
+    arrived = ca.logic_and(on_curve, last_step <= precision)
     finite = ca.logic_and(norm < ca.inf, value < ca.inf)
     stops = ca.logic_or(arrived, ca.logic_or(solves >= MAX_CORRECTIONS, ca.logic_not(finite)))
-    verdict = ca.if_else(ca.logic_and(on_curve, last <= STAGNATION), DONE, FAILED)
-    moved = _step(system)(
+    outcome = ca.if_else(ca.logic_and(on_curve, last_step <= STAGNATION), DONE, FAILED)
+    next_state = _step(system)(
         ca.logic_not(stops),
         matrix,
         right,
-        here,
+        iterate,
         direction,
         progress,
-        last,
+        last_step,
         on_curve,
-        verdict,
+        outcome,
         settings,
     )
-    running = ca.Function("running", [*state, *data], [*moved, values])
+    running = ca.Function("running", [*state, *data], [*next_state, values])
     return ca.Function.if_else("iteration", running, idle)
 
 
 def _step(system: ca.Function) -> ca.Function:
-    """One Newton step, by whether one is due, else the ``verdict``."""
+    """One Newton step if one is due, else its end with the ``outcome``."""
     n = system.size1_in("point")
     matrix, right = ca.MX.sym("matrix", system.sparsity_out("matrix")), ca.MX.sym("right", n, 2)
-    here, direction = ca.MX.sym("here", n), ca.MX.sym("direction", n)
+    iterate, direction = ca.MX.sym("iterate", n), ca.MX.sym("direction", n)
     progress, last, settings = ca.MX.sym("progress", 2), ca.MX.sym("last"), ca.MX.sym("settings", 4)
-    on_curve, verdict = ca.MX.sym("on_curve"), ca.MX.sym("verdict")
-    inputs = [matrix, right, here, direction, progress, last, on_curve, verdict, settings]
+    on_curve, outcome = ca.MX.sym("on_curve"), ca.MX.sym("outcome")
+    inputs = [matrix, right, iterate, direction, progress, last, on_curve, outcome, settings]
     solves = progress[1]
-    rest = ca.Function("rest", inputs, [here, direction, ca.vertcat(verdict, solves), last])
+    stop = ca.Function("stop", inputs, [iterate, direction, ca.vertcat(outcome, solves), last])
 
     solution = ca.solve(matrix, right, _solver(system))
     step, along = solution[:, 0], solution[:, 1]
@@ -127,10 +127,10 @@ def _step(system: ca.Function) -> ca.Function:
         stays, ca.if_else(on_curve, DONE, FAILED), ca.if_else(leaves, FAILED, RUNNING)
     )
     scale = ca.vertcat(ca.repmat(settings[0], n - 1), settings[1])
-    here = ca.if_else(status == RUNNING, here + step * scale, here)
+    iterate = ca.if_else(status == RUNNING, iterate + step * scale, iterate)
     direction = ca.if_else(stays, direction, along / size)
-    move = ca.Function("move", inputs, [here, direction, ca.vertcat(status, solves + 1), length])
-    return ca.Function.if_else("step", move, rest)
+    move = ca.Function("move", inputs, [iterate, direction, ca.vertcat(status, solves + 1), length])
+    return ca.Function.if_else("step", move, stop)
 
 
 def _solver(system: ca.Function) -> str:
@@ -139,12 +139,12 @@ def _solver(system: ca.Function) -> str:
 
 @cache
 def _lapack() -> str:
-    """The solver on full matrices, on one thread where CasADi brings the library for it.
+    """CasADi's solver for full matrices, set to one thread where CasADi ships the library.
 
-    Threads share two right-hand sides of even eight equations: that changes the last digits, and
-    to wait for them takes up to a hundred times longer than the work.
+    It shares even two right-hand sides of eight equations among threads: that changes the last
+    digits, and waiting takes up to a hundred times longer than the work.
     """
     for library in Path(ca.__file__).parent.glob("*casadi-tp-openblas*"):
-        with suppress(OSError, AttributeError):  # a file beside the library itself
+        with suppress(OSError, AttributeError):  # another file whose name matches
             CDLL(str(library)).openblas_set_num_threads(1)
     return "lapacklu"

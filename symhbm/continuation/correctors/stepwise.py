@@ -1,4 +1,4 @@
-"""Newton's method on the equations and one constraint: points, limits and tangents of a curve."""
+"""Corrector step by step: points, contact limits and tangents of a curve by Newton's method."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from symhbm.numerics import Factorisation, FloatArray, bordered
 
 
 class Corrector:
-    """Corrects guesses onto a curve; ``solves`` counts all linear solves."""
+    """Corrects guesses onto a curve; ``solves`` counts the linear solves."""
 
     def __init__(self, curve: ContinuationProblem):
         self.curve = curve
@@ -37,17 +37,17 @@ class Corrector:
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
-        """Solve from ``guess`` (n_unknowns + 1,), contact states ``slip`` held.
+        """Solve from ``guess`` (n_unknowns + 1,), the contact states ``slip`` held.
 
-        ``scale`` (n_unknowns + 1,) measures all steps. The tangent is that of a point within
-        ``precision`` of the solution. None if the iteration leaves ``radius`` or does not converge.
+        Steps are relative to ``scale`` (n_unknowns + 1,). The tangent is that of a point within
+        ``precision`` of the solution. None if a step exceeds ``radius`` or nothing converges.
         """
         if self._compiled is not None:
-            found, solves = self._compiled.correct(
+            corrected, solves = self._compiled.correct(
                 guess, scale, constraint, slip, precision, radius
             )
             self.solves += solves
-            return found
+            return corrected
         point, direction, sign = guess, None, 0
         last_step, correction = np.inf, 0
         while True:
@@ -63,10 +63,10 @@ class Corrector:
                 if direction is None or not on_curve or last_step > STAGNATION:
                     return None
                 break
-            solution, sign = self._step(evaluation, scale, row, value)
-            if solution is None:
+            columns, sign = self._step(evaluation, scale, row, value)
+            if columns is None:
                 return None
-            step, direction = solution[:, 0], solution[:, 1] / np.linalg.norm(solution[:, 1])
+            step, direction = columns[:, 0], columns[:, 1] / np.linalg.norm(columns[:, 1])
             previous, last_step = last_step, float(np.linalg.norm(step))
             if correction > 2 and last_step > previous:
                 if not on_curve:
@@ -80,25 +80,25 @@ class Corrector:
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution with the contact states ``slip``, along ``row`` where it can be."""
+        """Tangent at a solution in the contact states ``slip``, along ``row`` or the parameter."""
         borders = row, unit_parameter(len(row))
         if self._compiled is not None:
             self.solves += 1
-            found = (self._compiled.tangent(point, scale, border, slip) for border in borders)
-            return next((tangent for tangent in found if tangent is not None), None)
+            tangents = (self._compiled.tangent(point, scale, border, slip) for border in borders)
+            return next((tangent for tangent in tangents if tangent is not None), None)
         evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
         for border in borders:
-            solution, sign = self._step(evaluation, scale, border, 0.0)
-            if solution is not None:
-                direction = solution[:, 1] / np.linalg.norm(solution[:, 1])
+            columns, sign = self._step(evaluation, scale, border, 0.0)
+            if columns is not None:
+                direction = columns[:, 1] / np.linalg.norm(columns[:, 1])
                 return self._corrected(point, evaluation, scale, direction, sign, point, slip)
         return None
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
-        """Solution at a ``value`` from ``unknowns`` (n_unknowns,), contacts free."""
-        found = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
-        self.solves += found.iterations
-        return found
+        """Solution at a ``value`` from ``unknowns`` (n_unknowns,), contact states free."""
+        result = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
+        self.solves += result.iterations
+        return result
 
     def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
         return Corrected(

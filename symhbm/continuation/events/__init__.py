@@ -1,4 +1,4 @@
-"""What happens on a branch: contact limits, folds, branch points, resonances."""
+"""Events on a path: contact limits, folds, branch points, resonances."""
 
 from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.events.contact_limits import brief_crossing, first_limit

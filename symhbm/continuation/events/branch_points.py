@@ -1,7 +1,7 @@
-"""Branch points of a path: other solutions meet it there, and the path goes straight on.
+"""Branch points of a path, where other solutions meet it and the path continues straight.
 
-There ``det [J; t^T]`` changes its sign although the tangent does not turn, as where motions of a
-symmetric structure that are not as symmetric as it branch off.
+There ``det [J; t^T]`` changes its sign although the tangent does not turn: motions that are less
+symmetric than the structure branch off at such points.
 """
 
 import numpy as np
@@ -12,49 +12,49 @@ from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 _CLOSEST = 1e-5
-"""Distance, relative to the response, at which the point is known: closer by, round-off turns the
-tangent towards what branches off."""
+"""Accuracy of a branch point, relative to the response: closer to it, round-off turns the tangent
+towards the other branch."""
 _STRAIGHT = 0.5
-"""Distance of two solutions across the way, over the part of it between them, that is one path."""
+"""Largest distance of two solutions of one path across their segment, over that along it."""
 _MAX_HALVINGS = 40
 
 
 def find_branch_point(
     corrector: Corrector, base: PathPoint, ahead: Corrected, scale: FloatArray
 ) -> Corrected | None:
-    """The first solution beyond a branch point between two points, looking ahead.
+    """The first solution beyond a branch point between two points, its tangent away from ``base``.
 
-    ``ahead`` looks away from ``base`` as well, with another sign of the determinant. None where the
-    two are on different paths, which may be as close as you like but do not meet.
+    The tangent of ``ahead`` points away from ``base`` too, with the other sign of the determinant.
+    None where the two are on different paths, which may come arbitrarily close but do not meet.
     """
     right = PathState(ahead.point, ahead.direction * scale)
-    path = Segment(corrector, PathState(base.state, base.after), right, base.slip)
-    if not path.length > 0:
+    segment = Segment(corrector, PathState(base.state, base.after), right, base.slip)
+    if not segment.length > 0:
         return None
-    low, high, here, beyond = 0.0, 1.0, base.state, ahead
+    low, high, near_state, past_branch = 0.0, 1.0, base.state, ahead
     for _ in range(_MAX_HALVINGS):
-        across = _across(path, here, beyond.point)
-        if across > _STRAIGHT * (high - low) * path.length:
+        distance = _across(segment, near_state, past_branch.point)
+        if distance > _STRAIGHT * (high - low) * segment.length:
             return None
-        if (high - low) * path.length <= _CLOSEST:
-            return beyond
+        if (high - low) * segment.length <= _CLOSEST:
+            return past_branch
         share = (low + high) / 2
-        station = path.solve(share)
-        if station is None:
+        solution = segment.solve(share)
+        if solution is None:
             return None
-        found = corrector.tangent(station.state, path.scale, path.normal, base.slip)
-        if found is None:
+        tangent = corrector.tangent(solution.state, segment.scale, segment.normal, base.slip)
+        if tangent is None:
             return None
-        if found.sign == ahead.sign:
-            high, beyond = share, found
+        if tangent.sign == ahead.sign:
+            high, past_branch = share, tangent
         else:
-            low, here = share, station.state
+            low, near_state = share, solution.state
     return None
 
 
-def _across(path: Segment, here: FloatArray, there: FloatArray) -> float:
-    """Distance of two solutions across the straight way from one end to the other."""
-    chord = (there - here) / path.scale
-    way = (path.right.state - path.left.state) / path.scale
-    along = np.dot(chord, way) / np.dot(way, way)
-    return float(np.linalg.norm(chord - along * way))
+def _across(segment: Segment, left: FloatArray, right: FloatArray) -> float:
+    """Distance of two solutions across the straight line between the ends of a segment."""
+    chord = (right - left) / segment.scale
+    direction = (segment.right.state - segment.left.state) / segment.scale
+    share = np.dot(chord, direction) / np.dot(direction, direction)
+    return float(np.linalg.norm(chord - share * direction))

@@ -1,4 +1,4 @@
-"""Points of a path and the events between them: contacts that reach their limit."""
+"""Contact limits on a path: the points at which contacts begin or end to slip."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,132 +18,136 @@ from symhbm.numerics import FloatArray, cubic, cubic_top, first_zero
 
 _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
-"""Last step to a limit, relative to the response: its square is what the limit is off by."""
+"""Last step to a limit, relative to the response: the error of the limit is its square."""
 _SHARP = 0.1
-"""Cosine of the angle by which a path has turned from which the parameter tells its direction."""
+"""Cosine of the angle between both tangents below which the parameter measures the step."""
 _FLAT = 1e-3
-"""Part of a tangent along a way below which a cubic does not follow the path."""
-_END = 1.0001
-"""Share of a way up to which limits are taken to be on it."""
+"""Component of a tangent along a step below which a cubic does not follow the path."""
+_LARGEST_SHARE = 1.0001
+"""Largest share of a step at which a limit lies on the step, above 1 by round-off."""
 
 
 def first_limit(
-    corrector: Corrector, base: PathPoint, over: Corrected, scale: FloatArray, orientation: int
+    corrector: Corrector,
+    base: PathPoint,
+    past_limit: Corrected,
+    scale: FloatArray,
+    orientation: int,
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
-    """Solve for the first limit crossed between ``base`` and ``over``.
+    """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
     ``orientation`` is the sign of tangents along the path. Returns the solution and which contacts
-    change state there (n_contacts,), None if the step has to be shorter for the limit to be told
-    apart.
+    change state there (n_contacts,), None if limits can be told apart only over a shorter step.
     """
     for _ in range(1 + len(base.slip_margin)):
-        beyond = np.flatnonzero(crossed(over.slip_margin, base.slip)).tolist()
-        for contact in beyond:
-            first, last = base.slip_margin[contact], over.slip_margin[contact]
-            # A contact that starts on its limit and is back beyond it slipped, or stuck, only for
-            # a part of the step: its limit at the start is not the crossing to find.
+        contacts = np.flatnonzero(crossed(past_limit.slip_margin, base.slip)).tolist()
+        for contact in contacts:
+            first, last = base.slip_margin[contact], past_limit.slip_margin[contact]
+            # A contact that starts on its limit and is beyond it again slipped, or stuck, for a
+            # part of the step only: the limit at the start is not the one to solve for.
             if not BEYOND < abs(first) < np.inf or first * last > 0:
                 return None
-        ahead = over if over.sign == orientation else over.turned()
-        way = _Way(base, ahead, scale, corrector.curve.single_valued)
-        share, contact = min((way.limit(contact), contact) for contact in beyond)
+        ahead = past_limit if past_limit.sign == orientation else past_limit.turned()
+        step = _StepCubic(base, ahead, scale, corrector.curve.single_valued)
+        share, contact = min((step.limit(contact), contact) for contact in contacts)
         limit = AtLimit(corrector.curve, contact, scale)
-        landed = corrector.correct(way.state(share), scale, limit, base.slip, _PRECISION)
-        if landed is None or not way.has(landed.point):
+        solution = corrector.correct(step.state(share), scale, limit, base.slip, _PRECISION)
+        if solution is None or not step.contains(solution.point):
             return None
-        if not landed.crosses:
-            near = np.abs(landed.slip_margin) <= ON_LIMIT
-            return landed, near & (base.slip == base.slip[contact])
-        over = landed
+        if not solution.crosses:
+            at_limit = np.abs(solution.slip_margin) <= ON_LIMIT
+            return solution, at_limit & (base.slip == base.slip[contact])
+        past_limit = solution
     return None
 
 
-class _Way:
-    """The cubics of state and slip margin from a point to one beyond it, with the rates at both."""
+class _StepCubic:
+    """Cubics of state and slip margins over one step, from their values and rates at both ends."""
 
     def __init__(
-        self, base: PathPoint, over: Corrected, scale: FloatArray, single_valued: bool
+        self, base: PathPoint, ahead: Corrected, scale: FloatArray, single_valued: bool
     ) -> None:
-        self._base, self._over, self._scale = base, over, scale
-        chord = over.point - base.state
-        begin, end = base.after / scale, over.direction
-        normal = begin
+        self._base, self._ahead, self._scale = base, ahead, scale
+        chord = ahead.point - base.state
+        tangent, tangent_ahead = base.after / scale, ahead.direction
+        normal = tangent
         self._single_valued = single_valued
-        if single_valued and normal.dot(end) < _SHARP:
-            # Where a path turns back on itself, only the parameter tells how far along it one is.
-            normal = np.copysign(unit_parameter(len(chord)), begin[-1])
+        if single_valued and normal.dot(tangent_ahead) < _SHARP:
+            # Along a path that turns back on itself, only the parameter increases throughout.
+            normal = np.copysign(unit_parameter(len(chord)), tangent[-1])
         self._normal = normal
         self._length = float(normal.dot(chord / scale))
-        speeds = float(normal.dot(begin)), float(normal.dot(end))
+        advances = float(normal.dot(tangent)), float(normal.dot(tangent_ahead))
         self._slopes, self._steps = (chord, chord), None
-        if min(speeds) >= _FLAT:
-            first, last = self._steps = self._length / speeds[0], self._length / speeds[1]
-            self._slopes = first * base.after, last * end * scale
+        if min(advances) >= _FLAT:
+            first, last = self._steps = self._length / advances[0], self._length / advances[1]
+            self._slopes = first * base.after, last * tangent_ahead * scale
 
-    def has(self, point: FloatArray) -> bool:
-        """Whether a point of the path lies on the way."""
+    def contains(self, point: FloatArray) -> bool:
+        """Whether a point of the path lies within the step."""
         share = self._normal.dot((point - self._base.state) / self._scale) / self._length
-        ahead = (point[-1] - self._base.value) * self._base.after[-1] > 0
-        return bool(0 < share < _END and (ahead or not self._single_valued))
+        forward = (point[-1] - self._base.value) * self._base.after[-1] > 0
+        return bool(0 < share < _LARGEST_SHARE and (forward or not self._single_valued))
 
     def state(self, share: float) -> FloatArray:
-        """The state at a share of the way."""
-        return cubic(self._base.state, self._over.point, self._slopes, share)
+        """The state at a share of the step."""
+        return cubic(self._base.state, self._ahead.point, self._slopes, share)
 
     def limit(self, contact: int) -> float:
-        """Share at which a contact first reaches its limit, on the other side of it at the end."""
-        left, right = float(self._base.slip_margin[contact]), float(self._over.slip_margin[contact])
-        slopes = right - left, right - left
+        """Share of the step at which a contact, beyond its limit at the end, first reaches it."""
+        margins = self._base.slip_margin, self._ahead.slip_margin
+        start, end = (float(margin[contact]) for margin in margins)
+        slopes = end - start, end - start
         if self._steps is not None:
             first, last = self._steps
-            rates = float(self._base.rate[contact]), float(self._over.rate[contact])
+            rates = float(self._base.rate[contact]), float(self._ahead.rate[contact])
             slopes = first * rates[0], last * rates[1]
-        return first_zero(left, right, slopes)
+        return first_zero(start, end, slopes)
 
 
 def brief_crossing(
-    corrector: Corrector, base: PathPoint, found: Corrected, scale: FloatArray
+    corrector: Corrector, base: PathPoint, ahead: Corrected, scale: FloatArray
 ) -> Corrected | None:
-    """A point between two others where a contact is beyond its limit, None if there is none.
+    """A point within a step at which a contact is beyond its limit, None if there is none.
 
-    The slip margin of each contact is a cubic between its values and rates at both ends; where that
-    comes close to the limit, points are added at its top until it has crossed or has not.
+    The slip margin of each contact is a cubic from its values and rates at both ends. Where its
+    maximum comes close to the limit, points are added there until the crossing is decided.
     """
     outward = np.where(base.slip, -1.0, 1.0)
-    left_rate, right_rate = outward * base.rate, outward * found.rate
+    left_rate, right_rate = outward * base.rate, outward * ahead.rate
     turning = (left_rate > 0) & (right_rate < 0)
     if not turning.any():
         return None
     normal, start = base.after / scale, base.state
-    left_excess, right_excess = outward * base.slip_margin, outward * found.slip_margin
-    right_rate = right_rate / max(float(np.dot(normal, found.direction)), 1e-3)
-    length = float(np.dot(normal, (found.point - start) / scale))
-    turning &= np.isfinite(left_excess) & np.isfinite(right_excess)
+    left_margin, right_margin = outward * base.slip_margin, outward * ahead.slip_margin
+    right_rate = right_rate / max(float(np.dot(normal, ahead.direction)), 1e-3)
+    length = float(np.dot(normal, (ahead.point - start) / scale))
+    turning &= np.isfinite(left_margin) & np.isfinite(right_margin)
     # No cubic rises more than this above its ends.
     rise = 4 / 27 * length * (left_rate - right_rate)
-    turning &= np.maximum(left_excess, right_excess) + 1.5 * rise >= -BEYOND
+    turning &= np.maximum(left_margin, right_margin) + 1.5 * rise >= -BEYOND
     for contact in np.flatnonzero(turning):
-        left = 0.0, left_excess[contact], left_rate[contact]
-        right = 1.0, right_excess[contact], right_rate[contact]
+        left = 0.0, left_margin[contact], left_rate[contact]
+        right = 1.0, right_margin[contact], right_rate[contact]
         for _ in range(_MAX_REFINEMENTS):
             width = right[0] - left[0]
             slopes = width * length * left[2], width * length * right[2]
-            share, top = cubic_top(left[1], right[1], slopes)
+            share, maximum = cubic_top(left[1], right[1], slopes)
             share = left[0] + width * share
-            rise = top - max(left[1], right[1])
-            if top < -0.5 * rise - BEYOND or rise <= 0:
+            rise = maximum - max(left[1], right[1])
+            if maximum < -0.5 * rise - BEYOND or rise <= 0:
                 break
-            guess = start + share * (found.point - start)
+            guess = start + share * (ahead.point - start)
             plane = Hyperplane(start + share * length * base.after, scale, normal)
-            middle = corrector.correct(guess, scale, plane, base.slip)
-            if middle is None:
+            solution = corrector.correct(guess, scale, plane, base.slip)
+            if solution is None:
                 break
-            if crossed(middle.slip_margin, base.slip)[contact]:
-                return middle
-            slope = middle.rate / max(float(np.dot(normal, middle.direction)), 1e-3)
-            slip_margin = float(outward[contact] * middle.slip_margin[contact])
+            if crossed(solution.slip_margin, base.slip)[contact]:
+                return solution
+            slope = solution.rate / max(float(np.dot(normal, solution.direction)), 1e-3)
+            slip_margin = float(outward[contact] * solution.slip_margin[contact])
             if not np.isfinite(slip_margin):
-                break  # a contact that does not move but by round-off
-            here = share, slip_margin, float(outward[contact] * slope[contact])
-            left, right = (here, right) if here[2] > 0 else (left, here)
+                break  # a contact that moves by round-off only
+            inner = share, slip_margin, float(outward[contact] * slope[contact])
+            left, right = (inner, right) if inner[2] > 0 else (left, inner)
     return None

@@ -1,8 +1,8 @@
-"""Steps over corners that nobody located, at a fixed value ahead, where the response is unique.
+"""Natural-parameter steps across corners that event location missed, where responses are unique.
 
-With several harmonics the slip of a minor loop begins or ends at such corners, and Newton's method
-with a line search, contacts free, crosses them: with one solution at each value the path cannot be
-left.
+With several harmonics the slip of a minor loop begins or ends at such corners. Newton's method with
+a line search and free contacts solves at a fixed value beyond them; as there is one solution at
+each value, it stays on the path.
 """
 
 from typing import NamedTuple
@@ -16,14 +16,15 @@ from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
 
 SMALLEST_STEP = 1e-9
+"""Arc length of a step below which a path cannot be continued."""
 LARGEST_PREDICTION_ERROR = 0.3
-"""Distance between predicted and corrected point, relative to the response, of a step to reject."""
+"""Distance between predicted and corrected point above which a step is rejected."""
 
 
 class CornerStep(NamedTuple):
-    """A point beyond a corner, the states after it, and the length and error of the step."""
+    """A point at or beyond a corner, the contact states after it, length and error of the step."""
 
-    found: Corrected
+    solution: Corrected
     slip: NDArray[np.bool_]
     length: float
     error: float
@@ -34,14 +35,14 @@ def step_over_corner(
 ) -> CornerStep | None:
     """The farthest point ahead up to ``step``, if possible in the contact states of ``base``.
 
-    Where states change, it is the first change: the point where that contact is on its limit.
+    Where states have to change, it is the point where the first contact is on its limit.
     """
     for may_change in (False, True):
         length = step
         while length >= SMALLEST_STEP:
-            found = _at_distance(corrector, base, end, length, may_change)
-            if found is not None:
-                return found
+            crossing = _at_distance(corrector, base, end, length, may_change)
+            if crossing is not None:
+                return crossing
             length /= 4
     return None
 
@@ -62,14 +63,14 @@ def _at_distance(
         if not may_change:
             return None
         # A contact on its limit, or already beyond it, changes at once.
-        at_once = changed & (np.where(base.slip, base.slip_margin, -base.slip_margin) <= ON_LIMIT)
-        later = np.flatnonzero(changed & ~at_once)
+        immediate = changed & (np.where(base.slip, base.slip_margin, -base.slip_margin) <= ON_LIMIT)
+        later = np.flatnonzero(changed & ~immediate)
         try:
             value, result = _first_change(corrector, base, value, later)
         except ArithmeticError:
             return None
         on_limit = np.abs(result.evaluation.friction.slip_margin) <= ON_LIMIT
-        slip = np.where(at_once | (changed & on_limit), slip, base.slip)
+        slip = np.where(immediate | (changed & on_limit), slip, base.slip)
     row = heading * unit_parameter(len(scale))
     tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
     return None if tangent is None else CornerStep(tangent, slip, length, error)
@@ -78,7 +79,7 @@ def _at_distance(
 def _first_change(
     corrector: Corrector, base: PathPoint, value: float, contacts: NDArray[np.intp]
 ) -> tuple[float, NewtonResult]:
-    """Value at which the first of some contacts reaches its limit, and the solution there."""
+    """Value at which the first of these contacts reaches its limit, and the solution there."""
 
     def slip_margin(share: float, contact: int) -> float:
         if share == 0.0:
@@ -91,5 +92,5 @@ def _first_change(
     shares = [1.0]
     for contact in contacts:
         shares.append(scipy.optimize.brentq(slip_margin, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
-    at = base.value + min(shares) * (value - base.value)
-    return at, corrector.free(base.unknowns, at)
+    at_change = base.value + min(shares) * (value - base.value)
+    return at_change, corrector.free(base.unknowns, at_change)

@@ -1,9 +1,9 @@
-"""Draws of mistuned parameters, labelled, for ``over=``.
+"""Labelled samples of mistuned parameters, for ``over=``.
 
 Sample ``i`` of a seed is the same however many samples are drawn, but for Latin hypercubes, which
-depend on their number. Each parameter has a stream of its own: another one beside it changes
-nothing. What was drawn, and how, is in the attribute ``drawn`` (JSON) of every variable, and so in
-the archive of the response. Draws of different distributions go together by `xarray.merge`.
+depend on their number. Each parameter has a random stream of its own, which does not depend on the
+other parameters drawn. The attribute ``drawn`` (JSON) of every variable tells how it was drawn, in
+archives of the response too. `xarray.merge` joins draws of different distributions.
 """
 
 from symhbm.ensembles.mistuning.draws import (

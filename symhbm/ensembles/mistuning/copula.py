@@ -1,6 +1,6 @@
-"""Points of the unit cube, independent or evenly spread, and Gaussian copulas that correlate them.
+"""Points of the unit cube, random or evenly spread, and Gaussian copulas that correlate them.
 
-Values are by parameter, an array ``(n_samples, n)`` each, with ``n`` blades or contacts.
+Values are arrays ``(n_samples, n)`` by parameter, with ``n`` blades or contacts.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,11 +19,11 @@ SAMPLINGS = ("random", "sobol", "latin_hypercube")
 _SOBOL_BLOCK = 2**14
 _SOBOL_STEP = 2.0**-30
 _OPEN = 2.0**-54, 1 - 2.0**-53
-"""Smallest and largest share: quantiles there are finite."""
+"""Smallest and largest share: quantiles of 0 and 1 would be infinite."""
 _SHORTEST = 1e-300
-"""Correlation length that is as good as none, and no quotient overflows."""
+"""Correlation length that stands for 0, so that no quotient overflows."""
 _ROUND_OFF = 1e-10
-"""Share of its size by which round-off may make an eigenvalue 0 of a correlation negative."""
+"""Share of its size by which round-off may make a zero eigenvalue of a correlation negative."""
 
 
 def unit_samples(
@@ -35,8 +35,8 @@ def unit_samples(
 ) -> dict[str, FloatArray]:
     """Uniform shares between 0 and 1, both excluded, of the parameters of ``sizes``.
 
-    ``streams`` gives the size of every parameter that there may be, in an order that stays: the
-    place of a name there is that of its random stream, or of its dimensions of the Sobol sequence.
+    ``streams`` gives the size of every drawable parameter in a fixed order: the position of a name
+    is the number of its random stream, or that of its dimensions of the Sobol sequence.
     """
     if sampling not in SAMPLINGS:
         raise ValueError(
@@ -65,7 +65,7 @@ def _sobol(
             f"together, got {ends[-1]}"
         )
     starts = dict(zip(streams, ends - list(streams.values()), strict=True))
-    # Powers of 2, as the sequence is balanced over those alone.
+    # Powers of 2: the sequence is balanced over those alone.
     total = 2 ** (n_samples - 1).bit_length()
     block = min(total, _SOBOL_BLOCK)
     engine = qmc.Sobol(int(ends[-1]), rng=np.random.default_rng(seed))
@@ -78,7 +78,7 @@ def _sobol(
 
 
 class Copula:
-    """Gaussian copula of parameters with so many blades or contacts each.
+    """Gaussian copula of parameters with values per blade or contact.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Copula:
         self._parameters = _root("between", matrix)
 
     def couple(self, shares: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Correlated shares, each of them uniform still, from independent ones."""
+        """Correlated shares, each still uniform, from independent ones."""
         result = dict(shares)
         if self._together:
             scores = _mixed(self._parameters, [ndtri(shares[name]) for name in self._together])
@@ -125,13 +125,13 @@ class Copula:
         return result
 
 
-def _mixed(root: FloatArray, parts: Sequence[FloatArray]) -> list[FloatArray]:
-    """Each row of ``root`` times the parts, term by term: alike for any number of samples."""
+def _mixed(root: FloatArray, scores: Sequence[FloatArray]) -> list[FloatArray]:
+    """Each row of ``root`` times the scores, summed in the same order for any number of samples."""
     mixed = []
     for row in root:
-        total = np.zeros_like(parts[0])
-        for weight, part in zip(row, parts, strict=True):
-            total += weight * part
+        total = np.zeros_like(scores[0])
+        for weight, score in zip(row, scores, strict=True):
+            total += weight * score
         mixed.append(total)
     return mixed
 
@@ -169,25 +169,25 @@ def _between(sizes: Mapping[str, int], between: Any) -> tuple[list[str], FloatAr
             )
     names = [name for name in sizes if any(name in pair for pair in between)]
     matrix = np.eye(len(names))
-    for (one, other), value in between.items():
-        i, j = names.index(one), names.index(other)
+    for pair, value in between.items():
+        i, j = map(names.index, pair)
         if matrix[i, j] != 0:
-            raise ValueError(f"between: expected each pair once, got {(one, other)} twice")
-        matrix[i, j] = matrix[j, i] = check.scalar(f"between[{(one, other)}]", value)
+            raise ValueError(f"between: expected each pair once, got {pair} twice")
+        matrix[i, j] = matrix[j, i] = check.scalar(f"between[{pair}]", value)
     return names, matrix
 
 
-def _root(what: str, matrix: FloatArray) -> FloatArray:
+def _root(label: str, matrix: FloatArray) -> FloatArray:
     """Symmetric root of a correlation matrix, which need not have full rank."""
     size = len(matrix)
     if not np.array_equal(matrix, matrix.T) or np.any(np.diag(matrix) != 1):
-        raise ValueError(f"{what}: expected a symmetric matrix with ones on its diagonal")
+        raise ValueError(f"{label}: expected a symmetric matrix with ones on its diagonal")
     if size == 0 or np.array_equal(matrix, np.eye(size)):
         return matrix
     values, vectors = np.linalg.eigh(matrix)
     if values[0] < -_ROUND_OFF * size:
         raise ValueError(
-            f"{what}: expected a positive semidefinite matrix, its lowest eigenvalue is "
+            f"{label}: expected a positive semidefinite matrix, its lowest eigenvalue is "
             f"{values[0]:.3g}"
         )
     return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T

@@ -1,4 +1,4 @@
-"""Draws around nominal values, given samples, and patterns around the disk."""
+"""Random draws around nominal values, explicit samples, and patterns around the disk."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ Correlation = ArrayLike | Mapping[str, ArrayLike] | None
 
 
 class _Distribution(NamedTuple):
-    """``factor(share, spread)``: the quantile of a value over the nominal one, at a probability.
+    """A distribution of factors of the nominal value.
 
-    ``reach`` spreads lie between the nominal value and the lowest.
+    ``factor(share, spread)`` is the quantile of the factor at a probability ``share``. The lowest
+    value is ``reach`` spreads below the nominal one.
     """
 
     name: str
@@ -53,7 +54,7 @@ def uniform(
     Parameters
     ----------
     problem
-        Whose nominal values are spread.
+        The structure or problem with the nominal values.
     n_samples
         Number of samples; of Sobol points, powers of 2 fill the space most evenly.
     seed
@@ -64,8 +65,8 @@ def uniform(
     correlation
         Between blades or contacts, in their order around the ring: a correlation length in blades
         ``L``, by the kernel ``exp(-d / L)`` of the distance ``d`` around the ring, or a matrix
-        ``(n, n)``; for all parameters, or by name. It is that of Gaussian variables, of which each
-        value is a monotone function (a Gaussian copula): the distributions stay as they are.
+        ``(n, n)``; for all parameters, or by name. It holds for Gaussian variables of which each
+        value is a monotone function (a Gaussian copula), so the distributions do not change.
     between
         Such correlations between parameters at the same blade or contact, by pairs of names.
     half_widths
@@ -158,12 +159,12 @@ def lognormal(
 def explicit(
     problem: Model | HarmonicBalance, *, relative: bool = False, **values: Any
 ) -> xr.Dataset:
-    """Given samples, checked and labelled.
+    """Explicit samples, checked and labelled.
 
     Parameters
     ----------
     problem
-        Whose parameters are given.
+        The structure or problem whose parameters they are.
     relative
         The values are factors of the nominal ones.
     values
@@ -184,24 +185,24 @@ def explicit(
     relative = check.flag("relative", relative)
     samples: dict[str, FloatArray] = {}
     labels: dict[str, list[str]] = {}
-    for name, given in values.items():
-        if isinstance(given, Mapping):
-            labels[name] = [str(label) for label in given]
-            given = list(given.values())
-        wanted = nominal[name].shape
-        array = check.array(name, given)
-        if array.ndim != 1 + len(wanted) or array.shape[1:] != wanted or len(array) == 0:
-            shape = ", ".join(["n_samples", *map(str, wanted)])
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            labels[name] = [str(label) for label in value]
+            value = list(value.values())
+        expected = nominal[name].shape
+        array = check.array(name, value)
+        if array.ndim != 1 + len(expected) or array.shape[1:] != expected or len(array) == 0:
+            shape = ", ".join(["n_samples", *map(str, expected)])
             raise ValueError(f"{name}: expected values of shape ({shape}), got {array.shape}")
         samples[name] = check.array(
             name, array * nominal[name] if relative else array, PARAMETERS[name].bound
         )
-    for what, found in {
+    for expectation, by_name in {
         "as many samples of each parameter": {name: len(array) for name, array in samples.items()},
         "the same patterns of each parameter": labels,
     }.items():
-        if any(one != next(iter(found.values())) for one in found.values()):
-            raise ValueError(f"values: expected {what}, got {check.shown(found)}")
+        if any(value != next(iter(by_name.values())) for value in by_name.values()):
+            raise ValueError(f"values: expected {expectation}, got {check.shown(by_name)}")
     drawn = {"distribution": "explicit", "relative": relative}
     result = labelled_samples(samples, dict.fromkeys(samples, drawn))
     for names in labels.values():
@@ -262,7 +263,7 @@ def _draw(
     counts = {"dof": model.n_dof, "contact": model.n_contacts, "": 1}
     streams = {name: counts["".join(dims_of(name))] for name in DRAWABLE}
     shares = copula.couple(unit_samples(sampling, seed, n_samples, sizes, streams))
-    how = {
+    settings = {
         "cut": distribution.cut,
         "sampling": sampling,
         "seed": seed,
@@ -275,15 +276,15 @@ def _draw(
     for name, share in shares.items():
         factor = distribution.factor(share, widths[name])
         values[name] = nominal[name] * factor.reshape(n_samples, *nominal[name].shape)
-        about = {"distribution": distribution.name, distribution.spread: _plain(spreads[name])}
-        drawn[name] = about | how
+        law = {"distribution": distribution.name, distribution.spread: _plain(spreads[name])}
+        drawn[name] = law | settings
     return labelled_samples(values, drawn)
 
 
 def _spread(
     name: str, spread: ArrayLike, nominal: FloatArray, distribution: _Distribution
 ) -> FloatArray:
-    """One spread per blade or contact that keeps its values in range."""
+    """One spread per blade or contact; ValueError if values could leave their range."""
     size = nominal.size
     width = check.one_or_each(name, spread, size, "blade or contact", "non-negative")
     bound = PARAMETERS[name].bound
@@ -305,7 +306,7 @@ def _spread(
 
 
 def _plain(value: Any) -> Any:
-    """Numbers and lists of numbers, as JSON has them."""
+    """Numbers and lists of numbers for JSON."""
     if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
+        return {name: _plain(entry) for name, entry in value.items()}
     return None if value is None else np.asarray(value, dtype=float).tolist()

@@ -1,4 +1,4 @@
-"""Samples of parameters as a dataset: which there may be, their bounds, their labels."""
+"""Samples of parameters as a labelled dataset, and the parameters that may be drawn."""
 
 import json
 from collections.abc import Collection
@@ -13,7 +13,7 @@ from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model
 from symhbm.numerics import FloatArray, check
 from symhbm.results import DRAWN, SCHEMA_VERSION
 
-# The place of a name is that of its random stream: names are added at the end only.
+# The position of a name is the number of its random stream: add names at the end only.
 _FIRST = (*CONTACT_PARAMETERS, *BLADE_PARAMETERS, "force_amplitude")
 DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in (*_FIRST, "engine_order")))
 
@@ -21,7 +21,7 @@ DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in (*_FIRST, "eng
 def nominal_values(
     problem: Model | HarmonicBalance, names: Collection[str]
 ) -> dict[str, FloatArray]:
-    """Nominal values of the parameters asked for, with no axis where they are scalar.
+    """Nominal values of the named parameters, without an axis where they are scalar.
 
     Raises TypeError, ValueError and KeyError for anything that cannot be drawn.
     """
@@ -36,13 +36,13 @@ def nominal_values(
 
 
 def labelled_samples(values: dict[str, FloatArray], drawn: dict[str, dict[str, Any]]) -> xr.Dataset:
-    """Dataset of samples (n_samples, ...) by parameter and how each was drawn."""
+    """Dataset of samples (n_samples, ...) by parameter, and the description of each draw."""
     n_samples = len(next(iter(values.values())))
     variables = {}
     for name, array in values.items():
         units, long_name = PARAMETERS[name][:2]
-        about = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
-        variables[name] = (("sample", *dims_of(name)), array, about)
+        attributes = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
+        variables[name] = (("sample", *dims_of(name)), array, attributes)
     sample = ("sample", np.arange(n_samples), {"long_name": "sample", "units": "1"})
     attributes = {
         "title": "Draws of mistuned parameters",

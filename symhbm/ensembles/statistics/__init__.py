@@ -1,9 +1,9 @@
-"""Labelled statistics of ensembles: what many samples of one structure respond with.
+"""Labelled statistics of ensembles: the responses of many samples of one structure.
 
 They take results of `symhbm.frf` or `symhbm.follow` with one swept dimension, usually ``sample``,
 also those opened lazily, which are read in blocks. A sample has failed if its status is any other
 than that the end of the band was reached, or if one of its points is not converged: it is counted
-in ``n_failed`` and enters no number. Every result is a Dataset that `symhbm.save` writes and of
+in ``n_failed`` and enters no statistic. Every result is a Dataset that `symhbm.save` writes and of
 which `symhbm.rebuild` makes the nominal problem.
 """
 

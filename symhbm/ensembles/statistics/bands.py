@@ -1,4 +1,4 @@
-"""Bands of responses: smallest, largest, mean and quantiles over the samples."""
+"""Envelopes of responses: smallest, largest, mean and quantiles over the samples."""
 
 from collections.abc import Sequence
 
@@ -8,8 +8,8 @@ import xarray as xr
 from symhbm.ensembles.statistics.population import Population, slices
 from symhbm.numerics import FloatArray, check
 
-_HELD = 3 * 2**27
-"""Bytes of all samples that are held at a time: archives are read that much faster in few turns."""
+_MEMORY = 3 * 2**27
+"""Bytes of all samples in memory at a time: archives are read faster in few large blocks."""
 
 
 def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)) -> xr.Dataset:
@@ -40,38 +40,41 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
     if probabilities.ndim != 1 or probabilities.size == 0 or np.any(probabilities > 1):
         raise ValueError(f"quantiles={check.shown(quantiles)}: expected values from 0 to 1")
     grid = ensemble.along
-    found: dict[str, list[FloatArray]] = {}
-    for block in slices(dataset.sizes[grid], 8 * dataset.sizes["dof"] * ensemble.size, _HELD):
-        for name, result in _figures(_of_all_samples(ensemble, block), probabilities).items():
-            found.setdefault(name, []).append(result)
+    by_name: dict[str, list[FloatArray]] = {}
+    for block in slices(dataset.sizes[grid], 8 * dataset.sizes["dof"] * ensemble.size, _MEMORY):
+        for name, result in _statistics(_of_all_samples(ensemble, block), probabilities).items():
+            by_name.setdefault(name, []).append(result)
     variables = {}
-    for name, parts in found.items():
+    for name, parts in by_name.items():
         of_what, statistic = name.split("_")
         dims = (grid, "dof") if of_what == "amplitude" else (grid,)
         dims += ("quantile",) * (statistic == "quantile")
         response = "amplitude" if of_what == "amplitude" else "largest amplitude of all blades"
-        about = {"units": "m", "long_name": f"{statistic} of the {response} over the samples"}
-        variables[name] = (dims, np.concatenate(parts), about)
-    about = {"units": "1", "long_name": "share of the samples below"}
+        long_name = f"{statistic} of the {response} over the samples"
+        attributes = {"units": "m", "long_name": long_name}
+        variables[name] = (dims, np.concatenate(parts), attributes)
+    attributes = {"units": "1", "long_name": "share of the samples below"}
     coordinates = {grid: dataset[grid], "dof": dataset["dof"]}
-    result = xr.Dataset(variables, coordinates | {"quantile": ("quantile", probabilities, about)})
+    result = xr.Dataset(
+        variables, coordinates | {"quantile": ("quantile", probabilities, attributes)}
+    )
     return ensemble.explained(result, "Envelope of an ensemble of responses", per_sample=False)
 
 
-def _of_all_samples(ensemble: Population, on_grid: slice) -> FloatArray:
-    """Amplitudes (n, n_dof, n_used) on a part of the grid, read few samples at a time."""
-    shape = on_grid.stop - on_grid.start, ensemble.dataset.sizes["dof"]
+def _of_all_samples(ensemble: Population, values: slice) -> FloatArray:
+    """Amplitudes (n, n_dof, n_used) at some values of the grid, read few samples at a time."""
+    shape = values.stop - values.start, ensemble.dataset.sizes["dof"]
     result = np.empty((*shape, np.count_nonzero(ensemble.used)))
     dims, done = (ensemble.along, "dof", ensemble.dim), 0
     for block in slices(ensemble.size, 8 * shape[0] * shape[1]):
-        place = {ensemble.along: on_grid, ensemble.dim: block}
-        part = ensemble.part("amplitude", dims, place)[..., ensemble.used[block]]
-        result[..., done : done + part.shape[-1]] = part
-        done += part.shape[-1]
+        region = {ensemble.along: values, ensemble.dim: block}
+        amplitudes = ensemble.values("amplitude", dims, region)[..., ensemble.used[block]]
+        result[..., done : done + amplitudes.shape[-1]] = amplitudes
+        done += amplitudes.shape[-1]
     return result
 
 
-def _figures(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatArray]:
+def _statistics(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatArray]:
     """Statistics of amplitudes (n, n_dof, n_used), and of the largest of all degrees of freedom."""
     return {
         f"{of_what}_{name}": result
@@ -83,9 +86,9 @@ def _figures(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatAr
 def _spread(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatArray]:
     """Statistics over the last axis; the values are reordered."""
     if values.shape[-1] == 0:
-        nothing = np.full(values.shape[:-1], np.nan)
-        quantile = np.repeat(nothing[..., None], len(probabilities), axis=-1)
-        return dict(minimum=nothing, maximum=nothing, mean=nothing, quantile=quantile)
-    least, most, mean = values.min(axis=-1), values.max(axis=-1), values.mean(axis=-1)
-    quantile = np.quantile(values, probabilities, axis=-1, overwrite_input=True)
-    return dict(minimum=least, maximum=most, mean=mean, quantile=np.moveaxis(quantile, 0, -1))
+        empty = np.full(values.shape[:-1], np.nan)
+        quantile = np.repeat(empty[..., None], len(probabilities), axis=-1)
+        return dict(minimum=empty, maximum=empty, mean=empty, quantile=quantile)
+    smallest, largest, mean = values.min(axis=-1), values.max(axis=-1), values.mean(axis=-1)
+    quantile = np.moveaxis(np.quantile(values, probabilities, axis=-1, overwrite_input=True), 0, -1)
+    return dict(minimum=smallest, maximum=largest, mean=mean, quantile=quantile)

@@ -1,6 +1,6 @@
-"""How sure statistics of so many samples are, without a distribution assumed where there is none.
+"""Confidence of statistics of a number of samples, mostly without an assumed distribution.
 
-Samples are taken as independent draws.
+The samples are assumed to be independent.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def convergence(
     confidence: float = 0.95,
     of: str = _LARGEST,
 ) -> xr.Dataset:
-    """Mean, standard deviation, quantiles and maximum of the first so many samples.
+    """Mean, standard deviation, quantiles and maximum over growing numbers of samples.
 
     Parameters
     ----------
@@ -53,16 +53,16 @@ def convergence(
     ``standard_deviation`` with one from the fourth moment, for many samples both, and the
     ``..._standard_error`` of each; ``quantile_value`` (n_samples, quantile) with an interval of
     order statistics, which holds for any distribution and is infinite where samples are too few;
-    ``maximum`` with ``share_below_maximum``: at this confidence at least that share of all samples
-    there may be lies below it.
+    ``maximum`` with ``share_below_maximum``: at this confidence, at least that share of the whole
+    population lies below it.
 
     Raises
     ------
     TypeError, ValueError, KeyError
         For bad arguments.
     """
-    given = numbers(values, of)
-    n = given.values.size
+    data = numbers(values, of)
+    n = data.values.size
     probabilities = check_probabilities("quantiles", quantiles)
     confidence = check_confidence(confidence)
     if sizes is None:
@@ -75,8 +75,8 @@ def convergence(
             f"sizes={check.shown(sizes)}: expected ascending integers from 2 to the {n} samples "
             "that did not fail"
         )
-    rows = [_summary(given.values[: int(k)], probabilities, confidence) for k in chosen]
-    units = given.units
+    rows = [_summary(data.values[: int(k)], probabilities, confidence) for k in chosen]
+    units = data.units
     unit_of = {"share_below_maximum": "1"}
     dims = {
         "quantile_value": ("quantile",),
@@ -91,7 +91,7 @@ def convergence(
                 np.array([row[name] for row in rows]),
                 {
                     "units": unit_of.get(name, units),
-                    "long_name": f"{name.replace('_', ' ')} of the {given.meaning}",
+                    "long_name": f"{name.replace('_', ' ')} of the {data.meaning}",
                 },
             )
             for name in rows[0]
@@ -111,14 +111,15 @@ def convergence(
         },
         {"confidence": confidence},
     )
-    return given.labelled(result, "Convergence of statistics with the number of samples")
+    return data.labelled(result, "Convergence of statistics with the number of samples")
 
 
 def _summary(values: FloatArray, probabilities: FloatArray, confidence: float) -> dict:
     n, tail = values.size, (1 - confidence) / 2
     mean, deviation = values.mean(), values.std(ddof=1)
     error = deviation / np.sqrt(n)
-    # The variance of the variance from the fourth moment, and by its root that of the deviation.
+    # The variance of the variance follows from the fourth moment, and from it the error of the
+    # standard deviation.
     moment = np.mean((values - mean) ** 4)
     variance = max((moment - deviation**4 * (n - 3) / (n - 1)) / n, 0.0)
     spread = np.sqrt(variance) / (2 * deviation) if deviation > 0 else 0.0
@@ -171,38 +172,38 @@ def position(
     Dataset with ``share_below``, the share of samples below the value, ``probability`` that the
     worst of ``n`` independent samples is below it, the power ``n`` of that share, both with their
     exact (Clopper-Pearson) intervals, and ``worst_quantile`` (quantile), the quantiles of the worst
-    of ``n``; one that is beyond what so many samples can tell is infinite.
+    of ``n``, infinite where there are too few samples for them.
 
     Raises
     ------
     TypeError, ValueError, KeyError
         For bad arguments.
     """
-    given = numbers(values, of)
+    data = numbers(values, of)
     value = check.scalar("value", value)
     n = check.integer("n", n, minimum=1)
     probabilities = check_probabilities("quantiles", quantiles)
     confidence = check_confidence(confidence)
-    size = given.values.size
-    below = int(np.sum(given.values < value))
+    size = data.values.size
+    below = int(np.sum(data.values < value))
     share = below / size
     test = stats.binomtest(below, size)
     interval = np.array(test.proportion_ci(confidence, method="exact"))
-    ordered = np.append(np.sort(given.values), np.inf)
+    ordered = np.append(np.sort(data.values), np.inf)
     rank = np.ceil(probabilities ** (1 / n) * (size + 1)).astype(int) - 1
-    about = {"units": "1", "long_name": f"share of samples below {value:g}"}
-    worst = {"units": "1", "long_name": f"probability that the worst of {n} is below {value:g}"}
-    quantile = {"units": "1", "long_name": f"probability of the worst of {n}"}
-    worst_value = {"units": given.units, "long_name": f"quantile of the worst of {n}"}
+    of_share = {"units": "1", "long_name": f"share of samples below {value:g}"}
+    of_worst = {"units": "1", "long_name": f"probability that the worst of {n} is below {value:g}"}
+    of_quantile = {"units": "1", "long_name": f"probability of the worst of {n}"}
+    of_value = {"units": data.units, "long_name": f"quantile of the worst of {n}"}
     result = xr.Dataset(
         {
-            "share_below": ((), share, about),
-            "share_below_interval": ("bound", interval, about),
-            "probability": ((), share**n, worst),
-            "probability_interval": ("bound", interval**n, worst),
-            "worst_quantile": ("quantile", ordered[np.minimum(rank, size)], worst_value),
+            "share_below": ((), share, of_share),
+            "share_below_interval": ("bound", interval, of_share),
+            "probability": ((), share**n, of_worst),
+            "probability_interval": ("bound", interval**n, of_worst),
+            "worst_quantile": ("quantile", ordered[np.minimum(rank, size)], of_value),
         },
-        {"bound": BOUND, "quantile": ("quantile", probabilities, quantile)},
+        {"bound": BOUND, "quantile": ("quantile", probabilities, of_quantile)},
         {"confidence": confidence, "value": value, "worst_of": n},
     )
-    return given.labelled(result, f"Position of a value in the distribution of the worst of {n}")
+    return data.labelled(result, f"Position of a value in the distribution of the worst of {n}")

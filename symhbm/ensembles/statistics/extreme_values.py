@@ -21,15 +21,15 @@ from symhbm.ensembles.statistics.univariate import (
 from symhbm.numerics import FloatArray, check
 
 FEWEST_BLOCKS = 10
-"""Block maxima below which no distribution is fitted."""
+"""Fewest block maxima that a distribution is fitted to."""
 _LOWEST_SHAPE = -0.99
 """At -1 the likelihood has no bound: the upper end of the distribution is on the largest value."""
 _COARSE = 1e-4
-"""Tolerance of repetitions, over the width of the maxima: far below their own spread."""
+"""Tolerance of refits over the width of the maxima: far below their spread."""
 _GUMBEL = 1e-9
-"""Shape below which the distribution is Gumbel's, to round-off."""
+"""Absolute shape below which the distribution is Gumbel's, to round-off."""
 _MOST_LOST = 0.05
-"""Share of repetitions that may fail before the intervals are not trusted."""
+"""Share of refits that may fail; above it, the intervals would be biased."""
 
 Distribution = Literal["gev", "gumbel"]
 
@@ -70,7 +70,7 @@ def extreme_value_fit(
 
     Returns
     -------
-    Dataset with ``status``, and NaN for what there is not where the fit failed; ``location``,
+    Dataset with ``status``, and NaN where the fit or its intervals failed; ``location``,
     ``scale``, ``shape``, ``upper_bound`` (infinite unless the shape is negative), ``return_level``
     (level) and the ``..._interval`` of each; ``block_maximum``; the Kolmogorov-Smirnov and
     Anderson-Darling statistics with the probability of a larger one if the fit were true
@@ -82,7 +82,7 @@ def extreme_value_fit(
     TypeError, ValueError, KeyError
         For bad arguments.
     """
-    given = numbers(values, of)
+    data = numbers(values, of)
     block = check.integer("block", block, minimum=1)
     if distribution not in ("gev", "gumbel"):
         raise ValueError(f"distribution={check.shown(distribution)}: expected 'gev' or 'gumbel'")
@@ -90,50 +90,50 @@ def extreme_value_fit(
     confidence = check_confidence(confidence)
     n_bootstrap = check.integer("n_bootstrap", n_bootstrap, minimum=100)
     rng = np.random.default_rng(check.integer("seed", seed, minimum=0))
-    n_blocks = given.values.size // block
-    maxima = given.values[: n_blocks * block].reshape(n_blocks, block).max(axis=1)
+    n_blocks = data.values.size // block
+    maxima = data.values[: n_blocks * block].reshape(n_blocks, block).max(axis=1)
 
     status, fit = _fit(maxima, distribution)
-    found = _figures(fit, probabilities)
+    fitted = _figures(fit, probabilities)
     tests: dict[str, float] = dict(kolmogorov_smirnov=np.nan, anderson_darling=np.nan)
     p_values = dict(tests)
-    intervals = {name: np.full((*np.shape(value), 2), np.nan) for name, value in found.items()}
-    lost = 0
+    intervals = {name: np.full((*np.shape(value), 2), np.nan) for name, value in fitted.items()}
+    n_failed = 0
     if fit is not None:
         tests = _distances(maxima, fit)
         draws = _quantile(fit, rng.random((n_bootstrap, n_blocks)))
         refits = [(draw, _fit(draw, distribution, _COARSE)[1]) for draw in draws]
-        good = [(draw, again) for draw, again in refits if again is not None]
-        lost = n_bootstrap - len(good)
-        if lost > _MOST_LOST * n_bootstrap:
-            status = f"{lost} of {n_bootstrap} repetitions of the fit failed; try more blocks"
+        successful = [(draw, refit) for draw, refit in refits if refit is not None]
+        n_failed = n_bootstrap - len(successful)
+        if n_failed > _MOST_LOST * n_bootstrap:
+            status = f"{n_failed} of {n_bootstrap} repetitions of the fit failed; try more blocks"
         else:
             tails = [(1 - confidence) / 2, (1 + confidence) / 2]
-            again = [_figures(each, probabilities) for _, each in good]
+            refitted = [_figures(refit, probabilities) for _, refit in successful]
             for name in intervals:
-                many = np.array([figures[name] for figures in again])
+                values_of_refits = np.array([figures[name] for figures in refitted])
                 # No interpolation: a bound may be infinite.
-                ends = np.quantile(many, tails, axis=0, method="inverted_cdf")
+                ends = np.quantile(values_of_refits, tails, axis=0, method="inverted_cdf")
                 intervals[name] = np.moveaxis(ends, 0, -1)
-            far = [_distances(draw, each) for draw, each in good]
+            refit_distances = [_distances(draw, refit) for draw, refit in successful]
             for name, value in tests.items():
-                larger = sum(each[name] >= value for each in far)
-                p_values[name] = (1 + larger) / (1 + len(far))
-    return given.labelled(
+                larger = sum(distances[name] >= value for distances in refit_distances)
+                p_values[name] = (1 + larger) / (1 + len(refit_distances))
+    return data.labelled(
         _label(
             dict(
                 status=np.array(status, dtype=object),
-                **found,
+                **fitted,
                 **{f"{name}_interval": value for name, value in intervals.items()},
                 **tests,
                 **{f"{name}_p_value": value for name, value in p_values.items()},
                 block_maximum=maxima,
                 n_blocks=n_blocks,
-                n_unused=given.values.size - n_blocks * block,
-                n_refits_failed=lost,
+                n_unused=data.values.size - n_blocks * block,
+                n_refits_failed=n_failed,
             ),
             probabilities,
-            given.units,
+            data.units,
         ).assign_attrs(
             distribution=distribution,
             block=block,
@@ -148,7 +148,7 @@ def extreme_value_fit(
 def _fit(
     maxima: FloatArray, distribution: str, tolerance: float = 1e-8
 ) -> tuple[str, FloatArray | None]:
-    """Status, and location, scale and shape of the largest likelihood where it was found."""
+    """Status, and location, scale and shape of the largest likelihood, None without one."""
     if maxima.size < FEWEST_BLOCKS:
         return f"too few samples: {maxima.size} blocks, at least {FEWEST_BLOCKS} are needed", None
     centre, width = maxima.mean(), maxima.std()
@@ -188,7 +188,7 @@ def _by_moments(values: FloatArray, distribution: str) -> FloatArray:
     k = np.copysign(np.clip(abs(k), 1e-3, 0.4), k)
     scale = second * k / ((1 - 2.0**-k) * gamma(1 + k))
     start = np.array([first - scale * (1 - gamma(1 + k)) / k, np.log(scale), -k])
-    # A start whose support misses a value has no likelihood.
+    # The likelihood is infinite where the support of the start misses a value: widen it.
     while not np.isfinite(_minus_log_likelihood(start, values)):
         start[1] += 0.1
     return start
@@ -208,7 +208,7 @@ def _minus_log_likelihood(parameters: FloatArray, values: FloatArray) -> float:
 
 
 def _reduced(fit: FloatArray, values: FloatArray) -> FloatArray | None:
-    """Gumbel's variable ``t``, ``P(max <= x) = exp(-exp(-t))``; None where a value has none."""
+    """Gumbel's variable ``t``, ``P(max <= x) = exp(-exp(-t))``; None off the support."""
     location, scale, shape = fit
     z = (values - location) / scale
     if abs(shape) < _GUMBEL:
@@ -227,8 +227,8 @@ def _figures(fit: FloatArray | None, probabilities: FloatArray) -> dict[str, Flo
     """Parameters, upper bound and return levels."""
     if fit is None:
         names = ("location", "scale", "shape", "upper_bound")
-        nothing = {name: np.array(np.nan) for name in names}
-        return nothing | {"return_level": np.full(probabilities.size, np.nan)}
+        parameters = {name: np.array(np.nan) for name in names}
+        return parameters | {"return_level": np.full(probabilities.size, np.nan)}
     location, scale, shape = fit
     bound = location - scale / shape if shape < 0 else np.inf
     levels = _quantile(fit, probabilities)
@@ -237,7 +237,7 @@ def _figures(fit: FloatArray | None, probabilities: FloatArray) -> dict[str, Flo
 
 
 def _distances(maxima: FloatArray, fit: FloatArray) -> dict[str, float]:
-    """Kolmogorov-Smirnov and Anderson-Darling distance of values and a distribution."""
+    """Kolmogorov-Smirnov and Anderson-Darling distances between maxima and a distribution."""
     n, reduced = maxima.size, _reduced(fit, np.sort(maxima))
     assert reduced is not None
     logarithm, rank = -np.exp(-reduced), np.arange(1, n + 1)
@@ -257,7 +257,7 @@ def _label(values: dict, probabilities: FloatArray, units: str) -> xr.Dataset:
         dims = ("level",) if name.startswith("return_level") else ()
         dims = ("block",) if name == "block_maximum" else dims
         dims += ("bound",) if name.endswith("_interval") else ()
-        own = units if name.removesuffix("_interval") in with_units else "1"
-        variables[name] = (dims, value, {"units": own, "long_name": name.replace("_", " ")})
-    about = {"units": "1", "long_name": "probability that a block maximum stays below"}
-    return xr.Dataset(variables, {"level": ("level", probabilities, about), "bound": BOUND})
+        unit = units if name.removesuffix("_interval") in with_units else "1"
+        variables[name] = (dims, value, {"units": unit, "long_name": name.replace("_", " ")})
+    attributes = {"units": "1", "long_name": "probability that a block maximum stays below"}
+    return xr.Dataset(variables, {"level": ("level", probabilities, attributes), "bound": BOUND})

@@ -1,6 +1,6 @@
-"""Amplification factors of mistuned samples, and the worst of them."""
+"""Amplification factors of mistuned samples, and the worst sample."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -8,6 +8,7 @@ import xarray as xr
 from symhbm.continuation import Status
 from symhbm.ensembles.statistics.population import Population, followed
 from symhbm.numerics import check
+from symhbm.results import Description
 
 Amplification = Literal["amplification_of_peaks", "amplification_at_frequency"]
 
@@ -64,37 +65,38 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
         kinds["amplification_at_frequency"] = f"largest ratio of responses at the same {along}"
 
     def factors(part: xr.Dataset) -> xr.Dataset:
-        result = {"amplification_of_peaks": _tops(part, along) / peak}
+        result = {"amplification_of_peaks": _largest(part, along) / peak}
         if curve is not None:
             ratio = part["amplitude"] / curve
             result["amplification_at_frequency"] = ratio.max(along, skipna=False)
-            result["place"] = dataset[along][ratio.fillna(-np.inf).argmax(along)]
-        return xr.Dataset({name: each.reset_coords(drop=True) for name, each in result.items()})
+            result["value"] = dataset[along][ratio.fillna(-np.inf).argmax(along)]
+        return xr.Dataset({name: array.reset_coords(drop=True) for name, array in result.items()})
 
-    found = ensemble.by_samples(factors, ("amplitude", *_PEAKS)).where(used)
+    by_sample = ensemble.by_samples(factors, ("amplitude", *_PEAKS)).where(used)
     result = xr.Dataset()
     for kind, meaning in kinds.items():
-        factor, of_all = found[kind], f"{meaning}, of all degrees of freedom"
+        factor, of_all = by_sample[kind], f"{meaning}, of all degrees of freedom"
         blade = factor.fillna(-np.inf).argmax("dof")
         largest = factor.max("dof", skipna=False)
         sources = ("grid", "grid", "grid")
         if kind == "amplification_of_peaks":
-            sources = (*_sources(dataset, ensemble.task, along), tuned_source)
-        about = {"units": "1", "source": sources[0], "tuned_source": sources[2]}
-        result[kind] = factor.assign_attrs(about, long_name=meaning)
-        about |= {"source": sources[1], "long_name": of_all}
-        result[f"largest_{kind}"] = largest.assign_attrs(about)
-        about = {"units": "1", "long_name": f"degree of freedom of the {of_all}"}
-        result[f"dof_of_largest_{kind}"] = blade.where(used, -1).assign_attrs(about)
+            sources = (*_sources(dataset, ensemble.description, along), tuned_source)
+        attributes = {"units": "1", "source": sources[0], "tuned_source": sources[2]}
+        result[kind] = factor.assign_attrs(attributes, long_name=meaning)
+        attributes |= {"source": sources[1], "long_name": of_all}
+        result[f"largest_{kind}"] = largest.assign_attrs(attributes)
+        attributes = {"units": "1", "long_name": f"degree of freedom of the {of_all}"}
+        result[f"dof_of_largest_{kind}"] = blade.where(used, -1).assign_attrs(attributes)
         if kind == "amplification_at_frequency":
-            about = {
+            attributes = {
                 "units": dataset[along].attrs["units"],
                 "long_name": f"{along} of the {meaning}",
             }
-            result[f"{along}_of_amplification"] = found["place"].assign_attrs(about)
-            place = found["place"].isel(dof=blade)
-            about["long_name"] = f"{along} of the {of_all}"
-            result[f"{along}_of_largest_amplification"] = place.assign_attrs(about)
+            value = by_sample["value"]
+            result[f"{along}_of_amplification"] = value.assign_attrs(attributes)
+            attributes["long_name"] = f"{along} of the {of_all}"
+            of_blade = value.isel(dof=blade)
+            result[f"{along}_of_largest_amplification"] = of_blade.assign_attrs(attributes)
     return ensemble.explained(result, "Amplification factors of an ensemble", per_sample=True)
 
 
@@ -126,42 +128,43 @@ def worst(
     largest = factors[f"largest_{by}"]
     if not factors["n_used"].item():
         raise ValueError(f"dataset: expected a sample that is complete, {largest.size} failed")
-    place = {largest.dims[0]: int(np.nanargmax(largest.values))}
-    new = factors.isel(place).drop_vars([name for name in factors if name in dataset.variables])
-    return dataset.isel(place).load().assign(new.data_vars)
+    sample = {largest.dims[0]: int(np.nanargmax(largest.values))}
+    new = factors.isel(sample).drop_vars([name for name in factors if name in dataset.variables])
+    return dataset.isel(sample).load().assign(new.data_vars)
 
 
-def _tops(part: xr.Dataset, along: str) -> xr.DataArray:
-    """Largest response of each degree of freedom: of its points and its located peaks."""
-    # Paths are padded with NaN, on a grid it is a response that is missing.
-    top = part["amplitude"].max(along, skipna=along == "point")
+def _largest(part: xr.Dataset, along: str) -> xr.DataArray:
+    """Largest response of each degree of freedom, over its points and its located peaks."""
+    # NaN is padding of a path, but a missing response on a grid.
+    largest = part["amplitude"].max(along, skipna=along == "point")
     if part.sizes.get("peak") and all(name in part for name in _PEAKS):
-        own = part["peak_amplitude"].where(part["peak_dof"] == part["dof"])
-        top = xr.apply_ufunc(np.maximum, top, own.max("peak").fillna(0.0))
-    return top
+        of_dof = part["peak_amplitude"].where(part["peak_dof"] == part["dof"])
+        largest = xr.apply_ufunc(np.maximum, largest, of_dof.max("peak").fillna(0.0))
+    return largest
 
 
 def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray | None, str]:
-    """The largest tuned response, that at each value of a grid both are on, and its source."""
-    tuned, task, along = followed(tuned, "tuned")
+    """The largest tuned response, the response on a common grid or None, and its source."""
+    tuned, description, along = followed(tuned, "tuned")
     if tuned["status"].ndim:
         raise ValueError(f"tuned: expected one response, got one for each {tuned['status'].dims}")
     if tuned["status"].item() != str(Status.REACHED_END):
         raise ValueError(f"tuned: expected a complete response: {tuned['status'].item()}")
-    dataset, band = ensemble.dataset, task.get("band")
+    dataset, band = ensemble.dataset, description.band
+    expected = ensemble.description
     if tuned.sizes["dof"] != dataset.sizes["dof"]:
         raise ValueError(
             f"tuned: expected {dataset.sizes['dof']} degrees of freedom as in the dataset, got "
             f"{tuned.sizes['dof']}"
         )
-    if task["name"] != ensemble.task["name"] or (
-        band and ensemble.task.get("band") and sorted(band) != sorted(ensemble.task["band"])
+    if description.moving != expected.moving or (
+        band and expected.band and sorted(band) != sorted(expected.band)
     ):
         raise ValueError(
-            f"tuned: expected the {ensemble.task['name']} and band of the dataset, "
-            f"{ensemble.task.get('band')}, got {task['name']}, {band}"
+            f"tuned: expected the {expected.moving} and band of the dataset, "
+            f"{expected.band}, got {description.moving}, {band}"
         )
-    peak = float(_tops(tuned, along).max(skipna=False))
+    peak = float(_largest(tuned, along).max(skipna=False))
     curve = None
     if along == ensemble.along != "point":
         if not np.array_equal(tuned[along], dataset[along]):
@@ -169,12 +172,12 @@ def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray
         curve = tuned["amplitude"].max("dof", skipna=False).reset_coords(drop=True).load()
     if not 0 < peak < np.inf or (curve is not None and not np.all(curve > 0)):
         raise ValueError("tuned: expected bounded responses > 0, factors are relative to them")
-    return peak, curve, _sources(tuned, task, along)[1]
+    return peak, curve, _sources(tuned, description, along)[1]
 
 
-def _sources(dataset: xr.Dataset, task: dict[str, Any], along: str) -> tuple[str, str]:
-    """What the largest response of each degree of freedom, and of all, is known from."""
+def _sources(dataset: xr.Dataset, description: Description, along: str) -> tuple[str, str]:
+    """Sources of the largest response of each degree of freedom, and of that of all."""
     points = "points of the path" if along == "point" else "grid"
     located = all(name in dataset for name in _PEAKS)
-    each = located and task.get("peaks") == "each"
-    return "located peaks" if each else points, "located peaks" if located else points
+    per_dof = located and description.per_dof
+    return "located peaks" if per_dof else points, "located peaks" if located else points

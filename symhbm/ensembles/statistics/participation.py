@@ -1,4 +1,4 @@
-"""How few blades the responses of an ensemble are on."""
+"""Localisation of the responses of an ensemble on few blades."""
 
 import numpy as np
 import xarray as xr
@@ -8,7 +8,7 @@ from symhbm.numerics import FloatArray, FourierBasis, largest_displacement, unkn
 
 
 def localisation(dataset: xr.Dataset) -> xr.Dataset:
-    """Inverse participation ratio of the amplitudes: how few blades the response is on.
+    """Inverse participation ratio of the amplitudes: the localisation of the response.
 
     ``sum(a**4) / sum(a**2)**2`` of the amplitudes ``a`` of all degrees of freedom: 1/n_dof where
     they are alike, 1 where only one moves.
@@ -34,16 +34,16 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
 
     def ratios(part: xr.Dataset) -> xr.Dataset:
         amplitude = part["amplitude"]
-        at_peak = amplitude.isel({ensemble.along: _place(amplitude.max("dof"), ensemble.along)})
+        at_peak = amplitude.isel({ensemble.along: _argmax(amplitude.max("dof"), ensemble.along)})
         at_peak = at_peak.transpose(ensemble.dim, "dof")
         if part.sizes.get("peak") and "peak_coefficient" in part:
-            highest = part.isel(peak=_place(part["peak_amplitude"], "peak"))
+            highest = part.isel(peak=_argmax(part["peak_amplitude"], "peak"))
             higher = (highest["peak_amplitude"] >= at_peak.max("dof")).values
             at_peak.values[higher] = _amplitudes(highest["peak_coefficient"][higher])
         result = {"localisation_at_peak": _participation(at_peak)}
         if ensemble.on_grid:
             result["localisation"] = _participation(amplitude)
-        return xr.Dataset({name: each.reset_coords(drop=True) for name, each in result.items()})
+        return xr.Dataset({name: array.reset_coords(drop=True) for name, array in result.items()})
 
     names = ("amplitude", "peak_amplitude", "peak_coefficient")
     result = ensemble.by_samples(ratios, names).where(used)
@@ -56,23 +56,23 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _participation(amplitude: xr.DataArray) -> xr.DataArray:
-    # Relative to the largest: fourth powers of small numbers vanish.
+    # Relative to the largest: fourth powers of small numbers underflow.
     share = amplitude / amplitude.max("dof", skipna=False)
     return (share**4).sum("dof", skipna=False) / (share**2).sum("dof", skipna=False) ** 2
 
 
-def _place(values: xr.DataArray, dim: str) -> xr.DataArray:
+def _argmax(values: xr.DataArray, dim: str) -> xr.DataArray:
     return values.fillna(-np.inf).argmax(dim)
 
 
 def _amplitudes(coefficient: xr.DataArray) -> FloatArray:
-    """Amplitudes (n_samples, n_dof) of motions; NaN where there is none, at unbounded peaks."""
+    """Amplitudes (n_samples, n_dof) of motions; NaN at unbounded peaks, which have none."""
     values = coefficient.transpose(..., "dof", "harmonic", "component").values
     harmonics = tuple(coefficient["harmonic"].values.tolist())
     basis = FourierBasis(harmonics)
     result = np.full(values.shape[:2], np.nan)
-    known = np.isfinite(values).all(axis=(1, 2, 3))
-    motions = values[known].reshape(-1, *values.shape[2:])
+    bounded = np.isfinite(values).all(axis=(1, 2, 3))
+    motions = values[bounded].reshape(-1, *values.shape[2:])
     unknowns = unknowns_of(basis, harmonics, motions).reshape(len(motions), -1)
-    result[known] = largest_displacement(basis, unknowns)[0].reshape(-1, values.shape[1])
+    result[bounded] = largest_displacement(basis, unknowns)[0].reshape(-1, values.shape[1])
     return result

@@ -1,4 +1,4 @@
-"""The samples of an ensemble of responses: which are complete, read in blocks, and their origin."""
+"""Samples of an ensemble of responses: completeness, reading in blocks, and their problem."""
 
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import cached_property
@@ -15,45 +15,46 @@ from symhbm.results import MATRICES, Description, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
-"""Bytes of a variable that are read at a time."""
+"""Bytes of a variable that are read at a time: bounded memory."""
 _ENTRIES = ("row", "column", "value")
 
 
-def followed(dataset: object, what: str) -> tuple[xr.Dataset, dict[str, Any], str]:
-    """A response curve, what it was followed over, and the dimension of its points.
+def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, str]:
+    """A response curve, its description, and the dimension of its points.
 
     Raises TypeError and ValueError for anything else.
     """
     if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"{what}={check.shown(dataset)}: expected an xarray Dataset")
-    check_schema(dataset, what)
+        raise TypeError(f"{argument}={check.shown(dataset)}: expected an xarray Dataset")
+    check_schema(dataset, argument)
     missing = [name for name in ("amplitude", "status") if name not in dataset.variables]
     if missing:
         raise ValueError(
-            f"{what}: expected a result of frf or follow, got one {without(dataset, missing)}"
+            f"{argument}: expected a result of frf or follow, got one {without(dataset, missing)}"
         )
-    task = Description(dataset).request
+    description = Description(dataset)
+    moving = description.moving
     dims = dataset["amplitude"].dims
     if "solution" in dims:
         raise ValueError(
-            f"{what}: expected one response at each {task['name']}, it has several (dimension "
+            f"{argument}: expected one response at each {moving}, it has several (dimension "
             "'solution'); select one, for example the first by .isel(solution=0)"
         )
-    along = next((name for name in ("point", task["name"]) if name in dims), None)
+    along = next((name for name in ("point", moving) if name in dims), None)
     if along is None:
-        raise ValueError(f"{what}: expected a response curve, got one point")
-    return dataset, task, along
+        raise ValueError(f"{argument}: expected a response curve, got one point")
+    return dataset, description, along
 
 
-def slices(size: int, bytes_of_each: int, most: int = BLOCK) -> Iterator[slice]:
-    """Consecutive blocks of a dimension of at most so many bytes, but one item at least."""
-    step = max(1, most // max(1, bytes_of_each))
+def slices(size: int, item_bytes: int, most: int = BLOCK) -> Iterator[slice]:
+    """Consecutive blocks of a dimension, of at most ``most`` bytes, but one item at least."""
+    step = max(1, most // max(1, item_bytes))
     for start in range(0, size, step):
         yield slice(start, min(start + step, size))
 
 
 def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
-    """The parameters and the problem behind a dataset, those along some dimensions left out."""
+    """The parameters and the problem behind a dataset, without those along some dimensions."""
     stems = (*PARAMETERS, *(f"{name}_{part}" for name in MATRICES for part in _ENTRIES))
     names = [name for stem in stems for name in (stem, f"{stem}_nominal")]
     chosen = [
@@ -67,12 +68,12 @@ def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
 class Population:
     """The samples of one dataset.
 
-    ``dim`` is the swept dimension, ``along`` that of the points of each response, ``grid`` the
-    name of what moves. Raises TypeError and ValueError unless it has one swept dimension.
+    ``dim`` is the swept dimension, ``along`` that of the points of each response. Raises TypeError
+    and ValueError unless there is one swept dimension.
     """
 
     def __init__(self, dataset: object):
-        self.dataset, self.task, self.along = followed(dataset, "dataset")
+        self.dataset, self.description, self.along = followed(dataset, "dataset")
         dims = [str(dim) for dim in self.dataset["status"].dims]
         if len(dims) != 1:
             hint = f"; select of the others, as in .isel({dims[0]}=0)" if dims else ""
@@ -86,7 +87,7 @@ class Population:
 
     @property
     def on_grid(self) -> bool:
-        """Whether all responses are known at the same values."""
+        """Whether all responses are at the same values of the moving parameter."""
         return self.along != "point"
 
     @cached_property
@@ -96,26 +97,28 @@ class Population:
         if "converged" not in self.dataset:
             return used
         for block in slices(self.size, self.dataset.sizes[self.along]):
-            good = self.part("converged", (self.dim, self.along), {self.dim: block}).astype(bool)
+            valid = self.values("converged", (self.dim, self.along), {self.dim: block})
+            valid = valid.astype(bool)
             if not self.on_grid:
                 n_points = self.dataset["n_points"].isel({self.dim: block}).values
-                good |= np.arange(good.shape[1]) >= n_points[:, None]
-            used[block] &= good.all(axis=1)
+                valid |= np.arange(valid.shape[1]) >= n_points[:, None]
+            used[block] &= valid.all(axis=1)
         return used
 
-    def part(self, name: str, dims: tuple[str, ...], place: dict[str, slice]) -> np.ndarray:
-        """A part of a variable with its axes in this order, and nothing else, from an archive."""
+    def values(self, name: str, dims: tuple[str, ...], region: dict[str, slice]) -> np.ndarray:
+        """The values of a variable in a region, with axes in the order of ``dims``."""
         # Loaded before it is transposed: archives read lazily do not transpose parts.
-        return self.dataset[name].isel(place).load().transpose(*dims).values
+        return self.dataset[name].isel(region).load().transpose(*dims).values
 
     def by_samples(
         self, function: Callable[[xr.Dataset], xr.Dataset], names: tuple[str, ...]
     ) -> xr.Dataset:
-        """The results of a function of the named variables, as far as there are, block by block."""
+        """The results of a function of the named variables that exist, block by block."""
         chosen = self.dataset[[name for name in names if name in self.dataset]]
-        each = max(8 * variable.size // self.size for variable in chosen.values())
+        item_bytes = max(8 * variable.size // self.size for variable in chosen.values())
         parts = [
-            function(chosen.isel({self.dim: block}).load()) for block in slices(self.size, each)
+            function(chosen.isel({self.dim: block}).load())
+            for block in slices(self.size, item_bytes)
         ]
         options: Any = dict(
             data_vars="minimal", coords="minimal", compat="override", join="override"
@@ -126,8 +129,8 @@ class Population:
         """The result with the number of samples, the parameters, the problem and a title."""
         n_used = int(self.used.sum())
         result["n_used"] = ((), n_used, {"units": "1", "long_name": "complete samples"})
-        about = {"units": "1", "long_name": "samples that failed, left out"}
-        result["n_failed"] = ((), self.size - n_used, about)
+        attributes = {"units": "1", "long_name": "samples that failed, left out"}
+        result["n_failed"] = ((), self.size - n_used, attributes)
         source = origin(self.dataset, () if per_sample else (self.dim,))
         result = result.assign({k: v for k, v in source.data_vars.items() if k not in result.dims})
         if per_sample:

@@ -1,4 +1,4 @@
-"""One number per sample, as an array or as a variable of a dataset, and results labelled alike."""
+"""One number per sample, from an array or a dataset, and labelled results of their statistics."""
 
 from importlib.metadata import version
 from typing import NamedTuple
@@ -16,7 +16,7 @@ Values = ArrayLike | xr.DataArray | xr.Dataset
 
 
 class Numbers(NamedTuple):
-    """The numbers of the samples that have one, in their order, and what they are.
+    """The numbers of the samples that did not fail, in their order, with units and meaning.
 
     ``source`` holds the parameters and the problem behind them, as far as they are known.
     """
@@ -30,10 +30,10 @@ class Numbers(NamedTuple):
     def labelled(self, result: xr.Dataset, title: str) -> xr.Dataset:
         """The result with the number of samples, the source and a title."""
         result["n_used"] = ((), self.values.size, {"units": "1", "long_name": "numbers used"})
-        about = {"units": "1", "long_name": "samples that failed, left out"}
-        result["n_failed"] = ((), self.n_failed, about)
-        own = {"symhbm_schema": SCHEMA_VERSION, "symhbm_version": version("symhbm")}
-        result = result.assign(self.source.data_vars).assign_attrs(own | self.source.attrs)
+        attributes = {"units": "1", "long_name": "samples that failed, left out"}
+        result["n_failed"] = ((), self.n_failed, attributes)
+        versions = {"symhbm_schema": SCHEMA_VERSION, "symhbm_version": version("symhbm")}
+        result = result.assign(self.source.data_vars).assign_attrs(versions | self.source.attrs)
         return result.assign_attrs(title=title, of=self.meaning)
 
 
@@ -41,14 +41,14 @@ def numbers(values: Values, of: str) -> Numbers:
     """Read one number per sample; NaN is a sample that failed, and is counted.
 
     ``values`` (n_samples,), or a dataset whose variable ``of`` they are. Raises TypeError,
-    ValueError and KeyError for anything else, and where none is left.
+    ValueError and KeyError for anything else, and where all failed.
     """
     source = xr.Dataset()
     if isinstance(values, xr.Dataset):
         check_schema(values, "values")
         check.known(of, [str(name) for name in values.data_vars], "variable of the dataset")
         values, source = values[of], origin(values, values[of].dims)
-    about = values.attrs if isinstance(values, xr.DataArray) else {}
+    attributes = values.attrs if isinstance(values, xr.DataArray) else {}
     array = np.asarray(values)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"values={check.shown(values)}: expected real numbers")
@@ -58,7 +58,7 @@ def numbers(values: Values, of: str) -> Numbers:
     check.array("values", used)
     if used.size == 0:
         raise ValueError(f"values: expected a sample that did not fail, {array.size} did")
-    units, meaning = str(about.get("units", "1")), str(about.get("long_name", "values"))
+    units, meaning = str(attributes.get("units", "1")), str(attributes.get("long_name", "values"))
     return Numbers(used, array.size - used.size, units, meaning, source)
 
 

@@ -12,8 +12,8 @@ from symhbm.model.condensation.condensed_model import CondensedModel, CondensedS
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.excitation import Excitation
+from symhbm.model.matrices import Model
 from symhbm.model.plausibility import warn_of_doubts
-from symhbm.model.structure import Model
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 _SOUND = 1e-6

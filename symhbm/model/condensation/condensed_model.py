@@ -2,16 +2,19 @@
 
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
+from symhbm.model.matrices import Model
 from symhbm.model.parameters import CONTACT_PARAMETERS
-from symhbm.model.structure import Model
-from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.model.structure import NearModes, Structure
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
@@ -33,7 +36,7 @@ class CondensedStiffness(NamedTuple):
     patterns: FloatArray
 
 
-class CondensedModel(Model):
+class CondensedModel(Structure):
     """A `Model` condensed by `condense`: its contacts, on the degrees of freedom that are kept.
 
     Contact parameters stay free, mass, damping and stiffness are those of the structure.
@@ -50,6 +53,11 @@ class CondensedModel(Model):
         How exact it is, see `symhbm.model.condensation.reduced_basis.Certificate`.
     """
 
+    WITHOUT_MATRICES = (
+        "expected one of a whole structure, this is condensed and has no matrices; use a "
+        "HarmonicBalance of the attribute structure of its model, or sweep parameters of the "
+        "condensed one with over= of frf"
+    )
     dofs: NDArray[np.intp]
     frequency: tuple[float, float]
     harmonics: tuple[int, ...]
@@ -82,7 +90,7 @@ class CondensedModel(Model):
         attributes["undamped"] = {
             n: PoleResidueFunction(seen.undamped, self.band(n, frequency)) for n in whole
         }
-        self.__dict__.update(attributes)
+        self._store(**attributes)
 
     seen: CondensedStiffness
     held_width: FloatArray
@@ -111,21 +119,12 @@ class CondensedModel(Model):
         """Number of degrees of freedom of the whole structure."""
         return self._structure.n_dof
 
-    def with_parameters(self, **values: ArrayLike) -> "CondensedModel":
-        """Return a copy with other values, one or one per contact, of named parameters.
-
-        Raises KeyError for a name that is no parameter, and as `Model` for bad values.
-        """
-        copy = object.__new__(CondensedModel)
-        copy.__dict__.update(self.__dict__)
-        for name, value in values.items():
-            check.known(name, self.parameters, "parameter of a condensed model")
-            copy.__dict__[name] = self._each(name, value)
-        return copy
-
-    @cached_property
     def description(self) -> dict[str, Any]:
         """Identification of a condensed structure for JSON."""
+        return {"condensed": self._description}
+
+    @cached_property
+    def _description(self) -> dict[str, Any]:
         model, patterns = self._structure, self.seen.patterns
         parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
         digest = sha256(np.ascontiguousarray(patterns).tobytes())
@@ -167,26 +166,62 @@ class CondensedModel(Model):
                 f"condensed structure, {low:g} to {high:g} Hz; condense it for a wider one"
             )
 
-    def _missing(self, name: str) -> NoReturn:
-        raise TypeError(
-            f"{name}: a condensed structure has none of its own, and what was asked for needs "
-            "it; use a HarmonicBalance of the whole one, the attribute structure of this model"
-        )
+    def check_harmonics(self, harmonics: tuple[int, ...]) -> None:
+        """Raise ValueError for harmonics that the structure was not condensed for."""
+        if not {*harmonics} <= {*self.harmonics}:
+            raise ValueError(
+                f"harmonics={harmonics}: expected harmonics that the structure was condensed "
+                f"for, {self.harmonics}"
+            )
 
     @property
-    def mass_matrix(self) -> NoReturn:
-        """Raises TypeError: of the whole structure only."""
-        self._missing("mass_matrix")
+    def kept(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept, as the structure numbers them."""
+        return self.dofs
 
     @property
-    def damping_matrix(self) -> NoReturn:
-        """Raises TypeError: of the whole structure only."""
-        self._missing("damping_matrix")
+    def inertia(self) -> FloatArray:
+        """Of what is kept, and of the interior as far as it follows without delay [kg]."""
+        return self.seen.undamped.polynomial[2].real
 
     @property
-    def stiffness_matrix(self) -> NoReturn:
-        """Raises TypeError: of the whole structure only."""
-        self._missing("stiffness_matrix")
+    def pole_residues(self) -> dict[int, PoleResidueFunction]:
+        """``[Z, G]`` of each harmonic above 0."""
+        return self.matrices
+
+    @property
+    def static_stiffness(self) -> Any:
+        """What the kept degrees of freedom feel at rest, sparse."""
+        return sp.csc_array(self.seen.static[:, : self.n_dof].real)
+
+    def dynamic_stiffness(
+        self, harmonic: int, frequency: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """What the kept degrees of freedom feel, with the interior eliminated."""
+        value, slope = self.linear_forces(harmonic, frequency)
+        return value[:, : self.n_dof], slope[:, : self.n_dof]
+
+    def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
+        """``[Z, G]`` of one harmonic and its derivative by the frequency."""
+        if harmonic == 0:
+            static = self.seen.static.astype(complex)
+            return static, np.zeros_like(static)
+        value, slope = self.matrices[harmonic](harmonic * frequency)
+        return value, harmonic * slope
+
+    def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A force on the whole structure as that on what is kept and shares of known patterns."""
+        return shape[self.dofs], self.share(shape)
+
+    def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
+        """Number of natural frequencies below a harmonic, counted exactly."""
+        return modes_below(self, harmonic, frequency, springs)
+
+    def modes_near(
+        self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
+    ) -> NearModes:
+        """The modes near a harmonic, as few numbers of the dynamic stiffness tell."""
+        return modes_near(self, harmonic, frequency, springs, losses)
 
     def __reduce__(self) -> Any:
         arguments = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
@@ -195,7 +230,7 @@ class CondensedModel(Model):
     def __repr__(self) -> str:
         low, high = self.frequency
         return (
-            f"Condensed{super().__repr__()}\n  kept of {self.n_whole} degrees of freedom, "
+            f"{super().__repr__()}\n  kept of {self.n_whole} degrees of freedom, "
             f"{low:g} to {high:g} Hz, harmonics {self.harmonics}, "
             f"linear responses exact to {self.certificate.error:.1e}, with friction to "
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from symhbm.model.structure import Model
+from symhbm.model.matrices import Model
 from symhbm.numerics import ComplexArray, FloatArray
 
 _COLUMNS = 32

@@ -1,15 +1,15 @@
-"""Peaks followed over a parameter, and the highest of them all."""
+"""Maxima followed over a parameter, and their upper envelope."""
 
 from symhbm.peaks.tracking.branches import Parameter
 from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue, Surveyor
 from symhbm.peaks.tracking.step import advanced, polished
 from symhbm.peaks.tracking.track import retrack
-from symhbm.peaks.tracking.upper_envelope import Place, UpperEnvelope
+from symhbm.peaks.tracking.upper_envelope import EnvelopePoint, UpperEnvelope
 
 __all__ = [
+    "EnvelopePoint",
     "LeadingBranches",
     "Parameter",
-    "Place",
     "SurveyedValue",
     "Surveyor",
     "UpperEnvelope",

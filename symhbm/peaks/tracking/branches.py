@@ -1,4 +1,4 @@
-"""Maxima of the response over one parameter: branches of solved points, and the highest of them."""
+"""Branches of maxima over one parameter: solved points with interpolated heights."""
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
@@ -18,15 +18,15 @@ from symhbm.peaks.tracking.track import TrackStatus, track
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
-SAME = 1e-8
-"""Relative difference of height and frequency below which two maxima are one."""
-_BLANK = -np.inf
+SAME_MAXIMUM = 1e-8
+"""Relative difference of amplitude and frequency below which two maxima are the same."""
+_ABSENT = -np.inf
 
 
 class Parameter:
-    """One parameter that moves, of all blades or contacts alike or of that at ``index``.
+    """One parameter that varies, of all blades or contacts alike or only of that at ``index``.
 
-    ``logarithmic`` tells how lengths along it are measured.
+    ``logarithmic`` tells whether its coordinate is the logarithm.
     """
 
     def __init__(
@@ -48,53 +48,53 @@ class Parameter:
         values = np.where(self._chosen > 0, value, self._nominal)
         return self.problem.with_parameters(**{self.name: values})
 
-    def way(self, first: float, last: float) -> Callable[[float], HarmonicBalance]:
+    def problem_path(self, first: float, last: float) -> Callable[[float], HarmonicBalance]:
         """The problems from one value (0) to another (1)."""
         return lambda share: self.at(self.value(first, last, share))
 
     def value(self, first: float, last: float, share: float) -> float:
-        """The value at a share of the way between two."""
+        """The value at a share of the distance between two values."""
         if share in (0.0, 1.0):
             return last if share else first
         if first > 0 and last > 0:
             return float(first * np.exp(share * np.log(last / first)))
         return float(first + share * (last - first))
 
-    def measure(self, value: FloatArray | float) -> FloatArray:
-        """What lengths are measured in."""
+    def coordinate(self, value: FloatArray | float) -> FloatArray:
+        """The coordinate in which lengths are measured: the value or its logarithm."""
         return np.log(value) if self.logarithmic else np.asarray(value, dtype=float)
 
     def slope(self, conditions: Conditions) -> float:
-        """Derivative of the height of a maximum by the parameter, round-off being zero."""
+        """Derivative of the amplitude of a maximum by the parameter, zero if within round-off."""
         slope = float(conditions.gradient @ self._direction)
-        size = conditions.summit.amplitude / max(self.high, 1e-300)
-        return slope if abs(slope) > 1e-13 * size else 0.0
+        scale = conditions.maximum.amplitude / max(self.high, 1e-300)
+        return slope if abs(slope) > 1e-13 * scale else 0.0
 
     def rates(self, value: float, conditions: Conditions) -> tuple[float, float]:
-        """First and second derivative of the logarithm of a height in the measure of lengths."""
-        height, factor = conditions.summit.amplitude, value if self.logarithmic else 1.0
-        rate = factor * self.slope(conditions) / height
-        bend = self._direction @ conditions.hessian @ self._direction
-        bend = factor**2 * float(bend) / height - rate**2
-        return rate, bend + (rate if self.logarithmic else 0.0)
+        """First and second derivative of the logarithm of the amplitude by the coordinate."""
+        height, factor = conditions.maximum.amplitude, value if self.logarithmic else 1.0
+        slope = factor * self.slope(conditions) / height
+        curvature = self._direction @ conditions.hessian @ self._direction
+        curvature = factor**2 * float(curvature) / height - slope**2
+        return slope, curvature + (slope if self.logarithmic else 0.0)
 
 
 @dataclass
-class Branch:
-    """One maximum over ascending ``values`` of the parameter, solved at each: ``found``.
+class MaximumBranch:
+    """One maximum over ascending ``values`` of the parameter, its ``conditions`` solved at each.
 
-    ``joints``: numbers of points after which its kind or a contact changes, and where exactly;
-    ``ends``: why it ends below and above.
+    ``events``: indices of points after which its kind or a contact state changes, and the values
+    where; ``end_status``: how it ended at its lower and upper end.
     """
 
     parameter: Parameter
     values: list[float]
-    found: list[Conditions]
-    joints: dict[int, float] = field(default_factory=dict)
-    ends: tuple[TrackStatus, TrackStatus] = (TrackStatus.REACHED_END, TrackStatus.REACHED_END)
+    conditions: list[Conditions]
+    events: dict[int, float] = field(default_factory=dict)
+    end_status: tuple[TrackStatus, TrackStatus] = (TrackStatus.REACHED_END, TrackStatus.REACHED_END)
 
     def covers(self, value: float) -> bool:
-        """Whether it exists there."""
+        """Whether the branch exists at a value."""
         return self.values[0] <= value <= self.values[-1]
 
     @cached_property
@@ -102,166 +102,179 @@ class Branch:
         if len(self.values) < 2:
             return None
         parameter, values = self.parameter, np.array(self.values)
-        slope = np.array([parameter.slope(found) for found in self.found])
-        inner = values if parameter.logarithmic else np.ones(len(values))
-        height = np.array([found.summit.amplitude for found in self.found])
-        length = parameter.measure(values)
-        # Two points at an event may be one to the last digit.
-        kept = np.diff(length, prepend=-np.inf) > 0
+        slope = np.array([parameter.slope(conditions) for conditions in self.conditions])
+        factor = values if parameter.logarithmic else np.ones(len(values))
+        height = np.array([conditions.maximum.amplitude for conditions in self.conditions])
+        coordinate = parameter.coordinate(values)
+        # Two points at an event may have the same coordinate to the last digit.
+        kept = np.diff(coordinate, prepend=-np.inf) > 0
         return scipy.interpolate.CubicHermiteSpline(
-            length[kept], height[kept], (slope * inner)[kept]
+            coordinate[kept], height[kept], (slope * factor)[kept]
         )
 
     def heights(self, values: FloatArray) -> FloatArray:
-        """Interpolated heights at values (n,), minus infinity where it does not exist."""
+        """Interpolated amplitudes at values (n,), minus infinity outside the branch."""
         inside = (values >= self.values[0]) & (values <= self.values[-1])
-        result = np.full(len(values), _BLANK)
+        result = np.full(len(values), _ABSENT)
         if self._spline is None:
-            result[inside] = self.found[0].summit.amplitude
+            result[inside] = self.conditions[0].maximum.amplitude
         else:
-            result[inside] = self._spline(self.parameter.measure(values[inside]))
+            result[inside] = self._spline(self.parameter.coordinate(values[inside]))
         return result
 
     def slopes(self, values: FloatArray) -> FloatArray:
-        """Interpolated derivatives of the height in the measure of the parameter."""
+        """Interpolated derivatives of the amplitude by the coordinate of the parameter."""
         assert self._spline is not None
-        return self._spline.derivative()(self.parameter.measure(values))
+        return self._spline.derivative()(self.parameter.coordinate(values))
 
     def at(self, value: float) -> Conditions | None:
-        """The maximum solved for at a value; None outside and where it is not found."""
+        """The maximum solved for at a value; None outside the branch or without convergence."""
         if not self.covers(value):
             return None
         after = bisect_left(self.values, value)
         if self.values[after] == value:
-            return self.found[after]
-        joint = self.joints.get(after - 1)
+            return self.conditions[after]
+        event = self.events.get(after - 1)
         sides = sorted((after - 1, after), key=lambda i: abs(self.values[i] - value))
-        if joint is not None:
-            sides = [after - 1, after] if value <= joint else [after, after - 1]
+        if event is not None:
+            sides = [after - 1, after] if value <= event else [after, after - 1]
         problem = self.parameter.at(value)
         for side in sides:
-            found = advanced(self.found[side], problem)
-            if found is not None:
-                return found[0]
+            result = advanced(self.conditions[side], problem)
+            if result is not None:
+                return result[0]
         for side in sides:
-            way = self.parameter.way(self.values[side], value)
-            followed = track(self.parameter.second_order, self.found[side], way)
-            if followed.status == TrackStatus.REACHED_END:
-                return followed.steps[-1][1]
+            problem_path = self.parameter.problem_path(self.values[side], value)
+            tracked = track(self.parameter.second_order, self.conditions[side], problem_path)
+            if tracked.status == TrackStatus.REACHED_END:
+                return tracked.steps[-1][1]
         return None
 
-    def insert(self, value: float, found: Conditions) -> None:
-        """Add a point that was solved for."""
+    def insert(self, value: float, conditions: Conditions) -> None:
+        """Add a solved point."""
         after = bisect_left(self.values, value)
         if self.values[after] == value:
             return
-        self.joints = {
-            i + (i >= after or (i == after - 1 and value <= at)): at
-            for i, at in self.joints.items()
+        self.events = {
+            i + (i >= after or (i == after - 1 and value <= event)): event
+            for i, event in self.events.items()
         }
         self.values.insert(after, value)
-        self.found.insert(after, found)
+        self.conditions.insert(after, conditions)
         self.__dict__.pop("_spline", None)
 
 
-class Pool:
-    """All branches that were followed.
+class FollowedBranches:
+    """All branches of maxima that were followed.
 
-    ``infinite`` are the ranges where a peak is unbounded, ``poles`` where they begin, with the last
-    maximum before each.
+    ``unbounded`` are the ranges where a peak is unbounded, ``poles`` the values where they begin,
+    with the last maximum before each.
     """
 
     def __init__(self, parameter: Parameter, bands: Sequence[tuple[float, float]]):
         self.parameter, self.bands = parameter, bands
-        self.branches: list[Branch] = []
-        self.infinite: list[tuple[float, float]] = []
+        self.branches: list[MaximumBranch] = []
+        self.unbounded: list[tuple[float, float]] = []
         self.poles: list[tuple[float, Conditions]] = []
 
     def follow(self, start: Conditions, first: float, last: float) -> None:
-        """Follow a maximum from one value to another, and join it to what is known."""
+        """Follow a maximum from one value to another, and join it to the branches it meets."""
         parameter = self.parameter
-        way = parameter.way(first, last)
-        followed = track(parameter.second_order, start, way, bands=self.bands)
-        steps = followed.steps
+        problem_path = parameter.problem_path(first, last)
+        tracked = track(parameter.second_order, start, problem_path, bands=self.bands)
+        steps = tracked.steps
         values = [parameter.value(first, last, s) for s, _ in steps]
-        found = [conditions for _, conditions in steps]
-        joints = {i: values[i] for i in followed.events}
-        ends = TrackStatus.REACHED_END, followed.status
+        conditions = [maximum for _, maximum in steps]
+        events = {i: values[i] for i in tracked.events}
+        end_status = TrackStatus.REACHED_END, tracked.status
         if last < first:
             n = len(values)
-            values, found, ends = values[::-1], found[::-1], (ends[1], ends[0])
-            joints = {n - 2 - i: at for i, at in joints.items()}
-        if followed.status == TrackStatus.UNBOUNDED:
-            self.infinite.append((last, values[0]) if last < first else (values[-1], last))
-            self.poles.append((parameter.value(first, last, followed.pole), steps[-1][1]))
-        distinct = [0, *(i for i in range(1, len(values)) if values[i] > values[i - 1])]
-        if len(distinct) < len(values):
-            joints = {int(np.searchsorted(distinct, i)): at for i, at in joints.items()}
-            values, found = [values[i] for i in distinct], [found[i] for i in distinct]
-        self._join(Branch(parameter, values, found, joints, ends))
+            values, conditions, end_status = (
+                values[::-1],
+                conditions[::-1],
+                (end_status[1], end_status[0]),
+            )
+            events = {n - 2 - i: event for i, event in events.items()}
+        if tracked.status == TrackStatus.UNBOUNDED:
+            self.unbounded.append((last, values[0]) if last < first else (values[-1], last))
+            self.poles.append((parameter.value(first, last, tracked.pole), steps[-1][1]))
+        kept = [0, *(i for i in range(1, len(values)) if values[i] > values[i - 1])]
+        if len(kept) < len(values):
+            events = {int(np.searchsorted(kept, i)): event for i, event in events.items()}
+            values, conditions = [values[i] for i in kept], [conditions[i] for i in kept]
+        self._join(MaximumBranch(parameter, values, conditions, events, end_status))
 
-    def _join(self, branch: Branch) -> None:
+    def _join(self, branch: MaximumBranch) -> None:
         for other in self.branches:
-            if branch.values[0] == other.values[-1] and same(branch.found[0], other.found[-1]):
+            if branch.values[0] == other.values[-1] and is_same_maximum(
+                branch.conditions[0], other.conditions[-1]
+            ):
                 self.branches.remove(other)
                 branch = _joined(other, branch)
                 break
         for other in self.branches:
-            if branch.values[-1] == other.values[0] and same(branch.found[-1], other.found[0]):
+            if branch.values[-1] == other.values[0] and is_same_maximum(
+                branch.conditions[-1], other.conditions[0]
+            ):
                 self.branches.remove(other)
                 branch = _joined(branch, other)
                 break
         self.branches.append(branch)
 
-    def holds(self, start: Conditions, value: float) -> list[Branch]:
-        """The branches that a maximum at a value is on."""
-        found: list[Branch] = []
+    def branches_through(self, start: Conditions, value: float) -> list[MaximumBranch]:
+        """The branches that contain a maximum at a value."""
+        through: list[MaximumBranch] = []
         for branch in self.branches:
-            alike = branch.covers(value) and branch.found[0].summit.dof == start.summit.dof
-            known = branch.at(value) if alike else None
-            if known is not None and same(known, start):
-                branch.insert(value, known)
-                found.append(branch)
-        return found
+            may_contain = (
+                branch.covers(value) and branch.conditions[0].maximum.dof == start.maximum.dof
+            )
+            solved = branch.at(value) if may_contain else None
+            if solved is not None and is_same_maximum(solved, start):
+                branch.insert(value, solved)
+                through.append(branch)
+        return through
 
-    def knows(self, start: Conditions, value: float, up: bool) -> bool:
+    def is_followed(self, start: Conditions, value: float, up: bool) -> bool:
         """Whether a maximum at a value was followed already, upwards or downwards."""
         return any(
-            value != branch.values[-1 if up else 0] or branch.ends[up] != TrackStatus.REACHED_END
-            for branch in self.holds(start, value)
+            value != branch.values[-1 if up else 0]
+            or branch.end_status[up] != TrackStatus.REACHED_END
+            for branch in self.branches_through(start, value)
         )
 
-    def highest(self, value: float) -> tuple[Branch, Conditions] | None:
-        """The highest branch at a value, solved for; None where there is none, or none for sure."""
-        there = np.array([value])
-        guess = [(float(b.heights(there)[0]), i) for i, b in enumerate(self.branches)]
-        best: tuple[Branch, Conditions] | None = None
-        for height, i in sorted(guess, reverse=True):
-            level = best[1].summit.amplitude if best else 0.0
-            # An interpolated height is good to a few per cent, and much better as a rule.
-            if height < 0.95 * level or height == _BLANK:
+    def highest(self, value: float) -> tuple[MaximumBranch, Conditions] | None:
+        """The highest branch at a value, solved for; None if there is none or a solve failed."""
+        at_value = np.array([value])
+        estimates = [(float(b.heights(at_value)[0]), i) for i, b in enumerate(self.branches)]
+        best: tuple[MaximumBranch, Conditions] | None = None
+        for height, i in sorted(estimates, reverse=True):
+            best_height = best[1].maximum.amplitude if best else 0.0
+            # Interpolated heights are accurate to a few per cent, mostly far better.
+            if height < 0.95 * best_height or height == _ABSENT:
                 break
-            found = self.branches[i].at(value)
-            if found is None:
-                return None  # it might be the highest
-            if best is None or found.summit.amplitude > best[1].summit.amplitude:
-                best = self.branches[i], found
+            solved = self.branches[i].at(value)
+            if solved is None:
+                return None  # the branch not solved for may be the highest
+            if best is None or solved.maximum.amplitude > best[1].maximum.amplitude:
+                best = self.branches[i], solved
         return best
 
 
-def same(one: Conditions, other: Conditions) -> bool:
-    """Whether two maxima at one value are one."""
-    a, b = one.summit, other.summit
+def is_same_maximum(first: Conditions, second: Conditions) -> bool:
+    """Whether two maxima at one value are the same."""
+    a, b = first.maximum, second.maximum
     return (
         a.dof == b.dof
-        and abs(a.frequency - b.frequency) <= SAME * b.frequency
-        and abs(a.amplitude - b.amplitude) <= SAME * b.amplitude
+        and abs(a.frequency - b.frequency) <= SAME_MAXIMUM * b.frequency
+        and abs(a.amplitude - b.amplitude) <= SAME_MAXIMUM * b.amplitude
     )
 
 
-def _joined(low: Branch, high: Branch) -> Branch:
-    """Two branches that meet as one."""
+def _joined(low: MaximumBranch, high: MaximumBranch) -> MaximumBranch:
+    """Two branches that meet, as one."""
     shift = len(low.values) - 1
-    joints = low.joints | {i + shift: at for i, at in high.joints.items()}
-    values, found = low.values + high.values[1:], low.found + high.found[1:]
-    return Branch(low.parameter, values, found, joints, (low.ends[0], high.ends[1]))
+    events = low.events | {i + shift: event for i, event in high.events.items()}
+    values, conditions = low.values + high.values[1:], low.conditions + high.conditions[1:]
+    return MaximumBranch(
+        low.parameter, values, conditions, events, (low.end_status[0], high.end_status[1])
+    )

@@ -1,4 +1,4 @@
-"""Between two points of branches: where heights are equal, and points for interpolation."""
+"""Crossings of two branches of maxima, and points added for interpolation."""
 
 from bisect import bisect_left
 
@@ -6,52 +6,60 @@ import numpy as np
 import scipy
 
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.tracking.branches import Branch, Parameter
+from symhbm.peaks.tracking.branches import MaximumBranch, Parameter
 
-_NEWTON, _SOLVED = 8, 1e-9
-"""Steps to where two heights are equal, and the last one, relative: convergence is quadratic."""
-_CLOSE = 1e-5
-"""How far, relative, cubic interpolation between two points may be off."""
-_SHORT = 1e-7
-"""Length below which no point is added."""
-_DEEPEST = 6
+_MAX_STEPS, _PRECISION = 8, 1e-9
+"""Newton steps to a crossing, and the last relative step; convergence is quadratic."""
+_TOLERANCE = 1e-5
+"""Relative error allowed to cubic interpolation between two points."""
+_MIN_LENGTH = 1e-7
+"""Length of an interval below which no point is added."""
+_MAX_DEPTH = 6
 
 
-def crossing(one: Branch, other: Branch, low: float, high: float) -> float | None:
-    """Where a branch falls below another, both solved for; None where they are not.
+def crossing(
+    falling: MaximumBranch, rising: MaximumBranch, low: float, high: float
+) -> float | None:
+    """The value where one branch falls below another, both solved for; None without convergence.
 
-    The lead changes around ``low`` to ``high``, as far as interpolated heights tell.
+    ``low`` and ``high`` enclose the crossing of the interpolated heights.
     """
-    first, last = max(one.values[0], other.values[0]), min(one.values[-1], other.values[-1])
+    first, last = (
+        max(falling.values[0], rising.values[0]),
+        min(falling.values[-1], rising.values[-1]),
+    )
     if first >= last:
         return None
     low, high = (min(max(value, first), last) for value in (low, high))
 
     def lead(value: float) -> tuple[float, float]:
-        found = [branch.at(value) for branch in (one, other)]
-        solved = [conditions for conditions in found if conditions is not None]
+        results = [branch.at(value) for branch in (falling, rising)]
+        solved = [conditions for conditions in results if conditions is not None]
         if len(solved) < 2:
             raise ArithmeticError
-        heights = [c.summit.amplitude for c in solved]
-        rates = [one.parameter.slope(c) / c.summit.amplitude for c in solved]
+        heights = [conditions.maximum.amplitude for conditions in solved]
+        rates = [
+            falling.parameter.slope(conditions) / conditions.maximum.amplitude
+            for conditions in solved
+        ]
         return float(np.log(heights[0] / heights[1])), rates[0] - rates[1]
 
     try:
-        value = _meeting(one, other, low, high)
-        for _ in range(_NEWTON):
-            height, rate = lead(value)
-            step = -height / rate if rate < 0 else np.inf
+        value = _estimated_crossing(falling, rising, low, high)
+        for _ in range(_MAX_STEPS):
+            log_ratio, rate = lead(value)
+            step = -log_ratio / rate if rate < 0 else np.inf
             if not first <= value + step <= last or abs(step) > 2 * (high - low):
                 break
             value += step
-            if abs(step) <= _SOLVED * value:
+            if abs(step) <= _PRECISION * value:
                 return value
-        # Interpolated heights tell only about where it is.
-        reach = 1e-6 * high
+        # Interpolated heights enclose the crossing only approximately: widen the interval.
+        margin = 1e-6 * high
         while lead(low)[0] <= 0 and low > first:
-            low, reach = max(low - reach, first), 4 * reach
+            low, margin = max(low - margin, first), 4 * margin
         while lead(high)[0] >= 0 and high < last:
-            high, reach = min(high + reach, last), 4 * reach
+            high, margin = min(high + margin, last), 4 * margin
         if lead(low)[0] <= 0:
             return low
         if lead(high)[0] >= 0:
@@ -63,50 +71,52 @@ def crossing(one: Branch, other: Branch, low: float, high: float) -> float | Non
         return None
 
 
-def _meeting(one: Branch, other: Branch, low: float, high: float) -> float:
-    """Where the interpolated heights of two branches are equal, or somewhere close."""
+def _estimated_crossing(
+    falling: MaximumBranch, rising: MaximumBranch, low: float, high: float
+) -> float:
+    """The value where interpolated heights are equal, or the middle of the interval."""
 
     def lead(value: float) -> float:
-        there = np.array([value])
-        return float((one.heights(there) - other.heights(there))[0])
+        at_value = np.array([value])
+        return float((falling.heights(at_value) - rising.heights(at_value))[0])
 
     if lead(low) > 0 > lead(high):
         return float(scipy.optimize.brentq(lead, low, high))  # type: ignore
     return 0.5 * (low + high)
 
 
-def fill(branch: Branch, start: float, end: float) -> None:
-    """Add points wherever cubic interpolation between two would be too far off."""
+def fill(branch: MaximumBranch, start: float, end: float) -> None:
+    """Add points to a branch until cubic interpolation is accurate."""
     parameter, values = branch.parameter, branch.values
-    inside = [i for i, value in enumerate(values) if start <= value <= end]
-    pending = [(values[i], values[i + 1], 0) for i in inside[:-1] if i not in branch.joints]
+    numbers = [i for i, value in enumerate(values) if start <= value <= end]
+    pending = [(values[i], values[i + 1], 0) for i in numbers[:-1] if i not in branch.events]
     while pending:
         low, high, depth = pending.pop()
-        ends = [branch.found[bisect_left(values, value)] for value in (low, high)]
-        if depth > _DEEPEST or _deviation(parameter, low, high, *ends) <= _CLOSE:
+        maxima = [branch.conditions[bisect_left(values, value)] for value in (low, high)]
+        if depth > _MAX_DEPTH or _deviation(parameter, low, high, *maxima) <= _TOLERANCE:
             continue
         middle = parameter.value(low, high, 0.5)
-        found = branch.at(middle)
-        if found is not None:
-            branch.insert(middle, found)
+        solved = branch.at(middle)
+        if solved is not None:
+            branch.insert(middle, solved)
             pending += [(low, middle, depth + 1), (middle, high, depth + 1)]
 
 
 def _deviation(
-    parameter: Parameter, low: float, high: float, one: Conditions, other: Conditions
+    parameter: Parameter, low: float, high: float, first: Conditions, last: Conditions
 ) -> float:
-    """How far the cubic through two points is from the curve, in logarithms of heights.
+    """Error of the cubic between two points, in logarithms of heights.
 
-    Second derivatives tell what a polynomial of fifth order would add in the middle.
+    Second derivatives give the correction that a polynomial of fifth order makes in the middle.
     """
-    length = float(parameter.measure(high) - parameter.measure(low))
-    if length <= _SHORT:
+    length = float(parameter.coordinate(high) - parameter.coordinate(low))
+    if length <= _MIN_LENGTH:
         return 0.0
-    rise = np.log(other.summit.amplitude / one.summit.amplitude)
-    (left, bend), (right, turn) = (
-        parameter.rates(value, found) for value, found in ((low, one), (high, other))
+    rise = np.log(last.maximum.amplitude / first.maximum.amplitude)
+    (low_rate, low_curvature), (high_rate, high_curvature) = (
+        parameter.rates(value, maximum) for value, maximum in ((low, first), (high, last))
     )
-    bend -= (6 * rise / length - 4 * left - 2 * right) / length
-    turn -= (2 * left + 4 * right - 6 * rise / length) / length
-    deviation = length**2 / 64 * (abs(bend) + abs(turn))
+    low_curvature -= (6 * rise / length - 4 * low_rate - 2 * high_rate) / length
+    high_curvature -= (2 * low_rate + 4 * high_rate - 6 * rise / length) / length
+    deviation = length**2 / 64 * (abs(low_curvature) + abs(high_curvature))
     return float(deviation) if np.isfinite(deviation) else np.inf

@@ -1,4 +1,4 @@
-"""One step of a maximum of the response to other parameters: predicted, corrected, looked for."""
+"""One step of a maximum to other parameters: prediction, correction and search."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,20 +12,20 @@ from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum, MaximumKind
 
-_FURTHEST = 0.3
-"""Distance from the prediction beyond which another maximum may have been found."""
+_MAX_DISTANCE = 0.3
+"""Distance from the prediction beyond which the solution may be another maximum."""
 _MAX_POINTS = 2000
 _WINDOW = 2e-3
-_ENLARGED = 4
-"""Half width of the first window, relative, and how often it is enlarged."""
+_MAX_WINDOWS = 4
+"""Relative half width of the first search window, and the number of windows."""
 
 
-def between(
+def problems_between(
     problem: HarmonicBalance, target: HarmonicBalance, names: Sequence[str]
 ) -> Callable[[float], HarmonicBalance]:
-    """The way from one problem (0) to another (1) that differs in the named parameters.
+    """The problems from one (0) to another (1) that differs in the named parameters.
 
-    They change in the logarithm where all are positive, else linearly.
+    A parameter varies logarithmically if all its values are positive, else linearly.
     """
     first = {name: np.asarray(problem.parameters[name], dtype=float) for name in names}
     last = {name: np.asarray(target.parameters[name], dtype=float) for name in names}
@@ -34,110 +34,115 @@ def between(
     def at(share: float) -> HarmonicBalance:
         if share in (0.0, 1.0):
             return target if share else problem
-        moved = {
+        values = {
             name: first[name] ** (1 - share) * last[name] ** share
             if positive[name]
             else (1 - share) * first[name] + share * last[name]
             for name in names
         }
-        return problem.with_parameters(**moved)
+        return problem.with_parameters(**values)
 
     return at
 
 
 def advanced(
-    conditions: Conditions, problem: HarmonicBalance, furthest: float = _FURTHEST
+    conditions: Conditions, problem: HarmonicBalance, max_distance: float = _MAX_DISTANCE
 ) -> tuple[Conditions, float] | None:
-    """The maximum of the same kind after a step, and how far it is from its prediction."""
+    """The maximum of the same kind after a step, and its distance from the prediction."""
     try:
         start = predicted(conditions, problem)
-        found = None if start is None else solve(start)
-        if start is None or found is None:
+        solved = None if start is None else solve(start)
+        if start is None or solved is None:
             return None
-        distance = apart(start.summit, found.summit)
-        if not np.all(np.isfinite(found.by_parameters)):
+        distance = distance_between(start.maximum, solved.maximum)
+        if not np.all(np.isfinite(solved.by_parameters)):
             return None
     except ArithmeticError:
         return None
-    return (found, distance) if distance <= furthest else None
+    return (solved, distance) if distance <= max_distance else None
 
 
 def predicted(conditions: Conditions, problem: HarmonicBalance) -> Conditions | None:
-    """The conditions moved to other parameters to first order, None where that leads nowhere."""
-    second_order, summit = conditions.second_order, conditions.summit
+    """The conditions predicted to first order for other parameters; None if far off."""
+    second_order, maximum = conditions.second_order, conditions.maximum
     change = conditions.by_parameters @ (
-        values_of(second_order, problem) - values_of(second_order, summit.problem)
+        parameter_values(second_order, problem) - parameter_values(second_order, maximum.problem)
     )
-    last = summit.problem.n_unknowns
-    frequency = summit.frequency + float(change[last])
-    if not (np.all(np.isfinite(change)) and 0.5 < frequency / summit.frequency < 2):
+    n = maximum.problem.n_unknowns
+    frequency = maximum.frequency + float(change[n])
+    if not (np.all(np.isfinite(change)) and 0.5 < frequency / maximum.frequency < 2):
         return None
-    unknowns = summit.unknowns + change[:last]
-    moved = replace(summit, problem=problem, unknowns=unknowns, frequency=frequency)
-    return Conditions(second_order, moved, conditions.multipliers + change[last + 1 :])
+    unknowns = maximum.unknowns + change[:n]
+    moved = replace(maximum, problem=problem, unknowns=unknowns, frequency=frequency)
+    return Conditions(second_order, moved, conditions.multipliers + change[n + 1 :])
 
 
-def values_of(second_order: SecondOrder, problem: HarmonicBalance) -> FloatArray:
-    """The parameters that are variables of ``second_order``, one after the other."""
-    own = [problem.own(name, problem.parameters[name]) for name in second_order.names]
-    return np.concatenate([np.zeros(0), *map(np.atleast_1d, own)])
+def parameter_values(second_order: SecondOrder, problem: HarmonicBalance) -> FloatArray:
+    """Values of the parameters that are variables of ``second_order``, concatenated."""
+    values = [problem.own(name, problem.parameters[name]) for name in second_order.names]
+    return np.concatenate([np.zeros(0), *map(np.atleast_1d, values)])
 
 
 def search(
     second_order: SecondOrder,
-    near: Maximum,
+    start: Maximum,
     problem: HarmonicBalance,
     bands: Sequence[tuple[float, float]] = (),
-    jump: float = np.inf,
+    max_difference: float = np.inf,
 ) -> Conditions | None:
-    """The maximum of the same degree of freedom along the frequency response next to another.
+    """The most similar maximum of the same degree of freedom along the frequency response.
 
-    None if there is none whose height is within ``jump``, relatively.
+    None if there is none whose amplitude differs by at most ``max_difference``, relatively.
     """
-    if near.kind == MaximumKind.EDGE:
-        solved = solve_point(problem, near.frequency)
-        edge = Maximum.at_edge(problem, solved.unknowns, near.frequency, near.dof)
+    if start.kind == MaximumKind.EDGE:
+        solved = solve_point(problem, start.frequency)
+        edge = Maximum.at_edge(problem, solved.unknowns, start.frequency, start.dof)
         return verified(second_order, edge) if solved.converged else None
-    low, high = band_of(near.frequency, bands)
-    down = up = _WINDOW * near.frequency
-    for _ in range(_ENLARGED):
-        ends = max(near.frequency - down, low), min(near.frequency + up, high)
+    low, high = band_of(start.frequency, bands)
+    below = above = _WINDOW * start.frequency
+    for _ in range(_MAX_WINDOWS):
+        ends = max(start.frequency - below, low), min(start.frequency + above, high)
         if ends[0] >= ends[1]:
             return None
-        walk = Branch(FrequencyProblem(problem), ends, _MAX_POINTS, each=True, guess=near.unknowns)
-        if not walk.points:
+        branch = Branch(
+            FrequencyProblem(problem), ends, _MAX_POINTS, per_dof=True, guess=start.unknowns
+        )
+        if not branch.points:
             return None
         width = ends[1] - ends[0]
 
-        def unlikeness(peak: Peak, width: float = width) -> float:
-            height = abs(np.log(peak.amplitude / near.amplitude))
-            return abs(peak.value - near.frequency) / width + 10 * height
+        def mismatch(peak: Peak, width: float = width) -> float:
+            log_ratio = abs(np.log(peak.amplitude / start.amplitude))
+            return abs(peak.value - start.frequency) / width + 10 * log_ratio
 
-        peaks = [p for p in walk.peaks if p.dof == near.dof and p.kind != PeakKind.UNBOUNDED]
-        for peak in sorted(peaks, key=unlikeness):
-            found = verified(second_order, Maximum.at_peak(problem, peak))
-            if found is not None and height(found.summit, near) <= jump:
-                return found
-        ends = walk.points[0], walk.points[-1]
-        edges = [Maximum.at_edge(problem, p.unknowns, p.value, near.dof) for p in ends]
-        if max(height(edge, near) for edge in edges) > jump:
-            return None  # another mountain
+        peaks = [p for p in branch.peaks if p.dof == start.dof and p.kind != PeakKind.UNBOUNDED]
+        for peak in sorted(peaks, key=mismatch):
+            conditions = verified(second_order, Maximum.at_peak(problem, peak))
+            if (
+                conditions is not None
+                and relative_height(conditions.maximum, start) <= max_difference
+            ):
+                return conditions
+        ends = branch.points[0], branch.points[-1]
+        edges = [Maximum.at_edge(problem, p.unknowns, p.value, start.dof) for p in ends]
+        if max(relative_height(edge, start) for edge in edges) > max_difference:
+            return None  # the window belongs to another peak
         falling = edges[0].amplitude > edges[1].amplitude
-        down, up = (4 * down, up) if falling else (down, 4 * up)
+        below, above = (4 * below, above) if falling else (below, 4 * above)
     return None
 
 
-def verified(second_order: SecondOrder, summit: Maximum) -> Conditions | None:
-    """The conditions of a summit if it is a maximum with derivatives."""
+def verified(second_order: SecondOrder, maximum: Maximum) -> Conditions | None:
+    """The solved conditions of a maximum; None unless it is one with finite derivatives."""
     try:
-        found = solve(Conditions(second_order, summit))
-        return found if found is not None and np.all(np.isfinite(found.by_parameters)) else None
+        solved = solve(Conditions(second_order, maximum))
+        return solved if solved is not None and np.all(np.isfinite(solved.by_parameters)) else None
     except ArithmeticError:
         return None
 
 
 def polished(conditions: Conditions) -> Conditions:
-    """A solved maximum after one more step: all digits that there are."""
+    """A solved maximum after one more Newton step, accurate to round-off."""
     try:
         step = conditions.step()
         return conditions if step is None else conditions.moved(step)
@@ -145,28 +150,32 @@ def polished(conditions: Conditions) -> Conditions:
         return conditions
 
 
-def height(summit: Maximum, other: Maximum) -> float:
-    """By how much a summit is higher than another, relative."""
-    return summit.amplitude / other.amplitude - 1
+def relative_height(maximum: Maximum, reference: Maximum) -> float:
+    """Relative difference of the amplitude of a maximum from that of a reference."""
+    return maximum.amplitude / reference.amplitude - 1
 
 
 def band_of(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The band that a frequency is in, or next to."""
+    """The band that contains a frequency, or the closest one."""
     if not bands:
         return 0.5 * frequency, 2 * frequency
     return min(bands, key=lambda band: max(band[0] - frequency, frequency - band[1]))
 
 
-def aimed(conditions: Conditions, problem: HarmonicBalance) -> Maximum:
-    """Where to look for a maximum after parameters changed: as predicted, if that is anywhere."""
+def expected_maximum(conditions: Conditions, problem: HarmonicBalance) -> Maximum:
+    """The predicted maximum after a change of parameters; the unchanged one without prediction."""
     try:
-        found = predicted(conditions, problem)
+        prediction = predicted(conditions, problem)
     except ArithmeticError:
-        found = None
-    return replace(conditions.summit, problem=problem) if found is None else found.summit
+        prediction = None
+    return (
+        replace(conditions.maximum, problem=problem) if prediction is None else prediction.maximum
+    )
 
 
-def apart(one: Maximum, other: Maximum) -> float:
-    """Distance of two summits, relative to the response; frequencies count tenfold."""
-    moved = np.linalg.norm(one.unknowns - other.unknowns) / np.linalg.norm(other.unknowns)
-    return float(np.hypot(moved, 10 * (one.frequency / other.frequency - 1)))
+def distance_between(maximum: Maximum, reference: Maximum) -> float:
+    """Distance of two maxima, relative to the response; frequencies count tenfold."""
+    distance = np.linalg.norm(maximum.unknowns - reference.unknowns) / np.linalg.norm(
+        reference.unknowns
+    )
+    return float(np.hypot(distance, 10 * (maximum.frequency / reference.frequency - 1)))

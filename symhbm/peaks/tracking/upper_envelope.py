@@ -1,7 +1,7 @@
-"""The curve of the largest response over one parameter: which maximum leads where, and its minima.
+"""Upper envelope of branches of maxima over one parameter, with its minima and events.
 
-Where the lead changes hands, where a contact changes its state at the leading maximum and where the
-curve is lowest is solved for.
+Exchanges of the lead, changes of contact states at the leading maximum and minima of the envelope
+are solved for.
 """
 
 from bisect import bisect_left, bisect_right
@@ -17,31 +17,37 @@ from symhbm.continuation.between import TIE
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import MaximumKind
-from symhbm.peaks.tracking.branches import SAME, Branch, Pool, same
+from symhbm.peaks.tracking.branches import (
+    SAME_MAXIMUM,
+    FollowedBranches,
+    MaximumBranch,
+    is_same_maximum,
+)
 from symhbm.peaks.tracking.interpolation import crossing, fill
-from symhbm.peaks.tracking.step import height, polished
+from symhbm.peaks.tracking.step import polished, relative_height
 from symhbm.peaks.tracking.track import TrackStatus
 
-_FINER = 4
-"""Parts of every distance between two points over which heights are compared."""
-_DEEPEST = 6
-_TOUCHING = 1e-5
-"""Distance, relative, from where a peak crosses the end of the band within which both are equal."""
-_BESIDE = 1e-3
-_THIN = 1e-7
-"""Lengths below which nothing happens."""
-_NEAR = 1e-4
-"""Distance from an event, relative, within which a curve needs one other point on either side."""
-_JUMP = 1e-6
-"""Relative difference of heights where the lead changes that digits do not explain."""
-_EQUAL = 1e-12
-"""Distance below which two points are one."""
-_ONE = 1e-9
-"""Distance, relative, below which two minima are one."""
+_SUBDIVISION = 4
+"""Subdivisions of the interval between two solved values for comparing heights."""
+_MAX_DEPTH = 6
+_CROSSING_DISTANCE = 1e-5
+"""Relative distance from where a peak crosses the end of the band within which both are equal."""
+_OFFSET = 1e-3
+"""Relative distance from a kink or a jump at which a survey verifies the envelope."""
+_MIN_LENGTH = 1e-7
+"""Length of an interval below which no event is expected."""
+_EVENT_DISTANCE = 1e-4
+"""Relative distance from an event within which one further point on either side suffices."""
+_MAX_JUMP = 1e-6
+"""Relative difference of heights at an exchange beyond round-off."""
+_SAME_POINT = 1e-12
+"""Relative distance below which two points are the same."""
+_SAME_MINIMUM = 1e-9
+"""Relative distance below which two minima are the same."""
 
 
 class MinimumKind(StrEnum):
-    """What makes a minimum of the curve."""
+    """Kinds of minima of the envelope."""
 
     SMOOTH = "smooth"
     EXCHANGE = "exchange"
@@ -50,7 +56,7 @@ class MinimumKind(StrEnum):
 
 
 class EnvelopeEvent(StrEnum):
-    """What happens at an event of the curve."""
+    """Events along the envelope."""
 
     EXCHANGE = "exchange of the dominant peak"
     STICK = "full stick"
@@ -62,81 +68,89 @@ class EnvelopeEvent(StrEnum):
 
 
 @dataclass(frozen=True)
-class Place:
-    """A point of the curve: the maximum that leads there and what it is."""
+class EnvelopePoint:
+    """A point of the envelope: the leading maximum, and the kind of minimum or event."""
 
     value: float
-    found: Conditions
-    what: str = ""
+    conditions: Conditions
+    kind: str = ""
 
 
 class UpperEnvelope:
-    """The highest of some branches: its ``points``, ``minima`` and ``events``, ascending.
+    """The highest of several branches: its ``points``, ``minima`` and ``events``, ascending.
 
-    Within ``unbounded`` ranges there is none. ``unclear`` are places where the lead changes and
-    what it passes to could not be solved for, or is not as high.
+    It is not defined within ``unbounded`` ranges. ``unresolved`` are values where the lead changes
+    and the new leader could not be solved for, or is not as high.
     """
 
-    def __init__(self, pool: Pool, unbounded: Sequence[tuple[float, float]] = ()):
+    def __init__(self, followed: FollowedBranches, unbounded: Sequence[tuple[float, float]] = ()):
         self._unbounded = unbounded
-        self._pool, self._parameter = pool, pool.parameter
-        self.points: list[Place] = []
-        self.minima: list[Place] = []
-        self.events: list[Place] = []
-        self.unclear: list[float] = []
-        self._spans: list[tuple[Branch, float, float]] = []
-        if pool.branches:
+        self._followed, self._parameter = followed, followed.parameter
+        self.points: list[EnvelopePoint] = []
+        self.minima: list[EnvelopePoint] = []
+        self.events: list[EnvelopePoint] = []
+        self.unresolved: list[float] = []
+        self._spans: list[tuple[MaximumBranch, float, float]] = []
+        if followed.branches:
             self._find_spans()
             for span in self._spans:
-                self._along(*span)
-            self.points.sort(key=lambda place: place.value)
-            self._at_ends()
-            poles = [p for p in pool.poles if any(low <= p[0] <= high for low, high in unbounded)]
-            self.events += [Place(*pole, EnvelopeEvent.POLE) for pole in poles]
-        for places in (self.minima, self.events):
-            places.sort(key=lambda place: place.value)
-        # One at a survey belongs to the stretches on both of its sides.
-        told = [-np.inf, *(low.value for low in self.minima)]
-        pairs = zip(self.minima, told, strict=False)
-        self.minima = [low for low, last in pairs if low.value - last > _ONE * low.value]
-        self._thin()
+                self._add_span_points(*span)
+            self.points.sort(key=lambda point: point.value)
+            self._find_end_minima()
+            poles = [
+                p for p in followed.poles if any(low <= p[0] <= high for low, high in unbounded)
+            ]
+            self.events += [EnvelopePoint(*pole, EnvelopeEvent.POLE) for pole in poles]
+        for points in (self.minima, self.events):
+            points.sort(key=lambda point: point.value)
+        # A minimum at a surveyed value belongs to the spans on both of its sides.
+        previous = [-np.inf, *(minimum.value for minimum in self.minima)]
+        pairs = zip(self.minima, previous, strict=False)
+        self.minima = [
+            minimum
+            for minimum, last in pairs
+            if minimum.value - last > _SAME_MINIMUM * minimum.value
+        ]
+        self._drop_redundant_points()
 
     @property
-    def doubtful(self) -> list[float]:
-        """Where a maximum that was overlooked would show first: minima, exchanges and jumps."""
+    def values_to_verify(self) -> list[float]:
+        """Values where a missed maximum would show first: minima, exchanges and jumps."""
         parameter = self._parameter
         sharp = MinimumKind.SMOOTH, MinimumKind.EXCHANGE, EnvelopeEvent.EXCHANGE
         values = {
-            *self.unclear,
-            *(p.value for p in (*self.minima, *self.events) if p.what in sharp),
+            *self.unresolved,
+            *(p.value for p in (*self.minima, *self.events) if p.kind in sharp),
         }
-        # At a kink a survey need not tell maxima that merge there.
-        kinks = [p.value for p in self.minima if p.what == MinimumKind.KINK]
-        values |= {share * kink for kink in kinks for share in (1 - _BESIDE, 1 + _BESIDE)}
+        # At a kink two maxima merge, which a survey may not resolve: it is verified on both sides.
+        kinks = [p.value for p in self.minima if p.kind == MinimumKind.KINK]
+        values |= {share * kink for kink in kinks for share in (1 - _OFFSET, 1 + _OFFSET)}
         return sorted(value for value in values if parameter.low < value < parameter.high)
 
     def _heights(self, values: FloatArray) -> FloatArray:
-        heights = np.array([branch.heights(values) for branch in self._pool.branches])
+        heights = np.array([branch.heights(values) for branch in self._followed.branches])
         for low, high in self._unbounded:
             heights[:, (values > low) & (values < high)] = -np.inf
         return heights
 
     def _find_spans(self) -> None:
-        """Who leads from where to where."""
-        measure = self._parameter.measure
-        knots = np.unique([v for b in self._pool.branches for v in b.values])
-        inner = np.linspace(0, 1, _FINER, endpoint=False)
-        lengths = measure(knots)
-        fine = (lengths[:-1, None] + inner * np.diff(lengths)[:, None]).ravel()
-        grid = np.exp(fine) if self._parameter.logarithmic else fine
-        grid = np.unique(np.append(np.clip(grid, knots[0], knots[-1]), knots))
+        """Determine which branch leads over which range."""
+        coordinate = self._parameter.coordinate
+        solved_values = np.unique([v for b in self._followed.branches for v in b.values])
+        inner = np.linspace(0, 1, _SUBDIVISION, endpoint=False)
+        coordinates = coordinate(solved_values)
+        refined = (coordinates[:-1, None] + inner * np.diff(coordinates)[:, None]).ravel()
+        grid = np.exp(refined) if self._parameter.logarithmic else refined
+        grid = np.unique(
+            np.append(np.clip(grid, solved_values[0], solved_values[-1]), solved_values)
+        )
         heights = self._heights(grid)
         leader, start = -1, grid[0]
         for k, column in enumerate(heights.T):
-            top = int(np.argmax(column >= (1 - TIE) * column.max()))
-            if leader >= 0 and column[leader] >= (1 - TIE) * column[top]:
+            highest = int(np.argmax(column >= (1 - TIE) * column.max()))
+            if leader >= 0 and column[leader] >= (1 - TIE) * column[highest]:
                 continue
-            if not np.isfinite(column[top]):
+            if not np.isfinite(column[highest]):
                 if leader >= 0:
                     self._add_span(leader, start, grid[k - 1])
                 leader = -1
@@ -144,169 +158,194 @@ class UpperEnvelope:
             if leader < 0:
                 start = grid[k]
             else:
-                for low, high, one, other in self._changes(grid[k - 1], grid[k], leader, top):
-                    change = self._change(low, high, one, other)
-                    self._add_span(one, start, change)
-                    start = change
-            leader = top
+                for low, high, first, second in self._exchanges(
+                    grid[k - 1], grid[k], leader, highest
+                ):
+                    exchange = self._exchange(low, high, first, second)
+                    self._add_span(first, start, exchange)
+                    start = exchange
+            leader = highest
         if leader >= 0:
             self._add_span(leader, start, grid[-1])
 
-    def _add_span(self, number: int, start: float, end: float) -> None:
-        branch = self._pool.branches[number]
+    def _add_span(self, index: int, start: float, end: float) -> None:
+        branch = self._followed.branches[index]
         start, end = max(start, branch.values[0]), min(end, branch.values[-1])
         if end >= start:
             self._spans.append((branch, start, end))
 
-    def _changes(
-        self, low: float, high: float, one: int, other: int, depth: int = 0
+    def _exchanges(
+        self, low: float, high: float, first: int, second: int, depth: int = 0
     ) -> list[tuple[float, float, int, int]]:
-        """The changes of the lead from one branch to another, by way of a third perhaps."""
-        at = crossing(self._pool.branches[one], self._pool.branches[other], low, high)
-        if at is None or depth > _DEEPEST:
-            return [(low, high, one, other)]
-        column = self._heights(np.array([at]))[:, 0]
-        top = int(np.argmax(column))
-        if column[top] <= (1 + TIE) * max(column[[one, other]]):
-            return [(low, high, one, other)]
-        first = self._changes(low, at, one, top, depth + 1)
-        return first + self._changes(at, high, top, other, depth + 1)
+        """The exchanges of the lead between two branches, possibly by way of a third."""
+        value = crossing(self._followed.branches[first], self._followed.branches[second], low, high)
+        if value is None or depth > _MAX_DEPTH:
+            return [(low, high, first, second)]
+        column = self._heights(np.array([value]))[:, 0]
+        highest = int(np.argmax(column))
+        if column[highest] <= (1 + TIE) * max(column[[first, second]]):
+            return [(low, high, first, second)]
+        earlier = self._exchanges(low, value, first, highest, depth + 1)
+        return earlier + self._exchanges(value, high, highest, second, depth + 1)
 
-    def _change(self, low: float, high: float, one: int, other: int) -> float:
-        """Where the lead goes over, noted as an event unless both are one maximum."""
-        a, b = self._pool.branches[one], self._pool.branches[other]
-        at = crossing(a, b, low, high)
-        if at is None:
-            at = a.values[-1] if low <= a.values[-1] <= high else b.values[0]
-            at = float(np.clip(at, low, high))
-        before, after = a.at(at), b.at(at)
+    def _exchange(self, low: float, high: float, first: int, second: int) -> float:
+        """The value where the lead changes; an event unless both branches share one maximum."""
+        a, b = self._followed.branches[first], self._followed.branches[second]
+        value = crossing(a, b, low, high)
+        if value is None:
+            value = a.values[-1] if low <= a.values[-1] <= high else b.values[0]
+            value = float(np.clip(value, low, high))
+        before, after = a.at(value), b.at(value)
         if before is None or after is None:
-            self.unclear.append(at)
-            return at
-        # There a maximum and the end of the band are equal to second order.
-        gone = a.values[-1] <= at * (1 + _TOUCHING) and a.ends[1] == TrackStatus.LEFT_BAND
-        come = b.values[0] >= at * (1 - _TOUCHING) and b.ends[0] == TrackStatus.LEFT_BAND
-        if gone or come:
-            at = a.values[-1] if gone else b.values[0]
-            self.events.append(Place(at, before, EnvelopeEvent.BAND))
-        elif not same(before, after):
-            fall = height(after.summit, before.summit)
-            if abs(fall) > _JUMP:
-                # The largest response is continuous: the lower side lacks a maximum.
-                self.unclear.append(at * (1 + _BESIDE if fall < 0 else 1 - _BESIDE))
-            last = self.events[-1:]
+            self.unresolved.append(value)
+            return value
+        # At this crossing peak and edge are equal to second order in the distance.
+        leaves_band = (
+            a.values[-1] <= value * (1 + _CROSSING_DISTANCE)
+            and a.end_status[1] == TrackStatus.LEFT_BAND
+        )
+        enters_band = (
+            b.values[0] >= value * (1 - _CROSSING_DISTANCE)
+            and b.end_status[0] == TrackStatus.LEFT_BAND
+        )
+        if leaves_band or enters_band:
+            value = a.values[-1] if leaves_band else b.values[0]
+            self.events.append(EnvelopePoint(value, before, EnvelopeEvent.BAND))
+        elif not is_same_maximum(before, after):
+            difference = relative_height(after.maximum, before.maximum)
+            if abs(difference) > _MAX_JUMP:
+                # The largest response is continuous: a maximum was missed on the lower side.
+                self.unresolved.append(value * (1 + _OFFSET if difference < 0 else 1 - _OFFSET))
+            last_event = self.events[-1:]
             if not (
-                last
-                and last[0].what == EnvelopeEvent.EXCHANGE
-                and abs(at / last[0].value - 1) < SAME
+                last_event
+                and last_event[0].kind == EnvelopeEvent.EXCHANGE
+                and abs(value / last_event[0].value - 1) < SAME_MAXIMUM
             ):
-                self.events.append(Place(at, before, EnvelopeEvent.EXCHANGE))
-            self.points.append(Place(at, before))
+                self.events.append(EnvelopePoint(value, before, EnvelopeEvent.EXCHANGE))
+            self.points.append(EnvelopePoint(value, before))
             if self._parameter.slope(before) < 0 < self._parameter.slope(after):
-                self.minima.append(Place(at, before, MinimumKind.EXCHANGE))
-        return at
+                self.minima.append(EnvelopePoint(value, before, MinimumKind.EXCHANGE))
+        return value
 
-    def _along(self, branch: Branch, start: float, end: float) -> None:
-        """Points, minima and events of one branch where it leads."""
-        # Slopes on either side of an event.
-        for value in (self._parameter.value(start, end, s) for s in (0.0, _THIN, 1 - _THIN, 1.0)):
-            found = branch.at(value)
-            if found is not None:
-                branch.insert(value, found)
+    def _add_span_points(self, branch: MaximumBranch, start: float, end: float) -> None:
+        """Add points, minima and events of one branch over the range where it leads."""
+        # Points on either side of an event, for both of its slopes.
+        for value in (
+            self._parameter.value(start, end, s) for s in (0.0, _MIN_LENGTH, 1 - _MIN_LENGTH, 1.0)
+        ):
+            conditions = branch.at(value)
+            if conditions is not None:
+                branch.insert(value, conditions)
         fill(branch, start, end)
         first, last = bisect_left(branch.values, start), bisect_right(branch.values, end) - 1
-        places = [Place(branch.values[i], branch.found[i]) for i in range(first, last + 1)]
-        self.points += places
-        joints = {i - first: at for i, at in branch.joints.items() if first <= i < last}
+        points = [
+            EnvelopePoint(branch.values[i], branch.conditions[i]) for i in range(first, last + 1)
+        ]
+        self.points += points
+        events = {i - first: event for i, event in branch.events.items() if first <= i < last}
         slope = self._parameter.slope
-        for i, (here, there) in enumerate(pairwise(places)):
-            if i not in joints:
-                self._lows(branch, here, there)
+        for i, (point, following) in enumerate(pairwise(points)):
+            if i not in events:
+                self._find_minima(branch, point, following)
                 continue
-            at = here if here.value == joints[i] else there
-            self.events.append(Place(at.value, at.found, _turn(here.found, there.found)))
-            left, right = slope(here.found), slope(there.found)
+            event = point if point.value == events[i] else following
+            self.events.append(
+                EnvelopePoint(
+                    event.value,
+                    event.conditions,
+                    _event_kind(point.conditions, following.conditions),
+                )
+            )
+            left, right = slope(point.conditions), slope(following.conditions)
             if left < 0 <= right or left <= 0 < right:
-                self.minima.append(Place(at.value, at.found, MinimumKind.KINK))
+                self.minima.append(EnvelopePoint(event.value, event.conditions, MinimumKind.KINK))
 
-    def _lows(self, branch: Branch, here: Place, there: Place, depth: int = 0) -> None:
-        """Minima between two points of a branch with no event in between."""
+    def _find_minima(
+        self, branch: MaximumBranch, point: EnvelopePoint, following: EnvelopePoint, depth: int = 0
+    ) -> None:
+        """Add the minima between two points of a branch without an event in between."""
         slope = self._parameter.slope
-        ends = slope(here.found), slope(there.found)
-        if ends[0] < 0 < ends[1]:
-            self._low(branch, here, there)
+        slopes = slope(point.conditions), slope(following.conditions)
+        if slopes[0] < 0 < slopes[1]:
+            self._solve_minimum(branch, point, following)
             return
-        if ends[0] < 0 == ends[1]:
-            self.minima.append(Place(there.value, there.found, MinimumKind.SMOOTH))
-        lengths = self._parameter.measure(np.array([here.value, there.value]))
-        inside = lengths[0] + np.linspace(0, 1, 6)[1:-1] * (lengths[1] - lengths[0])
-        values = np.exp(inside) if self._parameter.logarithmic else inside
-        if depth > _DEEPEST or lengths[1] - lengths[0] < _THIN or ends[0] == ends[1] == 0:
+        if slopes[0] < 0 == slopes[1]:
+            self.minima.append(
+                EnvelopePoint(following.value, following.conditions, MinimumKind.SMOOTH)
+            )
+        limits = self._parameter.coordinate(np.array([point.value, following.value]))
+        coordinates = limits[0] + np.linspace(0, 1, 6)[1:-1] * (limits[1] - limits[0])
+        values = np.exp(coordinates) if self._parameter.logarithmic else coordinates
+        if depth > _MAX_DEPTH or limits[1] - limits[0] < _MIN_LENGTH or slopes[0] == slopes[1] == 0:
             return
-        between = np.sign(branch.slopes(values))
-        changes = np.flatnonzero(np.diff(np.concatenate([[ends[0]], between, [ends[1]]]) > 0))
-        if len(changes) < 1 + (ends[0] * ends[1] < 0):
+        signs = np.sign(branch.slopes(values))
+        candidates = np.flatnonzero(np.diff(np.concatenate([[slopes[0]], signs, [slopes[1]]]) > 0))
+        if len(candidates) < 1 + (slopes[0] * slopes[1] < 0):
             return
-        value = float(values[min(changes[0], len(values) - 1)])
-        found = branch.at(value)
-        if found is not None:
-            middle = Place(value, found)
-            self._lows(branch, here, middle, depth + 1)
-            self._lows(branch, middle, there, depth + 1)
+        value = float(values[min(candidates[0], len(values) - 1)])
+        conditions = branch.at(value)
+        if conditions is not None:
+            middle = EnvelopePoint(value, conditions)
+            self._find_minima(branch, point, middle, depth + 1)
+            self._find_minima(branch, middle, following, depth + 1)
 
-    def _low(self, branch: Branch, here: Place, there: Place) -> None:
-        known = {place.value: place.found for place in (here, there)}
+    def _solve_minimum(
+        self, branch: MaximumBranch, point: EnvelopePoint, following: EnvelopePoint
+    ) -> None:
+        """Add the minimum where the slope changes its sign."""
+        solved = {end.value: end.conditions for end in (point, following)}
 
         def slope(value: float) -> float:
-            if value not in known:
-                found = branch.at(value)
-                if found is None:
+            if value not in solved:
+                conditions = branch.at(value)
+                if conditions is None:
                     raise ArithmeticError
-                # A slope needs digits that a height does not.
-                known[value] = polished(found)
-            return self._parameter.slope(known[value])
+                # The slope needs a more accurate solution than the height, which is stationary.
+                solved[value] = polished(conditions)
+            return self._parameter.slope(solved[value])
 
         try:
             value = float(
-                scipy.optimize.brentq(slope, here.value, there.value, xtol=1e-300, rtol=1e-15)
+                scipy.optimize.brentq(slope, point.value, following.value, xtol=1e-300, rtol=1e-15)
             )  # type: ignore
             slope(value)
         except ArithmeticError:
-            self.unclear.append(here.value)
+            self.unresolved.append(point.value)
             return
-        self.minima.append(Place(value, known[value], MinimumKind.SMOOTH))
-        self.points.append(Place(value, known[value]))
+        self.minima.append(EnvelopePoint(value, solved[value], MinimumKind.SMOOTH))
+        self.points.append(EnvelopePoint(value, solved[value]))
 
-    def _at_ends(self) -> None:
-        """Minima where the curve falls towards an end of the band."""
+    def _find_end_minima(self) -> None:
+        """Add minima where the envelope falls towards an end of the band."""
         slope, first, last = self._parameter.slope, self.points[0], self.points[-1]
-        if first.value == self._parameter.low and slope(first.found) > 0:
-            self.minima.append(Place(first.value, first.found, MinimumKind.END))
-        if last.value == self._parameter.high and slope(last.found) < 0:
-            self.minima.append(Place(last.value, last.found, MinimumKind.END))
+        if first.value == self._parameter.low and slope(first.conditions) > 0:
+            self.minima.append(EnvelopePoint(first.value, first.conditions, MinimumKind.END))
+        if last.value == self._parameter.high and slope(last.conditions) < 0:
+            self.minima.append(EnvelopePoint(last.value, last.conditions, MinimumKind.END))
 
-    def _thin(self) -> None:
-        """Leave out points that others make needless."""
-        special = np.array([place.value for place in (*self.events, *self.minima)])
+    def _drop_redundant_points(self) -> None:
+        """Remove duplicate points and those close to an event that its neighbours replace."""
+        special = np.array([point.value for point in (*self.events, *self.minima)])
         ends = self._parameter.low, self._parameter.high
-        kept: list[Place] = []
-        for place, after in zip(self.points, [*self.points[1:], None], strict=True):
-            last, value = kept[-1].value if kept else -np.inf, place.value
-            if value - last <= _EQUAL * value:
+        kept: list[EnvelopePoint] = []
+        for point, following in zip(self.points, [*self.points[1:], None], strict=True):
+            previous, value = kept[-1].value if kept else -np.inf, point.value
+            if value - previous <= _SAME_POINT * value:
                 continue
-            near = np.any(np.abs(special - value) < _NEAR * value)
-            beside = {last, value, after.value if after else value}
-            if not near or value in ends or not beside.isdisjoint(special):
-                kept.append(place)
+            near_event = np.any(np.abs(special - value) < _EVENT_DISTANCE * value)
+            neighbours = {previous, value, following.value if following else value}
+            if not near_event or value in ends or not neighbours.isdisjoint(special):
+                kept.append(point)
         self.points = kept
 
 
-def _turn(before: Conditions, after: Conditions) -> EnvelopeEvent:
-    """What happens at a joint of a branch."""
-    one, other = before.summit, after.summit
-    if other.kind == MaximumKind.SMOOTH and not other.slip.any() and one.slip.any():
+def _event_kind(before: Conditions, after: Conditions) -> EnvelopeEvent:
+    """The kind of event between two points of a branch."""
+    first, second = before.maximum, after.maximum
+    if second.kind == MaximumKind.SMOOTH and not second.slip.any() and first.slip.any():
         return EnvelopeEvent.STICK
-    slips = np.count_nonzero(other.slip) - np.count_nonzero(one.slip)
-    if one.kind != other.kind or not slips:
+    slips = np.count_nonzero(second.slip) - np.count_nonzero(first.slip)
+    if first.kind != second.kind or not slips:
         return EnvelopeEvent.KIND
     return EnvelopeEvent.ONSET if slips > 0 else EnvelopeEvent.RELEASE

@@ -1,7 +1,7 @@
-"""Harmonics as many as an accuracy asks for."""
+"""Choice of the harmonics of every solution for a given accuracy."""
 
+from symhbm.response.accuracy.branch_parts import Solution, joined, status_of
 from symhbm.response.accuracy.harmonic_sets import check_accuracy
-from symhbm.response.accuracy.parts import Solution, joined, status_of
 from symhbm.response.accuracy.refinement import Refinement
 
 __all__ = [

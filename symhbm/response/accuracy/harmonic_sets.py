@@ -1,20 +1,20 @@
-"""Nested sets of harmonics of one structure, as an accuracy asks for them."""
+"""Nested sets of harmonics, from which an accuracy chooses."""
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.condensation import CondensedModel
 from symhbm.numerics import FloatArray, check, complete_harmonics
 
 HIGHEST = 55
 """Harmonic, in units of the lowest, beyond which sets do not grow: errors fall with its cube."""
 _GROWTH = 1.3
+"""Ratio of the highest harmonics of successive levels: few levels, few harmonics in vain."""
 _LARGER = 2
-"""The larger set has so many times the highest harmonic; an eighth of the error is beyond it."""
+"""Ratio of highest harmonics to the set that estimates errors: an eighth of the error is beyond."""
 
 
 def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | None:
-    """An accuracy as a number, None for none.
+    """An accuracy as a float, or None.
 
     Raises ValueError or TypeError unless it is between 0 and 1, and for sampled friction, whose
     error does not vanish with the harmonics.
@@ -24,7 +24,12 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
     value = check.scalar("accuracy", accuracy, "positive")
     if value >= 1:
         raise ValueError(f"accuracy={check.shown(accuracy)}: expected a value below 1")
-    if isinstance(problem.model, CondensedModel):
+    if not problem.model.has_matrices and problem.model.kept is None:
+        raise ValueError(
+            f"accuracy={check.shown(accuracy)}: expected None for a structure without matrices; "
+            "compare results of two sets of harmonics"
+        )
+    if not problem.model.has_matrices:
         raise ValueError(
             f"accuracy={check.shown(accuracy)}: expected None for a condensed structure, which has "
             "the harmonics it was condensed for; compare results of two sets of them"
@@ -38,61 +43,62 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
 
 
 class HarmonicSets:
-    """Sets of more and more harmonics, by number.
+    """Nested sets of harmonics by level.
 
-    The first has all harmonics of the kind of those of ``problem``, up to its highest.
+    Level 0 has all harmonics of the kind of those of ``problem`` up to its highest: all multiples
+    of their common divisor, or the odd ones.
     """
 
     def __init__(self, problem: HarmonicBalance):
         self._first = harmonics = problem.harmonics
         self._divisor = int(np.gcd.reduce(harmonics))
         self._step = self._divisor * (2 if 0 not in complete_harmonics(harmonics, 1) else 1)
-        self._tops = [max(harmonics)]
+        self._highest = [max(harmonics)]
 
     def harmonics(self, level: int) -> tuple[int, ...]:
-        """The harmonics of a set."""
-        return complete_harmonics(self._first, self.top(level))
+        """The harmonics of a level."""
+        return complete_harmonics(self._first, self.highest(level))
 
-    def top(self, level: int) -> int:
-        """The highest harmonic of a set."""
-        while len(self._tops) <= level:
-            last = self._tops[-1]
+    def highest(self, level: int) -> int:
+        """The highest harmonic of a level."""
+        while len(self._highest) <= level:
+            last = self._highest[-1]
             steps = max(1, round((_GROWTH - 1) * last / self._step))
-            self._tops.append(last + steps * self._step)
-        return self._tops[level]
+            self._highest.append(last + steps * self._step)
+        return self._highest[level]
 
     def level(self, harmonic: int) -> int:
-        """The smallest set that holds a harmonic, the last one beyond."""
+        """The lowest level that has a harmonic."""
         level = 0
-        while self.top(level) < harmonic:
+        while self.highest(level) < harmonic:
             level += 1
         return level
 
     def larger(self, level: int) -> int:
-        """The set that judges another."""
-        return self.level(_LARGER * self.top(level) + 3 * self._divisor)
+        """The level whose set estimates the truncation error of a level."""
+        return self.level(_LARGER * self.highest(level) + 3 * self._divisor)
 
     @property
     def last(self) -> int:
-        """The largest set to be used."""
+        """The highest level to be used."""
         return max(0, self.level(HIGHEST * self._divisor + 1) - 1)
 
     def expected(self, level: int, error: float, share: FloatArray, accuracy: float) -> int:
-        """The smallest set that is expected to make no larger error than ``accuracy``.
+        """The lowest level whose error is expected to be within ``accuracy``.
 
-        ``error`` is that of one set, ``share`` what each harmonic of its larger one adds.
+        ``error`` is that of ``level``, ``share`` the change by each harmonic of its larger set.
         """
         if error <= accuracy:
             return level
         harmonics = np.array(self.harmonics(self.larger(level)))
-        judge = harmonics.max()
-        missing = share[harmonics > self.top(level)].sum() if len(share) else 0.0
+        highest_estimated = harmonics.max()
+        missing = share[harmonics > self.highest(level)].sum() if len(share) else 0.0
         if not np.isfinite(error) or not missing:
             return min(level + 1, self.last)
         for higher in range(level + 1, self.last):
             # Beyond the larger set, errors fall with the cube of the highest harmonic.
-            rest = (self.top(level) / max(judge, self.top(higher))) ** 3
-            rest += share[harmonics > self.top(higher)].sum() / missing
+            rest = (self.highest(level) / max(highest_estimated, self.highest(higher))) ** 3
+            rest += share[harmonics > self.highest(higher)].sum() / missing
             if error * rest <= accuracy:
                 return higher
         return self.last

@@ -1,9 +1,9 @@
-"""A curve whose harmonics follow an accuracy: few where few do, more where it asks for them.
+"""Refinement of a response curve by harmonics until its truncation error meets an accuracy.
 
-The whole band is walked with the smallest set. Where the harmonics left out change the response by
-more than the accuracy, or would meet a resonance between two points, that part of the band is
-walked again with a larger set, and so on. Parts meet at points where both agree in amplitude,
-contact states and slopes, so that no peak and no event is lost or told twice.
+The whole band is followed with the smallest set of harmonics. Where the truncated harmonics would
+change the response by more than the accuracy, or excite a resonance between two points, that part
+of the band is followed again with a larger set, and so on. Parts meet at points where both agree in
+amplitude, contact states and slopes, so that no peak and no event is lost or counted twice.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,8 +25,8 @@ from symhbm.continuation.angles import angle_branches
 from symhbm.continuation.between import Peak, solved_between
 from symhbm.continuation.events import reduced
 from symhbm.numerics import FloatArray, largest_displacement
+from symhbm.response.accuracy.branch_parts import BranchPart, Solution, agree, merged
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
-from symhbm.response.accuracy.parts import BranchPart, Solution, agree, merged
 from symhbm.response.accuracy.superharmonics import superharmonics
 from symhbm.response.accuracy.truncation import (
     NONE,
@@ -38,57 +38,58 @@ from symhbm.response.accuracy.truncation import (
 )
 
 _MARGIN = 2
-"""Points by which a part reaches beyond those that ask for it, so that it meets the others well."""
+"""Points that a refined part adds at both ends, so that it agrees with its neighbours there."""
 _FEW = 3
-"""Points in a row that are not worth a walk."""
+"""Points in a row that are refined one by one: following a branch costs more."""
 _MOST = 0.9
-"""Share of the points of a part that its set is expected to suffice for: the others come again."""
+"""Share of the points of a part whose harmonics are expected to suffice; the rest is refined again.
+"""
 
 Span = tuple[int, int]
 
 
 class Refinement:
-    """Curves of one problem, by set of harmonics, as an ``accuracy`` asks for them.
+    """Branches of one problem with the harmonics that an ``accuracy`` needs.
 
-    ``curve_of`` makes a curve from a problem. Without an accuracy there is one curve, that of the
-    problem. ``solves`` counts all linear solves, ``rejected`` all steps in vain.
+    ``equations_of`` makes a continuation problem. Without an accuracy the harmonics are those of
+    the problem. ``solves`` counts all linear solves, ``rejected`` all rejected steps.
     """
 
     def __init__(
         self,
         problem: HarmonicBalance,
-        curve_of: Callable[[HarmonicBalance], ContinuationProblem],
+        equations_of: Callable[[HarmonicBalance], ContinuationProblem],
         accuracy: float | None,
     ):
         self.solves = 0
         self.rejected = 0
         self._problem = problem
         self._sets = HarmonicSets(problem)
-        self._curve_of = curve_of
-        self._curves: dict[int, ContinuationProblem] = {}
+        self._equations_of = equations_of
+        self._equations: dict[int, ContinuationProblem] = {}
         self._accuracy = np.inf if accuracy is None else accuracy
         if accuracy is None:
-            self._curves[0] = curve_of(problem)
+            self._equations[0] = equations_of(problem)
 
-    def curve(self, level: int) -> ContinuationProblem:
-        """The curve with one set of harmonics."""
-        if level not in self._curves:
+    def equations(self, level: int) -> ContinuationProblem:
+        """The continuation problem with the harmonics of a level."""
+        if level not in self._equations:
             problem = self._problem.with_harmonics(self._sets.harmonics(level))
-            self._curves[level] = self._curve_of(problem)
-        return self._curves[level]
+            self._equations[level] = self._equations_of(problem)
+        return self._equations[level]
 
-    def settle(self, response: Solution) -> Solution:
-        """Add harmonics to a response until it is accurate."""
-        value, level, solves = response.value, response.level, response.solves
-        unknowns, tangents, events = response.unknowns, response.tangents, response.events
+    def settle(self, solution: Solution) -> Solution:
+        """The solution with harmonics added until its error is within the accuracy."""
+        value, level, solves = solution.value, solution.level, solution.solves
+        unknowns, tangents, events = solution.unknowns, solution.tangents, solution.events
         while unknowns is not None and np.isfinite(self._accuracy):
-            (found,) = self._truncations(level, [value], [unknowns])
-            response = Solution(value, level, unknowns, found.error, solves, tangents, events)
-            needed = self._needed(level, found)
+            (truncation,) = self._truncations(level, [value], [unknowns])
+            solution = Solution(value, level, unknowns, truncation.error, solves, tangents, events)
+            needed = self._needed(level, truncation)
             if needed == level:
                 break
-            larger, frequency = self.curve(needed).at(value)
-            start = embed(self.curve(level).problem, larger, unknowns)
+            larger, frequency = self.equations(needed).at(value)
+            start = embed(self.equations(level).problem, larger, unknowns)
             result = newton(lambda trial, to=larger, at=frequency: to.evaluate(trial, at), start)
             self.solves += result.iterations
             if not result.converged:
@@ -96,123 +97,125 @@ class Refinement:
             solves += result.iterations
             level, unknowns = needed, result.unknowns
             tangents = np.stack([np.append(slope_of(result.evaluation), 1.0)] * 2)
-        return response
+        return solution
 
-    def fill(self, stretch: BranchPart) -> None:
-        """Add the responses between points of a stretch that its amplitudes do not tell."""
-        walk, points = stretch.walk, stretch.walk.points[stretch.first : stretch.last + 1]
-        before = walk.corrector.solves
-        found = solved_between(points, walk.corrector, walk.each)
-        for i, stations in found.items():
-            responses = [Solution.at(float(s.state[-1]), stretch.level, s, n) for s, n in stations]
-            stretch.between[stretch.first + i] = [self.settle(each) for each in responses]
-        self.solves += walk.corrector.solves - before
+    def fill(self, part: BranchPart) -> None:
+        """Add the solutions between points that interpolation of the amplitudes needs."""
+        branch, points = part.branch, part.branch.points[part.first : part.last + 1]
+        before = branch.corrector.solves
+        between = solved_between(points, branch.corrector, branch.per_dof)
+        for i, states in between.items():
+            solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
+            part.between[part.first + i] = [self.settle(solution) for solution in solutions]
+        self.solves += branch.corrector.solves - before
 
-    def cover(
+    def follow(
         self,
         level: int,
         band: tuple[float, float],
         max_points: int,
-        each: bool,
+        per_dof: bool,
         guess: FloatArray | None = None,
     ) -> list[BranchPart]:
-        """Stretches from the first to the last value of a ``band``, in this order.
+        """Branch parts from the first to the last value of a ``band``, from a ``level`` upwards.
 
-        ``max_points`` and ``each`` as of `Branch`; ``guess`` may be a response at the first value.
+        ``max_points`` and ``per_dof`` as of `Branch`; ``guess`` may be a response at the first
+        value.
         """
-        curve = self.curve(level)
-        if curve.angles is not None:
-            return [
-                self._whole(level, walk) for walk in angle_branches(curve, band, max_points, each)
-            ]
-        walk = Branch(curve, band, max_points, each, guess)
-        if not np.isfinite(self._accuracy) or not walk.points:
-            return [self._whole(level, walk)]
-        self.solves += walk.corrector.solves
-        self.rejected += walk.rejected
-        points, last = walk.points, len(walk.points) - 1
-        found, of_peaks = self._along(level, points), self._along(level, walk.peaks)
-        pairs = zip(points, found, strict=True)
-        responses = [Solution.of(point, level, here.error) for point, here in pairs]
-        peak_errors = [peak.error for peak in of_peaks]
-        whole = BranchPart(walk, level, 0, last, responses, walk.peaks, peak_errors)
-        between = self._asked_between(whole, of_peaks)
-        needed = np.maximum(between, [self._needed(level, here) for here in found])
-        if curve.single_valued:
+        equations = self.equations(level)
+        if equations.angles is not None:
+            branches = angle_branches(equations, band, max_points, per_dof)
+            return [self._whole(level, branch) for branch in branches]
+        branch = Branch(equations, band, max_points, per_dof, guess)
+        if not np.isfinite(self._accuracy) or not branch.points:
+            return [self._whole(level, branch)]
+        self.solves += branch.corrector.solves
+        self.rejected += branch.rejected
+        points, last = branch.points, len(branch.points) - 1
+        of_points, of_peaks = self._along(level, points), self._along(level, branch.peaks)
+        pairs = zip(points, of_points, strict=True)
+        solutions = [Solution.of(point, level, truncation.error) for point, truncation in pairs]
+        peak_errors = [truncation.error for truncation in of_peaks]
+        whole = BranchPart(branch, level, 0, last, solutions, branch.peaks, peak_errors)
+        between = self._needed_between(whole, of_peaks)
+        needed = np.maximum(between, [self._needed(level, truncation) for truncation in of_points])
+        if equations.single_valued:
             self._settle_few(whole, needed, between > level)
         if np.all(needed == level):
             return [whole]
-        if not curve.single_valued:
+        if not equations.single_valued:
             # A path with folds has no parts that end at values.
-            anew = self.cover(int(needed.max()), band, max_points, each)
-            return anew if anew[0].walk.points else [whole]
+            anew = self.follow(int(needed.max()), band, max_points, per_dof)
+            return anew if anew[0].branch.points else [whole]
 
         def refined(span: Span) -> list[BranchPart] | None:
-            asked = needed[span[0] : span[1] + 1]
-            higher = int(np.quantile(asked[asked > level], _MOST, method="lower"))
+            of_span = needed[span[0] : span[1] + 1]
+            higher = int(np.quantile(of_span[of_span > level], _MOST, method="lower"))
             start, end = (points[i].value for i in span)
-            guess = embed(curve.problem, self.curve(higher).problem, points[span[0]].unknowns)
-            parts = self.cover(higher, (start, end), max_points, each, guess)
-            complete = all(part.walk.status == Status.REACHED_END for part in parts)
+            larger = self.equations(higher).problem
+            guess = embed(equations.problem, larger, points[span[0]].unknowns)
+            parts = self.follow(higher, (start, end), max_points, per_dof, guess)
+            complete = all(part.branch.status == Status.REACHED_END for part in parts)
             return parts if complete else None
 
         return self._replaced(whole, needed > level, refined)
 
-    def _whole(self, level: int, walk: Branch) -> BranchPart:
-        """All of a walk, without errors by truncation."""
-        self.solves += walk.corrector.solves
-        self.rejected += walk.rejected
-        responses = [Solution.of(point, level, np.nan) for point in walk.points]
-        unknown = [np.nan] * len(walk.peaks)
-        return BranchPart(walk, level, 0, len(walk.points) - 1, responses, walk.peaks, unknown)
+    def _whole(self, level: int, branch: Branch) -> BranchPart:
+        """All of a branch, without truncation errors."""
+        self.solves += branch.corrector.solves
+        self.rejected += branch.rejected
+        solutions = [Solution.of(point, level, np.nan) for point in branch.points]
+        errors = [np.nan] * len(branch.peaks)
+        return BranchPart(branch, level, 0, len(solutions) - 1, solutions, branch.peaks, errors)
 
     def _settle_few(self, whole: BranchPart, needed: np.ndarray, between: np.ndarray) -> None:
-        """Settle points one by one where few in a row ask for more harmonics.
+        """Settle points one by one where few in a row need more harmonics.
 
-        Not so where something ``between`` points asks for them.
+        Points next to a peak or resonance ``between`` points are left: there a branch is followed.
         """
         first = 0
         for i in np.flatnonzero(np.append(needed, whole.level) == whole.level).tolist():
             if i - first <= _FEW and not between[first:i].any():
                 for k in range(first, i):
-                    whole.responses[k] = self.settle(whole.responses[k])
+                    whole.at_points[k] = self.settle(whole.at_points[k])
                     needed[k] = whole.level
             first = i + 1
 
     def _replaced(
         self,
         whole: BranchPart,
-        poor: np.ndarray,
+        inaccurate: np.ndarray,
         refined: Callable[[Span], list[BranchPart] | None],
     ) -> list[BranchPart]:
-        """The stretch with its ``poor`` points replaced, by parts that it agrees with."""
-        done: dict[Span, list[BranchPart] | None] = {}
-        spans = merged([_widened(whole, (i, i), poor) for i in np.flatnonzero(poor).tolist()])
+        """The whole with its ``inaccurate`` points replaced, by parts that agree at their ends."""
+        by_span: dict[Span, list[BranchPart] | None] = {}
+        numbers = np.flatnonzero(inaccurate).tolist()
+        spans = merged([_widened(whole, (i, i), inaccurate) for i in numbers])
         while True:
             for span in spans:
-                if span not in done:
-                    done[span] = refined(span)
-            wider = [self._agreeing(whole, span, done[span], poor) for span in spans]
+                if span not in by_span:
+                    by_span[span] = refined(span)
+            wider = [self._agreeing(whole, span, by_span[span], inaccurate) for span in spans]
             if wider == spans:
                 break
             spans = merged(wider)
         result, at = [], 0
         for first, last in spans:
-            parts = done[first, last]
+            parts = by_span[first, last]
             if parts is not None:
-                result += [whole.part(at, first)] if first > at else []
+                result += [whole.cut(at, first)] if first > at else []
                 result += parts
                 at = last
-        return result + ([whole.part(at, whole.last)] if at < whole.last else [])
+        return result + ([whole.cut(at, whole.last)] if at < whole.last else [])
 
     def _agreeing(
-        self, whole: BranchPart, span: Span, parts: list[BranchPart] | None, poor: np.ndarray
+        self, whole: BranchPart, span: Span, parts: list[BranchPart] | None, inaccurate: np.ndarray
     ) -> Span:
-        """The same span where its ends agree with what replaces it, else a wider one."""
+        """The same span if the whole agrees with ``parts`` at both ends, else a wider one."""
         if parts is None:
             return span
         first, last = span
-        wide = _widened(whole, span, poor, by=max(_MARGIN, (last - first) // 2))
+        wide = _widened(whole, span, inaccurate, by=max(_MARGIN, (last - first) // 2))
         low, high = parts[0], parts[-1]
         if first > 0 and not agree(whole, first, low, low.first, self._accuracy):
             first = wide[0]
@@ -223,59 +226,60 @@ class Refinement:
     def _truncations(
         self, level: int, values: list[float], unknowns: list[FloatArray]
     ) -> list[Truncation]:
-        judge = self._sets.larger(level)
+        larger_level = self._sets.larger(level)
         problems, frequencies, larger = [], [], []
         for value in values:
-            problem, frequency = self.curve(level).at(value)
+            problem, frequency = self.equations(level).at(value)
             problems.append(problem)
             frequencies.append(frequency)
-            larger.append(self.curve(judge).at(value)[0])
-        found = truncations(problems, larger, unknowns, frequencies)
-        self.solves += sum(each.solves for each in found)
-        return found
+            larger.append(self.equations(larger_level).at(value)[0])
+        results = truncations(problems, larger, unknowns, frequencies)
+        self.solves += sum(truncation.solves for truncation in results)
+        return results
 
-    def _along(self, level: int, found: Sequence[PathPoint | Peak]) -> list[Truncation]:
-        """Errors of points or peaks on a curve; nothing is left out where all contacts stick."""
-        curve, result = self.curve(level), [NONE] * len(found)
-        asked = [i for i, point in enumerate(found) if self._slips(point, curve)]
-        values, unknowns = [found[i].value for i in asked], [found[i].unknowns for i in asked]
-        if curve.single_valued:
+    def _along(self, level: int, points: Sequence[PathPoint | Peak]) -> list[Truncation]:
+        """Truncations of points or peaks of a branch; without error where all contacts stick."""
+        equations, result = self.equations(level), [NONE] * len(points)
+        numbers = [i for i, point in enumerate(points) if self._may_truncate(point, equations)]
+        values, unknowns = [points[i].value for i in numbers], [points[i].unknowns for i in numbers]
+        if equations.single_valued:
             errors = self._truncations(level, values, unknowns)
         else:
-            judge = self.curve(self._sets.larger(level))
+            larger = self.equations(self._sets.larger(level))
             pairs = zip(unknowns, values, strict=True)
-            errors = [distance(curve, judge, *pair) for pair in pairs]
-            self.solves += sum(each.solves for each in errors)
-        for i, each in zip(asked, errors, strict=True):
-            result[i] = each
+            errors = [distance(equations, larger, *pair) for pair in pairs]
+            self.solves += sum(truncation.solves for truncation in errors)
+        for i, truncation in zip(numbers, errors, strict=True):
+            result[i] = truncation
         return result
 
     @staticmethod
-    def _slips(point: PathPoint | Peak, curve: ContinuationProblem) -> bool:
-        """Whether other harmonics than those of the force may act; not so at an unbounded peak."""
+    def _may_truncate(point: PathPoint | Peak, equations: ContinuationProblem) -> bool:
+        """Whether the response may have other harmonics than the force; False if unbounded."""
         if isinstance(point, Peak):
             return bool(np.all(np.isfinite(point.unknowns)))
-        return bool(point.slip.any()) or not curve.single_valued
+        return bool(point.slip.any()) or not equations.single_valued
 
-    def _needed(self, level: int, found: Truncation) -> int:
-        return self._sets.expected(level, found.error, found.share, self._accuracy)
+    def _needed(self, level: int, truncation: Truncation) -> int:
+        return self._sets.expected(level, truncation.error, truncation.share, self._accuracy)
 
-    def _asked_between(self, whole: BranchPart, of_peaks: list[Truncation]) -> np.ndarray:
-        """The set that a peak or a resonance next to each point asks for."""
-        level, values = whole.level, np.array([point.value for point in whole.walk.points])
-        asked = np.full(len(values), level)
-        for peak, here in zip(whole.peaks, of_peaks, strict=True):
+    def _needed_between(self, whole: BranchPart, of_peaks: list[Truncation]) -> np.ndarray:
+        """Levels (n_points,) that a peak or a resonance next to each point needs."""
+        level, values = whole.level, np.array([point.value for point in whole.branch.points])
+        needed = np.full(len(values), level)
+        for peak, truncation in zip(whole.peaks, of_peaks, strict=True):
             near = np.argsort(np.abs(values - peak.value))[:2]
-            asked[near] = np.maximum(asked[near], self._needed(level, here))
-        for i, here in enumerate(self._unseen(level, whole.walk.points)):
-            asked[i : i + 2] = np.maximum(asked[i : i + 2], here)
-        return asked
+            needed[near] = np.maximum(needed[near], self._needed(level, truncation))
+        for i, of_segment in enumerate(self._superharmonic(level, whole.branch.points)):
+            needed[i : i + 2] = np.maximum(needed[i : i + 2], of_segment)
+        return needed
 
-    def _unseen(self, level: int, points: list[PathPoint]) -> list[int]:
-        """The set with the resonances between points that harmonics left out would excite."""
-        problems, frequencies = zip(*(self.curve(level).at(p.value) for p in points), strict=True)
-        # A parameter that is followed makes the structure stiffer towards one of its ends.
-        harmonics = self._audible(level, (problems[0], problems[-1]), min(frequencies))
+    def _superharmonic(self, level: int, points: list[PathPoint]) -> list[int]:
+        """Levels with the harmonics that excite resonances between points, by segment."""
+        equations = self.equations(level)
+        problems, frequencies = zip(*(equations.at(p.value) for p in points), strict=True)
+        # A followed parameter makes the structure stiffest at one of its ends.
+        harmonics = self._reaching(level, (problems[0], problems[-1]), min(frequencies))
         if not len(harmonics):
             return []
         unknowns = [point.unknowns for point in points]
@@ -284,18 +288,20 @@ class Refinement:
             for p, u in zip(problems, unknowns, strict=True)
         ]
         modes = superharmonics(problems, unknowns, frequencies, harmonics, references)
-        asked = []
+        levels = []
         for left, right in pairwise(modes or []):
-            heard = np.maximum(left.response, right.response) > self._accuracy
-            passed = np.any(heard & (left.detuning * right.detuning < 0), axis=1)
-            asked.append(self._sets.level(int(harmonics[passed].max())) if passed.any() else level)
-        return asked
+            large = np.maximum(left.response, right.response) > self._accuracy
+            crossed = np.any(large & (left.detuning * right.detuning < 0), axis=1)
+            needed = self._sets.level(int(harmonics[crossed].max())) if crossed.any() else level
+            levels.append(needed)
+        return levels
 
-    def _audible(
+    def _reaching(
         self, level: int, problems: Sequence[HarmonicBalance], slowest: float
     ) -> np.ndarray:
-        """The harmonics left out that reach a mode of one of some problems."""
-        beyond = [n for n in self._sets.harmonics(self._sets.last) if n > self._sets.top(level)]
+        """Truncated harmonics below the highest natural frequency, at the ``slowest`` [rad/s]."""
+        highest = self._sets.highest(level)
+        beyond = [n for n in self._sets.harmonics(self._sets.last) if n > highest]
         if problems[0].n_dof > LARGEST_SIZE:
             return np.array([])
         try:
@@ -305,12 +311,16 @@ class Refinement:
         return np.array(beyond)[np.array(beyond) * slowest < np.array(stiffest)]
 
 
-def _widened(whole: BranchPart, span: Span, poor: np.ndarray, by: int = _MARGIN) -> Span:
-    """A span and a margin around it, ended by points that are neither poor nor events nor peaks."""
-    tops, points, ends = {peak.value for peak in whole.peaks}, whole.walk.points, []
-    for end, heading in zip(span, (-1, 1), strict=True):
-        at = end + heading * by
-        while 0 < at < whole.last and (poor[at] or points[at].events or points[at].value in tops):
-            at += heading
+def _widened(whole: BranchPart, span: Span, inaccurate: np.ndarray, by: int = _MARGIN) -> Span:
+    """A span and a margin, with ends at accurate points that are neither events nor peaks."""
+    peaks, points, ends = {peak.value for peak in whole.peaks}, whole.branch.points, []
+
+    def unfit(i: int) -> bool:
+        return bool(inaccurate[i] or points[i].events or points[i].value in peaks)
+
+    for end, direction in zip(span, (-1, 1), strict=True):
+        at = end + direction * by
+        while 0 < at < whole.last and unfit(at):
+            at += direction
         ends.append(min(max(at, 0), whole.last))
     return ends[0], ends[1]

@@ -1,7 +1,7 @@
-"""Superharmonic resonances: modes that a friction force excites with harmonics left out.
+"""Superharmonic resonances: modes that friction forces excite with truncated harmonics.
 
-They lie far from the main peak, can be narrow, and show in no response of those that lack their
-harmonic: the force of the contacts and the modes of the structure tell where to look.
+They lie far from the main peak, can be narrow, and are absent from responses that lack their
+harmonic. The contact forces and the modes of the structure tell where they are.
 """
 
 from collections.abc import Sequence
@@ -15,12 +15,15 @@ from symhbm.continuation.events import Reduced, reduced
 from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray, FourierBasis
 
+_LEAST_DAMPING = 1e-300
+"""[rad2/s2] Keeps resonant responses of undamped modes finite."""
+
 
 class Superharmonics(NamedTuple):
-    """Modes under harmonics left out, arrays (n_harmonics, n_dof).
+    """Modes excited by truncated harmonics, arrays (n_harmonics, n_dof).
 
-    ``detuning``, the natural less the exciting frequency [rad/s]; ``response``, the largest
-    displacement at resonance over that of a reference.
+    ``detuning`` is the natural minus the exciting frequency [rad/s], ``response`` the largest
+    displacement at resonance over a reference.
     """
 
     detuning: FloatArray
@@ -34,10 +37,11 @@ def superharmonics(
     harmonics: np.ndarray,
     references: Sequence[FloatArray],
 ) -> list[Superharmonics] | None:
-    """Modes that each of several responses of one structure would excite with other ``harmonics``.
+    """Modes that the friction forces of several responses excite in other ``harmonics``.
 
     ``unknowns`` (n_unknowns,) [m], ``frequencies`` in rad/s, ``harmonics`` (n_harmonics,),
-    ``references`` (n_dof,) [m]. None for a structure too large for its modes, or without inertia.
+    ``references`` (n_dof,) [m]. All problems are of one structure. None if it is too large for its
+    modes, or without inertia.
     """
     if not problems or problems[0].n_dof > LARGEST_SIZE:
         return None
@@ -47,23 +51,26 @@ def superharmonics(
     force, share = friction_beyond(problems[0].basis, relative, stiffness, limit, harmonics)
     symmetry = problems[0].symmetry
     wave = np.array([0 if symmetry is None else symmetry.wave(int(n)) for n in harmonics])
-    count, found = len(problems), []
-    given = (problems, frequencies, references, np.split(force, count), np.split(share, count))
-    for problem, omega, size, push, spring in zip(*given, strict=True):
+    count, results = len(problems), []
+    forces, shares = np.split(force, count), np.split(share, count)
+    by_point = zip(problems, frequencies, references, forces, shares, strict=True)
+    for problem, omega, size, point_force, point_share in by_point:
         detuning = np.empty((len(harmonics), problem.n_dof))
         response = np.empty_like(detuning)
-        for alike in (wave == w for w in np.unique(wave)):
+        for same_wave in (wave == w for w in np.unique(wave)):
             try:
-                structure = reduced(problem, int(harmonics[alike][0]))
+                structure = reduced(problem, int(harmonics[same_wave][0]))
             except np.linalg.LinAlgError:
                 return None
-            natural, width, shape, drive = _modes(structure, push[:, alike], spring[:, alike])
-            exciting = harmonics[alike, None] * omega
-            resonant = drive / np.maximum(2 * exciting * width, 1e-300)
-            detuning[alike] = natural - exciting
-            response[alike] = resonant * np.abs(shape / size[:, None]).max(axis=0)
-        found.append(Superharmonics(detuning, response))
-    return found
+            natural, width, shape, modal_force = _modes(
+                structure, point_force[:, same_wave], point_share[:, same_wave]
+            )
+            exciting = harmonics[same_wave, None] * omega
+            resonant = modal_force / np.maximum(2 * exciting * width, _LEAST_DAMPING)
+            detuning[same_wave] = natural - exciting
+            response[same_wave] = resonant * np.abs(shape / size[:, None]).max(axis=0)
+        results.append(Superharmonics(detuning, response))
+    return results
 
 
 def friction_beyond(
@@ -75,28 +82,28 @@ def friction_beyond(
 ) -> tuple[np.ndarray, FloatArray]:
     """Friction force in other ``harmonics`` (n_harmonics,) above 0, arguments as of `locate`.
 
-    Returns ``a_n - i b_n`` [N] and the share of the spring that a small motion in each harmonic
-    meets, both (n_contacts, n_harmonics).
+    Returns the coefficients ``a_n - i b_n`` [N] and the share of the contact stiffness that acts on
+    a small motion in each harmonic, both (n_contacts, n_harmonics).
     """
     contact, begin, end = stick_intervals(basis, coefficients, contact_stiffness, slip_limit)
     n_contacts = len(coefficients)
     slips = np.isin(np.arange(n_contacts), contact) | (slip_limit == 0)
-    # The rate of the force is that of the spring while it sticks, and nothing else: by parts.
-    own = basis.order[basis.is_sine]
-    rate = own * (coefficients[:, basis.is_sine] + 1j * _cosines(basis, coefficients))
+    # The force changes only while the contact sticks, as the spring does: integration by parts.
+    orders = basis.order[basis.is_sine]
+    rate = orders * (coefficients[:, basis.is_sine] + 1j * _cosines(basis, coefficients))
     width, middle = end - begin, (end + begin) / 2
     integral = np.zeros((len(contact), len(harmonics)), dtype=complex)
-    for m, amplitude in zip(own, rate[contact].T, strict=True):
+    for m, amplitude in zip(orders, rate[contact].T, strict=True):
         for factor, number in ((amplitude, m - harmonics), (amplitude.conj(), -m - harmonics)):
             phase = np.exp(1j * number * middle[:, None])
             wave = width[:, None] * np.sinc(number * width[:, None] / (2 * np.pi)) * phase
             integral += factor[:, None] / 2 * wave
     total = np.zeros((n_contacts, len(harmonics)), dtype=complex)
     np.add.at(total, contact, integral)
-    # A contact that begins to stick forgets how it was displaced until then.
+    # The force of a contact that begins to stick does not depend on its displacement before.
     share = np.zeros((n_contacts, len(harmonics)))
-    forgetting = np.sin(harmonics * width[:, None]) / harmonics
-    np.add.at(share, contact, (width[:, None] - forgetting) / (2 * np.pi))
+    memory_loss = np.sin(harmonics * width[:, None]) / harmonics
+    np.add.at(share, contact, (width[:, None] - memory_loss) / (2 * np.pi))
     share[~slips] = 1.0
     return contact_stiffness[:, None] * total / (1j * np.pi * harmonics), share
 
@@ -108,17 +115,18 @@ def _cosines(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
 def _modes(
     structure: Reduced, force: np.ndarray, share: FloatArray
 ) -> tuple[FloatArray, FloatArray, np.ndarray, FloatArray]:
-    """Natural frequencies by harmonic, half widths [rad/s], shapes, and their forces by harmonic.
+    """Natural frequencies by harmonic, half widths [rad/s], shapes, and modal forces by harmonic.
 
-    The modes are those of the mean over the harmonics, their frequencies to first order beside it.
+    The modes are those with the mean contact stiffness over the harmonics; their frequencies are
+    corrected to first order for each harmonic.
     """
     springs = structure.springs
-    held = structure.contact_stiffness[:, None] * share
-    mean = held.mean(axis=1)
+    stiffness = structure.contact_stiffness[:, None] * share
+    mean = stiffness.mean(axis=1)
     squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.conj().T)
     travel = springs.conj().T @ vectors
-    squares = squares + (held.T - mean) @ np.abs(travel) ** 2
+    squares = squares + (stiffness.T - mean) @ np.abs(travel) ** 2
     width = np.einsum("ik,ij,jk->k", vectors.conj(), structure.damping, vectors).real / 2
     shape = structure.inverse.conj().T @ vectors
-    drive = np.abs(force.T @ travel.conj())
-    return np.sqrt(np.maximum(squares, 0.0)), width, shape, drive
+    modal_force = np.abs(force.T @ travel.conj())
+    return np.sqrt(np.maximum(squares, 0.0)), width, shape, modal_force

@@ -1,7 +1,7 @@
-"""What the harmonics left out of a response would change.
+"""Error of a response by truncation of its harmonics.
 
-A response is embedded in a larger set, where the forces of its contacts leave a residual in the
-harmonics that it lacks. Newton's method on that set tells how far the response moves.
+A response is embedded in a larger set of harmonics, where the contact forces leave a residual in
+those that it lacks. Newton's method with the larger set tells how far the response moves.
 """
 
 from collections.abc import Sequence
@@ -15,24 +15,24 @@ from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.numerics import Factorisation, FloatArray, largest_displacement
 
 SMALLEST = 0.01
-"""Share of the largest displacement that the error of a still degree of freedom is relative to."""
+"""Share of the largest displacement that errors are relative to at least: some DOFs hardly move."""
 _SAFETY = 1.5
 """For the harmonics beyond the larger set: errors were up to 1.43 times the estimate without it."""
 _PHASELESS = 0.5
-"""Share of the change of all coefficients that counts where maxima happen to stay what they are."""
+"""Share of the change of all coefficients that counts as error where maxima hardly change."""
 _SETTLED = 0.1
-"""Last step over all of them at which the response in the larger set is known well enough."""
+"""Ratio of the last Newton step to the whole change at which the change is known well enough."""
 _MAX_STEPS = 5
 _BATCH = 400
-"""Contacts located at once."""
+"""Contacts located at once: few calls, bounded memory."""
 
 
 class Truncation(NamedTuple):
-    """The error that the harmonics left out make in one response.
+    """Truncation error of one response.
 
-    ``error``, of the displacement of each degree of freedom relative to its own (to no less than
-    `SMALLEST` of the largest), the largest of all; ``share``, what each harmonic of the larger set
-    adds; ``solves``, the linear solves spent.
+    ``error`` is the largest relative error of the amplitudes of all degrees of freedom, relative to
+    `SMALLEST` of the largest amplitude at least. ``share`` (n_harmonics,) is the change by each
+    harmonic of the larger set, ``solves`` the number of linear solves.
     """
 
     error: float
@@ -49,11 +49,10 @@ def truncations(
     unknowns: Sequence[FloatArray],
     frequencies: Sequence[float],
 ) -> list[Truncation]:
-    """Errors of responses by the harmonics that they lack; of one structure, all of one length.
+    """Truncation errors of responses of one structure with equal harmonics.
 
     ``larger`` are the same problems with more harmonics, ``unknowns`` (n_unknowns,) [m],
-    ``frequencies`` in rad/s. An error is infinite where the response of the larger problem was not
-    found.
+    ``frequencies`` in rad/s. An error is infinite where the larger problem was not solved.
     """
     n_contacts = larger[0].n_contacts if larger else 0
     size = max(1, _BATCH // max(1, n_contacts))
@@ -73,27 +72,29 @@ def embed(problem: HarmonicBalance, larger: HarmonicBalance, unknowns: FloatArra
 
 
 def distance(
-    curve: ContinuationProblem, larger: ContinuationProblem, unknowns: FloatArray, value: float
+    equations: ContinuationProblem, larger: ContinuationProblem, unknowns: FloatArray, value: float
 ) -> Truncation:
-    """Error of a response as its distance from the curve with more harmonics, square to its own.
+    """Truncation error of a response as its distance from the path with more harmonics.
 
-    At a fold that curve need not reach the value of the response.
+    The distance is measured in the hyperplane normal to the path of the response: near a fold the
+    other path need not reach the value of the response.
     """
     state, corrector = np.append(unknowns, value), Corrector(larger)
-    scale, slip = curve.scale(state), curve.evaluate(unknowns, value).friction.slip
-    along = Corrector(curve).tangent(state, scale, unit_parameter(len(scale)), slip)
-    if along is None:
+    scale, slip = equations.scale(state), equations.evaluate(unknowns, value).friction.slip
+    tangent = Corrector(equations).tangent(state, scale, unit_parameter(len(scale)), slip)
+    if tangent is None:
         return Truncation(np.inf, np.zeros(0), 1)
-    problem, finer = curve.problem, larger.problem
+    problem, finer = equations.problem, larger.problem
     start, normal = (
-        np.append(embed(problem, finer, each[:-1]), each[-1]) for each in (state, along.direction)
+        np.append(embed(problem, finer, vector[:-1]), vector[-1])
+        for vector in (state, tangent.direction)
     )
     scale = larger.scale(start)
     states = larger.evaluate(start[:-1], value).friction.slip
-    found = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
-    if found is None:
+    corrected = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
+    if corrected is None:
         return Truncation(np.inf, np.zeros(0), corrector.solves + 1)
-    error, share = _error(finer, start[:-1], (found.point - start)[:-1])
+    error, share = _error(finer, start[:-1], (corrected.point - start)[:-1])
     return Truncation(error, share, corrector.solves + 1)
 
 
@@ -112,30 +113,30 @@ class _Search:
         self.start = embed(problem, larger, unknowns)
         self.change = np.zeros_like(self.start)
         self.solves = 0
-        self.going = True
-        self.found = False
+        self.running = True
+        self.converged = False
 
     def advance(self, friction) -> None:
-        """One step, with the events of the contacts at the present response."""
+        """One Newton step, with the friction of the present response."""
         larger, frequency = self.larger, self.frequency
         evaluation = larger.evaluate(self.start + self.change, frequency, friction=friction)
-        self.going = False
+        self.running = False
         if self.solves == 0 and evaluation.norm <= ACCEPTED:
-            self.found = True
+            self.converged = True
             return
         step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
         self.solves += 1
         if step is None:
             return
         self.change = self.change + step
-        # Next to an onset of slip one step can be ten times too short.
+        # Next to an onset of slip the first step can be ten times too short.
         close = np.linalg.norm(step) <= _SETTLED * np.linalg.norm(self.change)
-        self.found = self.solves > 1 and bool(close)
-        self.going = not self.found and self.solves < _MAX_STEPS
+        self.converged = self.solves > 1 and bool(close)
+        self.running = not self.converged and self.solves < _MAX_STEPS
 
     def result(self) -> Truncation:
         """The error, once the search has ended."""
-        if not self.found:
+        if not self.converged:
             return Truncation(np.inf, np.zeros(0), self.solves)
         if not self.solves:
             return NONE
@@ -145,15 +146,15 @@ class _Search:
 
 def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
     searches = [
-        _Search(*each) for each in zip(problems, larger, unknowns, frequencies, strict=True)
+        _Search(*point) for point in zip(problems, larger, unknowns, frequencies, strict=True)
     ]
-    while going := [search for search in searches if search.going]:
+    while running := [search for search in searches if search.running]:
         try:
-            motions = [search.start + search.change for search in going]
-            located = locate_each([search.larger for search in going], motions)
+            motions = [search.start + search.change for search in running]
+            located = locate_each([search.larger for search in running], motions)
         except ArithmeticError:
-            break  # a step that overshoots all numbers
-        for search, friction in zip(going, located, strict=True):
+            break  # a step that overflows
+        for search, friction in zip(running, located, strict=True):
             search.advance(friction)
     return [search.result() for search in searches]
 
@@ -161,20 +162,20 @@ def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
 def _error(
     larger: HarmonicBalance, start: FloatArray, change: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Relative error of a response that changes so, and what each harmonic adds to it."""
+    """Relative error of a response that changes by ``change``, and the share of each harmonic."""
     motions = [larger.coefficients(u) for u in (start, start + change)]
     before, after = (largest_displacement(larger.basis, motion)[0] for motion in motions)
-    level = reference(after)
-    square = (larger.coefficients(change) / level[:, None]) ** 2
+    size = reference(after)
+    square = (larger.coefficients(change) / size[:, None]) ** 2
     belongs = larger.basis.order[:, None] == np.array(larger.harmonics)
     error = max(
-        float(np.max(np.abs(after - before) / level)),
+        float(np.max(np.abs(after - before) / size)),
         _PHASELESS * float(np.sqrt(square.sum(axis=1)).max()),
     )
     return _SAFETY * error, np.sqrt(square @ belongs).max(axis=0)
 
 
 def reference(amplitude: FloatArray) -> FloatArray:
-    """What errors of displacements are relative to, (n_dof,) [m]."""
+    """Reference displacements of relative errors, (n_dof,) [m]."""
     largest = amplitude.max()
     return np.maximum(amplitude, SMALLEST * largest) if largest else np.ones_like(amplitude)

@@ -1,4 +1,4 @@
-"""A NetCDF archive from a working file, in bounded memory, whole or not at all."""
+"""Writing of a NetCDF archive from its working file, in bounded memory, whole or not at all."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ from symhbm.results import schema, tables
 from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
-from symhbm.results.provenance import Parts
+from symhbm.results.provenance import DatasetParts
 from symhbm.results.tables import Layout
 from symhbm.workers import progress_bar
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     import netCDF4
 
 _SLAB = 2**26
-"""Memory [bytes] of the parameter sets that are written at once."""
+"""Memory [bytes] of the parameter sets written at once: few calls, bounded memory."""
 _CHUNK = 2**20
-"""Memory [bytes] of what is compressed, and read again, at once."""
+"""Memory [bytes] of a chunk, which is compressed and read as a whole."""
 
 
 def merge(store: Store, archive: Path, progress: bool) -> None:
@@ -35,46 +35,46 @@ def merge(store: Store, archive: Path, progress: bool) -> None:
     # Slow to import, and not needed to compute.
     import netCDF4
 
-    part, sample = (store.path.with_name(f"{store.path.name}-{name}") for name in ("nc", "sample"))
+    draft, sample = (store.path.with_name(f"{store.path.name}-{name}") for name in ("nc", "sample"))
     try:
         call = call_of(store)
         layout, dataset = _without_numbers(store, call)
         results = [str(name) for name in dataset.variables if name not in call.variables]
-        write(dataset.drop_vars(results), part)
-        # xarray says how the results of one set are stored; they follow in slabs.
+        write(dataset.drop_vars(results), draft)
+        # xarray chooses types and attributes from the results of one set; all follow in slabs.
         write(dataset.isel(dict.fromkeys(schema.recall(call)[0].dims, slice(1))), sample)
-        with netCDF4.Dataset(part, "a") as target, netCDF4.Dataset(sample) as source:
+        with netCDF4.Dataset(draft, "a") as target, netCDF4.Dataset(sample) as source:
             _fill(store, layout, dataset, source, target, progress)
-        seal(part)
-        os.replace(part, archive)
+        seal(draft)
+        os.replace(draft, archive)
     except ArchiveError:
         raise
     except (OSError, RuntimeError, ValueError) as error:
         # NetCDF does not tell a full disk from any other failure.
-        free = f", {shutil.disk_usage(part.parent).free:,} bytes free" if part.exists() else ""
+        free = f", {shutil.disk_usage(draft.parent).free:,} bytes free" if draft.exists() else ""
         raise ArchiveError(
             f"path={str(archive)!r}: cannot be written ({error}{free}); {store.rest}"
         ) from error
     finally:
-        for file in (part, sample):
+        for file in (draft, sample):
             file.unlink(missing_ok=True)
 
 
 def _without_numbers(store: Store, call: xr.Dataset) -> tuple[Layout, xr.Dataset]:
-    """The layout of all sets, and the dataset of them with nothing in its results."""
+    """The common layout of all sets, and their dataset with padding for results."""
     layout: Layout = {}
-    most, widest = 0, 0
+    n_harmonics, widest = 0, 0
     for number, text in store.layouts():
         layout = tables.common([layout, tables.stored_layout(text)])
-        if layout["harmonics"][1][0] > most:
-            (most,), widest = layout["harmonics"][1], number
+        if layout["harmonics"][1][0] > n_harmonics:
+            (n_harmonics,), widest = layout["harmonics"][1], number
     [(_, encoded)] = store.read(widest, widest)
     results = {
         name: np.broadcast_to(tables.blank(dtype, ()), (store.n_sets, *shape))
         for name, (dtype, shape) in layout.items()
     }
     results["harmonics"] = tables.decode(*encoded)["harmonics"][None]
-    return layout, schema.label(Parts.of(call), *schema.recall(call), results)
+    return layout, schema.label(DatasetParts.of(call), *schema.recall(call), results)
 
 
 def _fill(
@@ -85,34 +85,34 @@ def _fill(
     target: "netCDF4.Dataset",
     progress: bool,
 ) -> None:
-    sweep, task = schema.recall(dataset)
+    sweep, request = schema.recall(dataset)
     for file in (source, target):
         file.set_auto_maskandscale(False)
     target.set_fill_off()
     n_sets = max(1, _SLAB // tables.n_bytes(layout))
     slab = _block(sweep.shape, n_sets)
-    keys = {tables.name_of(key, task): key for key in layout}
+    keys = {tables.name_of(key, request): key for key in layout}
     names = [name for name in source.variables if name not in target.variables]
     for name in names:
         dtype, shape = layout[keys[name]]
         size = max(1, dtype.itemsize * math.prod(shape))
         chunk = _block(sweep.shape, min(n_sets, max(1, _CHUNK // size))) + shape
         _create(source[name], target, dict(dataset.sizes), chunk)
-    # Coordinates that no variable has are named by the file.
+    # Coordinates that belong to no variable are listed in an attribute of the file.
     for name in {"coordinates"} & {*target.ncattrs()}:
         target.delncattr(name)
     target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
-    with progress_bar("curve", progress, store.n_sets, what="archive") as bar:
+    with progress_bar("curve", progress, store.n_sets, label="archive") as bar:
         for corner in itertools.product(*map(range, [0] * len(slab), sweep.shape, slab)):
             region = [
-                slice(at, min(at + step, size))
-                for at, step, size in zip(corner, slab, sweep.shape, strict=True)
+                slice(start, min(start + step, size))
+                for start, step, size in zip(corner, slab, sweep.shape, strict=True)
             ]
-            sizes = tuple(part.stop - part.start for part in region)
-            first = sum(at * math.prod(sweep.shape[i + 1 :]) for i, at in enumerate(corner))
+            sizes = tuple(extent.stop - extent.start for extent in region)
+            first = sum(start * math.prod(sweep.shape[i + 1 :]) for i, start in enumerate(corner))
             rows = store.read(first, first + math.prod(sizes) - 1)
-            found = (tables.decode(*encoded) for _, encoded in rows)
-            stacked = tables.stack(found, len(rows), layout)
+            decoded = (tables.decode(*encoded) for _, encoded in rows)
+            stacked = tables.stack(decoded, len(rows), layout)
             for name in names:
                 values = stacked[keys[name]]
                 if values.size:
@@ -126,7 +126,7 @@ def _fill(
 def _create(
     like: "netCDF4.Variable", target: "netCDF4.Dataset", sizes: dict, chunk: tuple[int, ...]
 ) -> None:
-    """A variable as another, of full size."""
+    """Create a variable with the type and attributes of another, of full size."""
     for dim in like.dimensions:
         if dim not in target.dimensions:
             target.createDimension(dim, sizes[dim])
@@ -144,7 +144,7 @@ def _create(
 
 
 def _block(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
-    """Sizes of blocks of at most so many entries that follow each other in memory.
+    """Sizes of blocks of at most ``most`` entries that are consecutive in memory.
 
     Powers of two, so that larger blocks are made of whole smaller ones.
     """

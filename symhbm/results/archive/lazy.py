@@ -1,4 +1,4 @@
-"""Archives whose numbers are read as they are used: what cannot be read is an ArchiveError."""
+"""Archives that are read as they are used; numbers that cannot be read raise ArchiveError."""
 
 from pathlib import Path
 from typing import Any
@@ -14,39 +14,39 @@ from symhbm.results.archive.working_files import ArchiveError
 def open_lazily(path: Path) -> xr.Dataset:
     """The dataset of a NetCDF file.
 
-    Reading raises ArchiveError where the file was changed since now, or cannot be read.
+    Reading raises ArchiveError where the file was changed after it was opened, or is unreadable.
     """
     return xr.open_dataset(_Archive.open(path))
 
 
 class _Archive(NetCDF4DataStore):
-    """A NetCDF file that stays as it was when it was opened."""
+    """A NetCDF file that may not change after it was opened."""
 
-    def __init__(self, *given: Any, **options: Any):
-        super().__init__(*given, **options)
-        self._state = self._now()
+    def __init__(self, *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        self._opened = self._stamp()
 
     def open_store_variable(self, name: str, var: Any) -> xr.Variable:
-        """A variable that is read with care."""
+        """A variable whose reading checks the file."""
         variable = super().open_store_variable(name, var)
         variable.data = LazilyIndexedArray(_Numbers(name, self))
         return variable
 
-    def _now(self) -> tuple[int, ...] | None:
-        """What tells one state of the file from another; None where it was removed."""
+    def _stamp(self) -> tuple[int, ...] | None:
+        """Number, size and time of the file, which tell its states apart; None if removed."""
         try:
-            about = Path(self._filename).stat()
+            status = Path(self._filename).stat()
         except FileNotFoundError:
             return None
-        return about.st_ino, about.st_size, about.st_mtime_ns
+        return status.st_ino, status.st_size, status.st_mtime_ns
 
     def check(self) -> None:
-        """Raise ArchiveError if there is another file, or another content."""
-        if self._now() not in (self._state, None):
+        """Raise ArchiveError if the file was replaced or changed."""
+        if self._stamp() not in (self._opened, None):
             raise self.unreadable("it was changed after it was opened; load it again")
 
     def unreadable(self, why: object) -> ArchiveError:
-        """What to raise where numbers cannot be had."""
+        """The error of numbers that cannot be read."""
         return ArchiveError(f"path={self._filename!r}: cannot be read ({why})")
 
 

@@ -1,4 +1,4 @@
-"""NetCDF archives: save, load and rebuild."""
+"""Saving and loading of NetCDF archives, and rebuilding of the problems behind them."""
 
 import os
 import tempfile
@@ -17,12 +17,12 @@ from symhbm.results import Description, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
-from symhbm.results.provenance import SCHEMA_VERSION, Parts, describe_problem
+from symhbm.results.provenance import SCHEMA_VERSION, DatasetParts, describe_problem
 from symhbm.results.schema import label, recall
 from symhbm.results.variables import TEXTS
 
 _AT_ONCE = 64
-"""Parameter sets of a working file that are read at once."""
+"""Parameter sets of a working file that are read at once: bounded memory, few reads."""
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
 
 
@@ -52,7 +52,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
     overwrite = check.flag("overwrite", overwrite)
     _check_attributes(dataset)
     target = path_of(path)
-    part = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
+    draft = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
     try:
         if not target.is_dir():
             target = with_suffix(target)
@@ -65,11 +65,11 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
                 f"path={str(target)!r}: there is such a file; overwrite=True replaces it"
             )
         try:
-            write(dataset, part)
-            seal(part)
-            os.replace(part, target)
+            write(dataset, draft)
+            seal(draft)
+            os.replace(draft, target)
         finally:
-            part.unlink(missing_ok=True)
+            draft.unlink(missing_ok=True)
     except FileExistsError:
         raise
     except (OSError, RuntimeError, ValueError) as error:
@@ -78,7 +78,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset to a NetCDF file, which is damaged where that fails."""
+    """Write a dataset to a NetCDF file; a failure leaves a damaged file."""
     encoding = {
         str(name): dict(COMPRESSION)
         for name, variable in dataset.variables.items()
@@ -114,11 +114,11 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     source = existing(path_of(path))
     lazy = check.flag("lazy", lazy)
     if not source.exists():
-        raise FileNotFoundError(f"path={str(source)!r}: no such file{_on_the_way(source)}")
+        raise FileNotFoundError(f"path={str(source)!r}: no such file{_progress_text(source)}")
     if source.name.endswith(SUFFIX):
         return _finished_part(source)
     try:
-        # Where NetCDF reads damaged bytes, it may never come back.
+        # NetCDF may never return from damaged bytes.
         if is_damaged(source):
             raise OSError("it is not as it was written")
         dataset = open_lazily(source) if lazy else xr.load_dataset(source, engine="netcdf4")
@@ -138,8 +138,8 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     return dataset
 
 
-def _on_the_way(archive: Path) -> str:
-    """What there is instead of an archive."""
+def _progress_text(archive: Path) -> str:
+    """Text on the working file of an archive that is not finished; empty without one."""
     file = working_file(archive)
     if not file.exists():
         return ""
@@ -162,20 +162,20 @@ def _finished_part(file: Path) -> xr.Dataset:
         layouts = [encoded[0], *(layout for _, layout in store.layouts())]
         layout = tables.common(map(tables.stored_layout, layouts))
         results = tables.stack(_filled(store, blank), store.n_sets, layout)
-    return label(Parts.of(call), *recall(call), results)
+    return label(DatasetParts.of(call), *recall(call), results)
 
 
 def _filled(store: Store, blank: Table) -> Iterator[Table]:
-    """The tables of all sets in order, a ``blank`` one of those that are not finished."""
+    """The tables of all sets in order, a ``blank`` one for each that is not finished."""
     for first in range(0, store.n_sets, _AT_ONCE):
         last = min(first + _AT_ONCE, store.n_sets) - 1
-        found = dict(store.read(first, last))
+        finished = dict(store.read(first, last))
         for number in range(first, last + 1):
-            yield tables.decode(*found[number]) if number in found else blank
+            yield tables.decode(*finished[number]) if number in finished else blank
 
 
 def call_of(store: Store) -> xr.Dataset:
-    """What is computed, as a working file tells it."""
+    """The dataset without results that a working file was begun with."""
     if store.call is None:
         raise ArchiveError(f"path={str(store.path)!r}: nothing was stored yet; start anew")
     with tempfile.TemporaryDirectory() as folder:
@@ -185,7 +185,7 @@ def call_of(store: Store) -> xr.Dataset:
 
 
 def bytes_of(call: xr.Dataset) -> bytes:
-    """What is computed, as a working file keeps it; ArchiveError if NetCDF cannot hold it."""
+    """A dataset without results as bytes of NetCDF; ArchiveError if NetCDF cannot hold it."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             return save(call, Path(folder, "call.nc")).read_bytes()
@@ -210,12 +210,18 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, "dataset")
     try:
-        condensed = Description(dataset).condensed
-        problem = None if condensed else describe_problem(dataset)
+        description = Description(dataset)
+        incomplete = description.condensed or description.structure
+        problem = None if incomplete else describe_problem(dataset)
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
+    if description.structure is not None:
+        raise ArchiveError(
+            f"dataset: of a structure {description.structure['type']}, whose class is not in it; "
+            "compute on with the problem that gave this dataset"
+        )
     if problem is None:
         raise ArchiveError(
             "dataset: of a condensed structure, whose matrices are not in it; condense the "
@@ -224,16 +230,16 @@ def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
     return problem
 
 
-def check_schema(dataset: xr.Dataset, what: str) -> None:
+def check_schema(dataset: xr.Dataset, source: str) -> None:
     """Raise ArchiveError unless ``dataset`` follows a schema this version can read."""
     number = dataset.attrs.get("symhbm_schema")
     if number is None:
         raise ArchiveError(
-            f"{what}: not written by symhbm (the attribute symhbm_schema is missing)"
+            f"{source}: not written by symhbm (the attribute symhbm_schema is missing)"
         )
     if not isinstance(number, (int, np.integer)) or not 1 <= number <= SCHEMA_VERSION:
         raise ArchiveError(
-            f"{what}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
+            f"{source}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
         )
 
 
@@ -244,14 +250,14 @@ def with_suffix(path: Path) -> Path:
 
 
 def existing(path: Path) -> Path:
-    """An archive or its working file under the name that is given or under that with ``.nc``."""
+    """The path itself if an archive or its working file is there, else the path with ``.nc``."""
     if path.exists() or working_file(path).exists():
         return path
     return with_suffix(path)
 
 
 def path_of(path: object, name: str = "path") -> Path:
-    """A path as such; TypeError that names the argument if it is none."""
+    """The argument as a Path; TypeError that names it if it is no path."""
     try:
         return Path(path)  # type: ignore[arg-type]
     except TypeError:

@@ -1,6 +1,6 @@
-"""A checksum at the end of a file, so that a damaged archive is not believed.
+"""Checksum at the end of a file, which detects damaged archives.
 
-Readers of NetCDF pass over what follows their data; a program that changes the file cuts it off.
+Readers of NetCDF ignore bytes after their data; a program that changes the file cuts them off.
 """
 
 import os
@@ -14,7 +14,7 @@ _LENGTH = len(_MARK) + 9
 _BLOCK = 2**22
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _END_ADDRESS = {0: 40, 1: 44, 2: 28, 3: 28}
-"""Where a file of HDF5 says how long it is, by the version of its first block."""
+"""Offset of the length of an HDF5 file, by the version of its first block."""
 
 
 def seal(path: Path) -> None:
@@ -23,37 +23,37 @@ def seal(path: Path) -> None:
         checksum = _checksum(file, path.stat().st_size)
         file.write(_MARK + b"%08x\n" % checksum)
         file.flush()
-        # Before it is given its name, which outlives a loss of power.
+        # Before the file gets its final name, which would outlive a loss of power.
         os.fsync(file.fileno())
 
 
 def is_damaged(path: Path) -> bool:
-    """Whether a file is not as it was written: reads all of it.
+    """Whether a file differs from what was written; reads all of it.
 
-    One without a seal, whether it is longer or shorter than its data; False if it does not tell.
+    A file without a seal is damaged if its length is not that of its data, as far as it tells.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
         file.seek(max(0, size - 2 * _LENGTH))
         end = file.read()
         if _MARK not in end:
-            # A seal that was lost with the last block of the disk leaves its place.
+            # A seal lost with the last block of the disk leaves other bytes in its place.
             return _end_of_data(file) not in (None, size)
-        found = re.search(re.escape(_MARK) + rb"([0-9a-f]{8})\n\Z", end)
-        if found is None:
+        match = re.search(re.escape(_MARK) + rb"([0-9a-f]{8})\n\Z", end)
+        if match is None:
             return True
         file.seek(0)
-        return _checksum(file, size - _LENGTH) != int(found[1], 16)
+        return _checksum(file, size - _LENGTH) != int(match[1], 16)
 
 
 def _end_of_data(file: BinaryIO) -> int | None:
-    """Length of a file of HDF5 as it says itself, None for any other."""
+    """Length that the header of an HDF5 file states, None for any other file."""
     file.seek(0)
     head = file.read(64)
     if len(head) < 64 or not head.startswith(_HDF5) or head[8] not in _END_ADDRESS:
         return None
-    place = _END_ADDRESS[head[8]]
-    return int.from_bytes(head[place : place + 8], "little")
+    offset = _END_ADDRESS[head[8]]
+    return int.from_bytes(head[offset : offset + 8], "little")
 
 
 def _checksum(file: BinaryIO, size: int) -> int:

@@ -1,4 +1,4 @@
-"""Encoded tables of many curves: in memory as long as they are small, then in a temporary file."""
+"""Encoded tables of many curves: in memory while they are small, then in a temporary file."""
 
 from collections.abc import Iterable, Iterator
 from tempfile import SpooledTemporaryFile
@@ -9,7 +9,7 @@ from symhbm.results import tables
 from symhbm.results.tables import Encoded, Layout
 
 _MEMORY = 2**26
-"""Bytes that are held in memory."""
+"""Bytes held in memory; more goes to disk."""
 
 
 class Spool:
@@ -17,28 +17,28 @@ class Spool:
 
     def __init__(self):
         self._file = SpooledTemporaryFile(_MEMORY)  # noqa: SIM115 (closed with the object)
-        self._places: dict[int, tuple[str, int, int]] = {}
+        self._offsets: dict[int, tuple[str, int, int]] = {}
         self._layouts: dict[str, str] = {}
 
-    def add(self, found: Iterable[tuple[int, Encoded]]) -> None:
-        """Keep some tables."""
-        for number, (layout, data) in found:
-            # Many have the same layout, which is kept once.
-            same = self._layouts.setdefault(layout, layout)
-            self._places[number] = same, self._file.tell(), len(data)
+    def add(self, encoded: Iterable[tuple[int, Encoded]]) -> None:
+        """Keep tables by the number of their parameter set."""
+        for number, (layout, data) in encoded:
+            # Many tables share a layout, which is kept once.
+            shared = self._layouts.setdefault(layout, layout)
+            self._offsets[number] = shared, self._file.tell(), len(data)
             self._file.write(data)
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._offsets)
 
     def stacked(self) -> Table:
         """All tables in the order of their numbers, as one."""
         layout: Layout = tables.common(map(tables.stored_layout, self._layouts))
-        return tables.stack(self._tables(), len(self._places), layout)
+        return tables.stack(self._tables(), len(self._offsets), layout)
 
     def _tables(self) -> Iterator[Table]:
-        for number in sorted(self._places):
-            layout, start, size = self._places[number]
+        for number in sorted(self._offsets):
+            layout, start, size = self._offsets[number]
             self._file.seek(start)
             yield tables.decode(layout, self._file.read(size))
 

@@ -1,12 +1,12 @@
-"""The working file of an archive: finished parameter sets, safe against a kill at any instant.
+"""The working file of an archive: finished parameter sets, safe against a kill at any time.
 
 An SQLite database of one row per set. The journal stays on disk between commits, which takes two
 waits for the disk per commit instead of a new file, and, unlike a write-ahead log, works on network
-file systems. A second, empty database beside it is locked as long as a process writes: its lock
-goes with the process, however that ends, and forked workers do not hold it.
+file systems. A second, empty database beside it is locked while a process writes: the lock ends
+with the process, however that ends, and forked workers do not hold it.
 
-All that is read is compared with a checksum before it is believed. That of a row covers the number
-of its set and the computation it belongs to, and the file tells how many rows there are.
+All data read are compared with a checksum. The checksum of a row covers the number of its set and
+the computation it belongs to, and the file states how many rows there are.
 """
 
 import json
@@ -34,7 +34,7 @@ CREATE TABLE results
 """
 _DAMAGE = {sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_ERROR}
 _DAMAGE |= {sqlite3.SQLITE_TOOBIG, sqlite3.SQLITE_MISMATCH, sqlite3.SQLITE_CONSTRAINT_PRIMARYKEY}
-"""Errors of SQLite that tell of a file which is not as it was written."""
+"""Errors of SQLite that mean a damaged file."""
 
 
 class ArchiveError(OSError, ValueError):
@@ -49,11 +49,11 @@ def working_file(archive: Path) -> Path:
 class Store:
     """The working file at ``path``.
 
-    ``call`` is what it says of the computation, None if it is new, of ``n_sets`` parameter sets;
-    ``done`` are the numbers of those that are finished.
+    ``call`` is the dataset without results, in bytes, None for a new file; ``n_sets`` the number
+    of parameter sets; ``done`` the numbers of the finished ones.
 
-    Raises ArchiveError if it is damaged, held by another process, or cannot be written. To read,
-    it need not be held.
+    Raises ArchiveError if it is damaged, locked by another process, or cannot be written. Reading
+    needs no lock.
     """
 
     def __init__(self, path: Path, write: bool = True):
@@ -67,7 +67,7 @@ class Store:
         try:
             with self._reported("opened"):
                 if write:
-                    self._hold()
+                    self._acquire()
                 self._open(write)
         except BaseException:
             self.close()
@@ -76,27 +76,27 @@ class Store:
     def _open(self, write: bool) -> None:
         if not self._connect(write):
             return
-        # One state of the file, whoever writes to it meanwhile.
+        # A transaction: one state of the file, even if another process writes meanwhile.
         self._execute("BEGIN")
-        self._belong(self._about("call"), int(self._about("n_sets")))
+        self._identify(self._entry("call"), int(self._entry("n_sets")))
         rows = self._execute("SELECT number, layout, content, checksum FROM results")
         for number, layout, content, checksum in rows:
             self._check_row(number, layout, content, checksum)
             self._count(number, layout, checksum)
-        if self._about("rows") != _counted(self._rows, self._total):
+        if self._entry("rows") != _counted(self._rows, self._total):
             raise self._damaged("the number of parameter sets is not as it was written")
         self._execute("COMMIT")
         if write:
-            self._tell("holder", _me())
+            self._put("holder", _this_process())
 
     def _connect(self, write: bool) -> bool:
-        """Whether there is something in the file, of a format that can be read."""
-        # Opened to write, too: a commit that was cut off has to be undone before anything is read.
+        """Whether the file has content; ArchiveError for a format of another version."""
+        # Opened for writing, too: SQLite undoes an interrupted commit before it reads.
         address = f"{self.path.absolute().as_uri()}?mode={'rwc' if write else 'rw'}"
         self._connection = sqlite3.connect(
             address, uri=True, timeout=_PATIENCE, isolation_level=None
         )
-        # Damaged text is no text.
+        # Damaged text need not decode.
         self._connection.text_factory = bytes
         self._connection.execute("PRAGMA journal_mode=PERSIST")
         self._connection.execute("PRAGMA synchronous=FULL")
@@ -115,10 +115,10 @@ class Store:
             )
         return True
 
-    def _hold(self) -> None:
-        held = self.path.with_name(f"{self.path.name}-lock")
+    def _acquire(self) -> None:
+        lock_file = self.path.with_name(f"{self.path.name}-lock")
         while True:
-            self._lock = sqlite3.connect(held, timeout=0, isolation_level=None)
+            self._lock = sqlite3.connect(lock_file, timeout=0, isolation_level=None)
             try:
                 self._lock.execute("PRAGMA journal_mode=OFF")
                 self._lock.execute("BEGIN EXCLUSIVE")
@@ -126,16 +126,16 @@ class Store:
                 if error.sqlite_errorcode != sqlite3.SQLITE_BUSY:
                     raise
                 raise ArchiveError(f"{self._name}: in use by {self._holder()}") from None
-            if held.exists():
+            if lock_file.exists():
                 return
-            # Its last holder has just removed it.
+            # The last holder has just removed the lock file.
             self._lock.close()
 
     def _holder(self) -> str:
         with suppress(ArchiveError, sqlite3.Error):
             self._connect(write=False)
-            told = json.loads(self._about("holder"))
-            return f"process {told['process']} on {told['host']} since {told['since']}"
+            holder = json.loads(self._entry("holder"))
+            return f"process {holder['process']} on {holder['host']} since {holder['since']}"
         return "another process"
 
     @property
@@ -143,27 +143,28 @@ class Store:
         return f"path={str(self.path)!r}"
 
     @contextmanager
-    def _reported(self, done: str) -> Iterator[None]:
+    def _reported(self, action: str) -> Iterator[None]:
+        """Raise errors of SQLite as ArchiveError; ``action`` is what the file cannot be."""
         try:
             yield
-        # What SQLite says of damaged text may be no text itself.
+        # Messages of SQLite on damaged text need not decode.
         except UnicodeDecodeError as error:
             raise self._damaged(str(error)) from error
         except sqlite3.Error as error:
             code = getattr(error, "sqlite_errorcode", None)
             if code in _DAMAGE:
                 raise self._damaged(str(error)) from error
-            text = f"{self._name}: the working file cannot be {done} ({error})"
+            text = f"{self._name}: the working file cannot be {action} ({error})"
             raise ArchiveError(text if self.call is None else f"{text}; {self.rest}") from error
 
     @property
     def rest(self) -> str:
-        """What a failure leaves, in words."""
+        """Text on the results that are safe after a failure."""
         if self.path.exists():
             safe = f"{len(self.done)} of {self.n_sets} parameter sets are safe in"
             return f"{safe} {self.path.name!r}, the same call goes on with them"
-        what = repr(self.path.name) if self.path.parent.is_dir() else "the directory"
-        return f"{what} was removed, and with it all results; the same call starts anew"
+        removed = repr(self.path.name) if self.path.parent.is_dir() else "the directory"
+        return f"{removed} was removed, and with it all results; the same call starts anew"
 
     def _damaged(self, why: str) -> ArchiveError:
         return ArchiveError(
@@ -174,23 +175,23 @@ class Store:
         assert self._connection is not None
         return self._connection.execute(command, values)
 
-    def _about(self, name: str) -> bytes:
+    def _entry(self, name: str) -> bytes:
         command = "SELECT value, checksum FROM about WHERE name=?"
         value, checksum = self._execute(command, (name,)).fetchone() or (None, None)
         if not isinstance(value, bytes) or checksum != zlib.crc32(value, zlib.crc32(name.encode())):
             raise self._damaged(f"what it says about {name} is not as it was written")
         return value
 
-    def _tell(self, name: str, value: bytes) -> None:
+    def _put(self, name: str, value: bytes) -> None:
         checksum = zlib.crc32(value, zlib.crc32(name.encode()))
         command = "INSERT OR REPLACE INTO about VALUES (?, ?, ?)"
         self._execute(command, (name, value, checksum))
 
-    def _belong(self, call: bytes, n_sets: int) -> None:
+    def _identify(self, call: bytes, n_sets: int) -> None:
         self.call, self.n_sets, self._origin = call, n_sets, zlib.crc32(call)
 
     def _checksum(self, number: int, layout: bytes, content: int) -> int:
-        """Checksum of a row: the same results of another set or computation have another."""
+        """Checksum of a row, which differs between sets and computations with equal results."""
         return zlib.crc32(layout, zlib.crc32(f"{number} {content} ".encode(), self._origin))
 
     def _check_row(self, number: int, layout: Any, content: Any, checksum: Any) -> None:
@@ -201,22 +202,22 @@ class Store:
         return self._damaged(f"parameter set {number} is not as it was written")
 
     def _count(self, number: int, layout: bytes, checksum: int) -> None:
-        """Remember a row that is in the file."""
+        """Count a row of the file."""
         self._rows, self._total = self._rows + 1, self._total + checksum
         if number >= 0:
             self.done.add(number)
             self._layouts[layout] = min(number, self._layouts.get(layout, number))
 
     def begin(self, call: bytes, n_sets: int, blank: Encoded) -> None:
-        """Say what is computed, and what a set looks like that is not."""
+        """Write the call and the ``blank`` table of sets that are not computed."""
         assert self._connection is not None
         with self._reported("written"):
-            self._belong(call, n_sets)
+            self._identify(call, n_sets)
             try:
                 self._connection.executescript(_SCHEMA)
-                self._tell("call", call)
-                self._tell("n_sets", str(n_sets).encode())
-                self._tell("holder", _me())
+                self._put("call", call)
+                self._put("n_sets", str(n_sets).encode())
+                self._put("holder", _this_process())
                 self._execute(f"PRAGMA user_version={_FORMAT}")
                 self._insert([(-1, blank)])
             except sqlite3.Error:
@@ -224,55 +225,55 @@ class Store:
                 self.close()
                 raise
 
-    def add(self, found: Sequence[tuple[int, Encoded]]) -> None:
-        """Keep the results of some parameter sets, by number; on return they are safe."""
-        if not found:
+    def add(self, encoded: Sequence[tuple[int, Encoded]]) -> None:
+        """Store the results of parameter sets, by number; on return they are safe on disk."""
+        if not encoded:
             return
         with self._reported("written"):
-            # The disk is waited for once, however many they are.
+            # One transaction waits for the disk once, however many rows it has.
             self._execute("BEGIN IMMEDIATE")
-            self._insert(found)
+            self._insert(encoded)
 
-    def _insert(self, found: Sequence[tuple[int, Encoded]]) -> None:
+    def _insert(self, encoded: Sequence[tuple[int, Encoded]]) -> None:
         """Add rows, and end the transaction."""
         heads = []
-        for number, (text, data) in found:
+        for number, (text, data) in encoded:
             layout, content = text.encode(), zlib.crc32(data)
             checksum = self._checksum(number, layout, content)
             row = number, layout, content, checksum, data
             self._execute("INSERT INTO results VALUES (?, ?, ?, ?, ?)", row)
             heads.append((number, layout, checksum))
         total = self._total + sum(checksum for *_, checksum in heads)
-        self._tell("rows", _counted(self._rows + len(heads), total))
+        self._put("rows", _counted(self._rows + len(heads), total))
         self._execute("COMMIT")
         for head in heads:
             self._count(*head)
 
     def layouts(self) -> Iterator[tuple[int, str]]:
-        """All layouts of finished sets, and the number of a set of each."""
+        """The layouts of finished sets, each with the number of a set that has it."""
         return ((number, layout.decode()) for layout, number in self._layouts.items())
 
     def read(self, first: int, last: int) -> list[tuple[int, Encoded]]:
-        """Finished sets with numbers from ``first`` to ``last``, in order; -1 is a blank one."""
+        """Finished sets with numbers from ``first`` to ``last``, in order; -1 is the blank one."""
         with self._reported("read"):
             rows = self._execute(
                 "SELECT * FROM results WHERE number BETWEEN ? AND ? ORDER BY number", (first, last)
             ).fetchall()
-        found = {}
+        tables = {}
         for number, layout, content, checksum, data in rows:
             self._check_row(number, layout, content, checksum)
             if not isinstance(data, bytes) or content != zlib.crc32(data):
                 raise self._row_damaged(number)
-            # Others may have come since the file was opened.
+            # Another process may have added sets after the file was opened.
             if number in self.done or number == -1:
-                found[number] = layout.decode(), data
+                tables[number] = layout.decode(), data
         for number in range(first, last + 1):
-            if number in self.done and number not in found:
+            if number in self.done and number not in tables:
                 raise self._row_damaged(number)
-        return [*found.items()]
+        return [*tables.items()]
 
     def remove(self) -> None:
-        """Remove the file, which is needed no more, and let go of it."""
+        """Remove the file and release its lock."""
         if self._connection is not None:
             self._connection.close()
         self.path.unlink(missing_ok=True)
@@ -280,12 +281,12 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file and release its lock."""
         if self._connection is not None:
             self._connection.close()
         if self._lock is not None:
             if self._lock.in_transaction:
-                # Before it is let go, so that nobody holds a file that is no more.
+                # Removed while locked: otherwise another process could lock a removed file.
                 with suppress(OSError):
                     self.path.with_name(f"{self.path.name}-lock").unlink()
             self._lock.close()
@@ -298,12 +299,12 @@ class Store:
         self.close()
 
 
-def _me() -> bytes:
+def _this_process() -> bytes:
     since = time.strftime("%Y-%m-%d %H:%M:%S")
-    about = {"process": os.getpid(), "host": socket.gethostname(), "since": since}
-    return json.dumps(about).encode()
+    holder = {"process": os.getpid(), "host": socket.gethostname(), "since": since}
+    return json.dumps(holder).encode()
 
 
 def _counted(rows: int, total: int) -> bytes:
-    """How many rows there are, and the sum of their checksums."""
+    """The number of rows and the sum of their checksums."""
     return f"{rows} {total}".encode()

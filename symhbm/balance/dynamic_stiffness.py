@@ -1,4 +1,4 @@
-"""The linear part of Eq. (9) of a condensed structure, beside the compiled forces of contacts."""
+"""The linear part of Eq. (9) by its dynamic stiffness, beside the compiled forces of contacts."""
 
 from dataclasses import replace
 
@@ -6,18 +6,17 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation
-from symhbm.model.condensation import CondensedModel
+from symhbm.model import Excitation, Structure
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 
-class CondensedForces:
-    """Dynamic stiffness and effective force of a condensed model under one force shape.
+class DynamicStiffness:
+    """Dynamic stiffness of a structure without matrices, and what it feels of one force shape.
 
     Motions and forces of one harmonic are ``a + i b`` of their coefficients, which makes the
     dynamic stiffness the conjugate of that of ``a - i b``.
 
-    ValueError for harmonics or a force that the model was not condensed for.
+    ValueError for harmonics or a force that the structure is not made for.
 
     Attributes
     ----------
@@ -27,41 +26,40 @@ class CondensedForces:
     largest
         Largest coefficient of the force of unit amplitude.
     static : (n_dof, n_dof + n_patterns)
-        ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics.
+        ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics where they are
+        known as functions with poles; None where corrections go step by step.
     mass : (n_dof, n_dof)
-        Of what is kept, and of the interior as far as it follows without delay [kg].
+        The inertia [kg] that an amplification is told by, None where the slope of the dynamic
+        stiffness tells.
     """
 
-    def __init__(self, model: CondensedModel, excitation: Excitation, basis: FourierBasis):
-        if not {*basis.harmonics} <= {*model.harmonics}:
-            raise ValueError(
-                f"harmonics={basis.harmonics}: expected harmonics that the structure was condensed "
-                f"for, {model.harmonics}"
-            )
-        shape = excitation.shape(model.n_whole, basis)
-        own, share = shape[model.dofs], model.share(shape)
+    def __init__(self, structure: Structure, excitation: Excitation, basis: FourierBasis):
+        structure.check_harmonics(basis.harmonics)
+        shape = excitation.shape(structure.n_whole, basis)
+        own, share = structure.split_force(shape)
         self.largest = float(np.abs(shape).max())
-        self._model, self._basis = model, basis
+        self._structure, self._basis = structure, basis
         self.n_components = basis.n_components
-        self.static, self.band_functions = model.seen.static, model.matrices
-        self.mass = model.seen.undamped.polynomial[2].real
+        self.band_functions, self.mass = structure.pole_residues, structure.inertia
         self.parts = []
         for n in basis.harmonics:
             first = basis.component(n)
             at = slice(first, first + 1 + (n > 0))
             self.parts.append((n, at, _complex(own[:, at]), _complex(share[:, at])))
 
+    @property
+    def static(self) -> FloatArray:
+        """``[Z, G]`` at rest."""
+        return np.asarray(self._structure.linear_forces(0, 0.0)[0].real, dtype=float)
+
     def _felt(self, n: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
-        """``[Z, G]`` of one harmonic and its derivative by the frequency."""
-        if n == 0:
-            static = self._model.seen.static.astype(complex)
-            return static, np.zeros_like(static)
-        value, slope = self._model.matrices[n](n * frequency)
-        return value.conj(), n * slope.conj()
+        """``[Z, G]`` of one harmonic and its derivative by the frequency, of ``a + i b``."""
+        value, slope = self._structure.linear_forces(n, frequency)
+        return value.conj(), slope.conj()
 
     def shape(self, frequency: float) -> FloatArray:
         """The force of unit amplitude that the kept degrees of freedom feel, (n_unknowns,)."""
-        size = self._model.n_dof
+        size = self._structure.n_dof
         result = np.zeros((size, self._basis.n_components))
         for n, at, own, share in self.parts:
             force = own + self._felt(n, frequency)[0][:, size:] @ share
@@ -72,7 +70,7 @@ class CondensedForces:
         self, contacts: Evaluation, unknowns: FloatArray, frequency: float, amplitude: float
     ) -> Evaluation:
         """The equations at one point from those of the contacts alone."""
-        size, n_components = self._model.n_dof, self._basis.n_components
+        size, n_components = self._structure.n_dof, self._basis.n_components
         x = unknowns.reshape(size, n_components)
         forces, slopes, terms = np.empty((3, size, n_components))
         jacobian = contacts.jacobian
@@ -109,9 +107,19 @@ class CondensedForces:
 
         Of what is kept, and of the interior as far as it follows without delay.
         """
-        inertia = self.mass @ (unknowns.reshape(len(self.mass), -1) * self._basis.order**2)
+        x = unknowns.reshape(self._structure.n_dof, -1)
         force = abs(amplitude) * self.largest
-        return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
+        if force == 0:
+            return 0.0
+        if self.mass is not None:
+            inertia = self.mass @ (x * self._basis.order**2)
+            return float(frequency**2 * np.abs(inertia).max() / force)
+        largest = 0.0
+        for n, at, *_ in self.parts:
+            # Of springs and masses, -n omega / 2 times the slope is the inertia.
+            slope = self._felt(n, frequency)[1][:, : len(x)].real
+            largest = max(largest, float(np.abs(slope @ _complex(x[:, at])).max()))
+        return frequency / 2 * largest / force
 
 
 def _complex(components: FloatArray) -> ComplexArray:

@@ -1,0 +1,195 @@
+"""Intermediate solutions for response curves that are interpolated between path points.
+
+Continuation steps may be too long for drawing. The amplitude interpolated from amplitudes and
+slopes is compared with that of the interpolated states; where they differ, the path is solved for
+in between.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation.between.slopes import Slopes
+from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
+from symhbm.continuation.newton import ACCEPTED, slope_of
+from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
+from symhbm.continuation.segment import PathState, Segment, measure
+from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
+
+TOLERANCE = 0.005
+"""Relative error of the largest response between two points: 0.04 dB."""
+_TOLERANCE_PER_DOF = 0.01
+"""Relative error of the response of each degree of freedom."""
+_SMALL_SHARE = 1e-3
+"""Share of the largest response that is the least reference of errors per degree of freedom."""
+_SHARES = np.array([0.25, 0.5, 0.75])
+_MAX_DEPTH = 6
+_BATCH_SIZE = 2**16
+"""Amplitudes evaluated at once, which bounds the memory of large structures."""
+
+
+class _Ends(NamedTuple):
+    """Two neighbouring solutions after a path point, and whether each is a smooth fold."""
+
+    number: int
+    left: PathState
+    right: PathState
+    folds: tuple[bool, bool] = (False, False)
+
+
+def is_smooth_fold(point: PathPoint) -> bool:
+    """Whether the point is a fold that is no corner: its tangent is normal to the parameter."""
+    is_fold = any(event.kind == EventKind.FOLD for event in point.events)
+    return is_fold and np.array_equal(point.before, point.after)
+
+
+def solved_between(
+    points: Sequence[PathPoint], corrector: Corrector, per_dof: bool = False
+) -> dict[int, list[tuple[PathState, int]]]:
+    """Solutions needed between path points, by the index of the point before, along the path.
+
+    Each comes with the number of linear solves it took. Interpolation then gives the largest
+    response within about `TOLERANCE`, and with ``per_dof`` also that of each degree of freedom.
+    """
+    solutions: dict[int, list[tuple[PathState, int]]] = {}
+    segments = _segments(points)
+    for _ in range(_MAX_DEPTH):
+        halves = []
+        for segment, share in zip(
+            segments, _needed_shares(segments, corrector, per_dof), strict=True
+        ):
+            solves_before = corrector.solves
+            middle = _solution(segment, corrector, points[segment.number], share) if share else None
+            if middle is not None:
+                solution = middle, corrector.solves - solves_before
+                solutions.setdefault(segment.number, []).append(solution)
+                halves.append(segment._replace(right=middle, folds=(segment.folds[0], False)))
+                halves.append(segment._replace(left=middle, folds=(False, segment.folds[1])))
+        segments = halves
+    for number, several in solutions.items():
+        heading = np.sign(points[number + 1].value - points[number].value)
+        several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
+    return solutions
+
+
+def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
+    """The segments of finite length and bounded amplification."""
+    segments = []
+    for i, (point, following) in enumerate(pairwise(points)):
+        unbounded = max(point.amplification, following.amplification) > UNBOUNDED_AMPLIFICATION
+        if not unbounded and point.value != following.value:
+            ends = PathState(point.state, point.after), PathState(following.state, following.before)
+            segments.append(_Ends(i, *ends, (is_smooth_fold(point), is_smooth_fold(following))))
+    return segments
+
+
+def _needed_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
+    """Shares (n,) of the segments at which a solution is needed, 0 where none is.
+
+    Where the response is single-valued, they are shares of the parameter interval.
+    """
+    size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
+    batches = [segments[i : i + size] for i in range(0, len(segments), size)]
+    return np.concatenate(
+        [_batch_shares(batch, corrector, per_dof) for batch in batches] or [np.empty(0)]
+    )
+
+
+def _batch_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
+    """Those of one batch: the samples of the largest error above the tolerance."""
+    curve = corrector.curve
+    left, right = (
+        Slopes.of(
+            curve.problem,
+            PathState(
+                np.array([getattr(segment, side).state for segment in segments]),
+                np.array([getattr(segment, side).direction for segment in segments]),
+            ),
+        )
+        for side in ("left", "right")
+    )
+    width = (right.state - left.state)[:, -1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, last = (
+            np.where(fold[:, None], np.inf, width * at.slope / at.direction[:, -1:])[:, None]
+            for at, fold in zip(
+                (left, right), np.array([segment.folds for segment in segments]).T, strict=True
+            )
+        )
+    slopes = first, last
+    scale = np.array([curve.scale(segment.left.state) for segment in segments])
+    measured = measure(curve.single_valued, left, right, scale)
+    tangents = [[measured.left, measured.right]]
+    if curve.single_valued:
+        # A cubic over the parameter differs from one over the arc length: the worse one counts.
+        tangents.append([width * at.direction / at.direction[:, -1:] for at in (left, right)])
+    error = np.zeros((len(segments), len(_SHARES)))
+    for first, last in tangents:
+        pair = first[:, None], last[:, None]
+        state = cubic(left.state[:, None], right.state[:, None], pair, _SHARES[:, None])
+        expected = _amplitude(curve.problem, state[..., :-1])
+        share = (state[..., -1:] - left.state[:, None, -1:]) / width[:, None]
+        ends = left.amplitude[:, None], right.amplitude[:, None]
+        drawn = amplitude_between(*ends, slopes, np.clip(share, 0.0, 1.0))
+        error = np.maximum(error, _relative_error(drawn, expected, per_dof))
+    worst = error.argmax(axis=1)
+    return np.where(error.max(axis=1) > 1, _SHARES[worst], 0.0)
+
+
+def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+    """Largest displacements (..., n_dof) of motions (..., n_unknowns)."""
+    motions = unknowns.reshape(-1, problem.basis.n_components)
+    return largest_displacement(problem.basis, motions)[0].reshape(*unknowns.shape[:-1], -1)
+
+
+def _relative_error(drawn: FloatArray, expected: FloatArray, per_dof: bool) -> FloatArray:
+    """Largest difference of the amplitudes (..., n_dof), relative to the tolerance."""
+    largest = expected.max(axis=-1)
+    scale = np.where(largest > 0, largest, 1.0)
+    error = np.abs(drawn.max(axis=-1) - largest) / (TOLERANCE * scale)
+    if not per_dof:
+        return error
+    scale_per_dof = _TOLERANCE_PER_DOF * np.maximum(expected, _SMALL_SHARE * scale[..., None])
+    return np.maximum(error, (np.abs(drawn - expected) / scale_per_dof).max(axis=-1))
+
+
+def _solution(
+    segment: _Ends, corrector: Corrector, point: PathPoint, share: float
+) -> PathState | None:
+    """The solution at a share of the segment, None if a contact leaves its state."""
+    curve = corrector.curve
+    if curve.single_valued:
+        solution = _solution_at_value(segment, corrector, point, share)
+    else:
+        solution = Segment(corrector, segment.left, segment.right, point.slip).solve(share)
+        low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
+        if solution is None or not low < solution.state[-1] < high:
+            return None
+    if solution is None:
+        return None
+    norm = curve.evaluate(solution.state[:-1], float(solution.state[-1])).norm
+    return solution if norm <= ACCEPTED else None
+
+
+def _solution_at_value(
+    segment: _Ends, corrector: Corrector, point: PathPoint, share: float
+) -> PathState | None:
+    """The solution at a share of the parameter interval."""
+    curve, left, right = corrector.curve, segment.left, segment.right
+    width = right.state[-1] - left.state[-1]
+    slopes = tuple(width * end.direction / end.direction[-1] for end in (left, right))
+    guess = cubic(left.state, right.state, slopes, share)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
+    corrected = corrector.correct(guess, scale, plane, point.slip)
+    if corrected is not None and not corrected.crosses:
+        return PathState(corrected.point, corrected.direction * scale)
+    value = float(guess[-1])
+    result = corrector.free(guess[:-1], value)
+    if not result.converged:
+        return None
+    direction = np.sign(width) * np.append(slope_of(result.evaluation), 1.0)
+    return PathState(np.append(result.unknowns, value), direction)

@@ -1,0 +1,141 @@
+"""Location of one amplitude maximum between two solutions: the zero of its slope along the path."""
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from symhbm.continuation.between.slopes import Slopes
+from symhbm.continuation.segment import Segment
+from symhbm.numerics import FloatArray
+
+CORNER_JUMP = 1e-6
+"""Jump of a slope, relative to the slopes around, from which a maximum is a corner."""
+_SMALL_SLOPE = 1e-2
+"""Slope at an end, relative to the larger one, below which its tangent is too inaccurate."""
+_SIDE_DISTANCE = 1e-6
+"""Distance from a maximum, as a share of the segment, at which the signs of slopes are checked."""
+_MAX_RATIO = 1e4
+"""Largest distance of two solutions over that of their planes along a continuous path."""
+_ROUND_OFF = 1e-10
+"""Distance of two solutions, relative to the response, that round-off explains."""
+_MAX_SECANTS = 12
+_PRECISION = 1e-11
+"""Last secant step, as a share of the segment."""
+
+
+class PeakKind(StrEnum):
+    """Kinds of peaks; an unbounded one exceeds what the balance resolves in double precision."""
+
+    SMOOTH = "smooth"
+    CORNER = "corner"
+    UNBOUNDED = "unbounded"
+
+
+class LocatedMaximum(NamedTuple):
+    """A maximum of the responses ``dofs``: its ``share`` of the segment and the solution ``at`` it.
+
+    ``solves`` counts the linear solves spent on it.
+    """
+
+    share: float
+    at: Slopes
+    kind: PeakKind
+    dofs: tuple[int, ...]
+    solves: int
+
+
+def locate_maximum(
+    segment: Segment, left: Slopes, right: Slopes, dof: int, start: float
+) -> LocatedMaximum | None:
+    """The maximum of one amplitude between two solutions, where its slope changes sign.
+
+    ``start`` is its estimated share of the segment. None if the iteration does not converge.
+    """
+    visited: dict[float, Slopes] = {}
+    solves_before = segment.corrector.solves
+
+    def slope(share: float) -> float:
+        if share not in visited:
+            nearest = min(visited.items(), key=lambda s: abs(s[0] - share), default=None)
+            solution = segment.solve(share, nearest) if 0 <= share <= 1 else None
+            if solution is None:
+                raise ArithmeticError
+            visited[share] = Slopes.of(segment.curve.problem, solution)
+        return float(visited[share].slope[dof])
+
+    # A small slope is as inaccurate as the tangent of its point: solve for both anew.
+    ends = float(left.slope[dof]), float(right.slope[dof])
+    scale = max(ends[0], -ends[1])
+    try:
+        left_slope, right_slope = (
+            s if abs(s) > _SMALL_SLOPE * scale else slope(float(h)) for h, s in enumerate(ends)
+        )
+        if left_slope <= 0 or right_slope >= 0:
+            share = 0.0 if left_slope <= 0 else 1.0
+        else:
+            share = falling_zero(slope, left_slope, right_slope, start)
+        slope(share)
+    except ArithmeticError:
+        return None
+    at, solves = visited[share], segment.corrector.solves - solves_before
+    jumps = abs(at.slope[dof]) > CORNER_JUMP * scale and 0.0 < share < 1.0
+    if jumps and not _is_continuous(segment, visited, share):
+        return None
+    return LocatedMaximum(share, at, PeakKind.CORNER if jumps else PeakKind.SMOOTH, (dof,), solves)
+
+
+def _is_continuous(segment: Segment, visited: dict[float, Slopes], share: float) -> bool:
+    """Whether a solution is close to its neighbours: at a corner slopes jump, solutions do not."""
+    for side in (-1, 1):
+        neighbour = min(
+            (h for h in visited if h * side > share * side), key=lambda h: h * side, default=share
+        )
+        distance = np.linalg.norm((visited[neighbour].state - visited[share].state) / segment.scale)
+        if distance > _MAX_RATIO * segment.length * abs(neighbour - share) + _ROUND_OFF:
+            return False
+    return True
+
+
+def estimated_maximum(slopes: FloatArray, slip_events: NDArray[np.bool_]) -> float:
+    """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative."""
+    fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
+    inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
+    share = float(fall + inside) / (len(slopes) - 1)
+    if slip_events[0] == slip_events[1]:
+        return share
+    # Samples are evenly spaced in the square root of the distance from the slip event.
+    return share**2 if slip_events[0] else 1 - (1 - share) ** 2
+
+
+def falling_zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
+    """Share of the segment where a slope falls through zero, by secants from the ``start``.
+
+    ``low`` and ``high`` are its values at both ends. Brent's method takes over where secants fail.
+    """
+    values = {0.0: low, 1.0: high}
+
+    def value(share: float) -> float:
+        if share not in values:
+            values[share] = slope(share)
+        return values[share]
+
+    start_value = value(start)
+    opposite_end = 1.0 if start_value > 0 else 0.0  # its slope has the other sign
+    share, previous = start, opposite_end
+    for _ in range(_MAX_SECANTS):
+        change = value(share) - value(previous)
+        step = -value(share) * (share - previous) / change if change else np.inf
+        if not 0 <= share + step <= 1:
+            break
+        share, previous = share + step, share
+        if abs(step) <= _PRECISION:
+            left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
+            right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)
+            if values[left] >= 0 >= values[right]:
+                return share
+            break
+    return float(scipy.optimize.brentq(value, 0, 1, xtol=1e-13))  # type: ignore

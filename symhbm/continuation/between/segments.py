@@ -1,0 +1,116 @@
+"""Segments between the points of a path as arrays, and their division."""
+
+from collections.abc import Sequence
+from typing import Any, Generic, NamedTuple, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
+from symhbm.continuation.segment import Measure, PathState, Segment
+from symhbm.numerics import FloatArray
+
+At = TypeVar("At", bound=PathState)
+
+
+class Segments(NamedTuple, Generic[At]):
+    """Segments of a path without an event in between, arrays along the first axis.
+
+    ``number`` (n,) is the index of the path point before each; ``begin`` and ``width`` (n,) are
+    shares of the distance from that point to the next. ``left`` and ``right`` are the solutions at
+    both ends; ``before`` and ``after`` those next to them, NaN where there are none or an event
+    lies between. ``scale`` is (n, n_unknowns + 1), ``slip_events`` (n, 2) tells at which end slip
+    begins or ends, ``slip`` (n, n_contacts) holds the contact states.
+    """
+
+    number: NDArray[np.intp]
+    begin: FloatArray
+    width: FloatArray
+    left: At
+    right: At
+    before: PathState
+    after: PathState
+    scale: FloatArray
+    slip_events: NDArray[np.bool_]
+    slip: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, points: Sequence[PathPoint], before: At, after: At) -> Self:
+        """The segments between consecutive points, without those of unbounded amplification.
+
+        ``before`` and ``after`` are the points with their tangents on either side.
+        """
+        smooth = ~np.array([bool(point.events) for point in points])
+        onset, end = (
+            np.array([any(event.kind == kind for event in p.events) for p in points])
+            for kind in (EventKind.ONSET, EventKind.END)
+        )
+        unbounded = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
+        count = len(points) - 1
+        segments = cls(
+            number=np.arange(count),
+            begin=np.zeros(count),
+            width=np.ones(count),
+            left=after[:-1],
+            right=before[1:],
+            before=_neighbours(after, smooth[:-1], np.arange(-1, count - 1)),
+            after=_neighbours(before, smooth[1:], np.arange(2, count + 2)),
+            scale=np.array([point.scale for point in points[:-1]]),
+            slip_events=np.stack([onset[:-1], end[1:]], axis=-1),
+            slip=np.array([point.slip for point in points[:-1]]),
+        )
+        return segments.take(~(unbounded[:-1] | unbounded[1:]))
+
+    def take(self, index: Any) -> Self:
+        """A selection of the segments."""
+        columns: Any = (values[index] for values in self)
+        return type(self)(*columns)
+
+    def batches(self, size: int) -> list[Self]:
+        """The segments in batches of at most ``size``."""
+        return [self.take(slice(i, i + size)) for i in range(0, len(self.number), size)]
+
+    def segment(self, corrector: Corrector, measured: Measure) -> Segment:
+        """The one segment in this selection, with a corrector."""
+        return Segment(corrector, self.left, self.right, self.slip, self.scale, measured)
+
+    def divided(self, share: FloatArray, middle: At, scale: FloatArray) -> Self:
+        """Both parts of each segment, divided at solutions ``middle`` at a ``share`` (n,) of it."""
+        inner = np.zeros(len(share), dtype=bool)
+        first = self._replace(
+            width=self.width * share,
+            right=middle,
+            after=self.right.bare(),
+            slip_events=np.stack([self.slip_events[:, 0], inner], axis=-1),
+        )
+        second = self._replace(
+            begin=self.begin + self.width * share,
+            width=self.width * (1 - share),
+            left=middle,
+            before=self.left.bare(),
+            scale=scale,
+            slip_events=np.stack([inner, self.slip_events[:, 1]], axis=-1),
+        )
+        return self.joined([first, second])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """The segments of several collections in one."""
+        columns: Any = []
+        for column in zip(*parts, strict=True):
+            is_path_state: Any = isinstance(column[0], PathState)
+            columns.append(column[0].joined(column) if is_path_state else np.concatenate(column))
+        return cls(*columns)
+
+
+def _neighbours(
+    path_states: PathState, valid: NDArray[np.bool_], index: NDArray[np.intp]
+) -> PathState:
+    """The path states at an index (n,), NaN where not ``valid`` or out of range."""
+    size = len(path_states.state)
+    valid = (valid & (index >= 0) & (index < size))[:, None]
+    values = (
+        array[np.clip(index, 0, size - 1)] for array in (path_states.state, path_states.direction)
+    )
+    return PathState(*(np.where(valid, array, np.nan) for array in values))

@@ -1,0 +1,182 @@
+"""Structures given by mass, damping and stiffness matrices.
+
+``M x'' + C x' + K x + sum_j w_j f_j(w_j^T x) = F(t)``, the contacts being those of `Structure`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from symhbm.model.mass import check_semidefinite
+from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
+from symhbm.model.structure import Structure
+from symhbm.numerics import ComplexArray, FloatArray, check
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Model(Structure):
+    """Structure of Eqs. (1)-(2) with general matrices and contacts.
+
+    Parameters
+    ----------
+    mass_matrix, damping_matrix, stiffness_matrix : (n_dof, n_dof)
+        Dense or `scipy.sparse` [kg, N s/m, N/m].
+    contacts : sequence of (dof, dof) or (dof,)
+        The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
+        connected to the ground.
+    contact_stiffness, friction_coefficient, normal_load : one value or one per contact
+        ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element: all three, or none where
+        the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
+    cubic_stiffness : one value or one per contact
+        ``gamma`` [N/m^3] of the force ``gamma y^3``, of any sign.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a matrix is not square, real and finite, if damping or stiffness have a negative diagonal
+        entry, if a contact joins a degree of freedom to itself or to one that does not exist, or if
+        a parameter of the contacts is missing, or one of friction is negative; for a mass matrix
+        that is not symmetric or not positive semidefinite.
+
+    Notes
+    -----
+    Degrees of freedom without inertia, rotations of lumped masses for example, are let pass here,
+    by `frf`, `follow` and `solve`. `periodic_motion`, `condense` and bands found from natural
+    frequencies need a positive definite mass matrix, and refuse others; ``stability`` is unknown
+    without.
+
+    Each contact has one direction and slips by itself. Two of them along two axes of one place are
+    no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at
+    sqrt(2) times its force. The model knows degrees of freedom and no places, and cannot tell.
+    Where the direction of motion is known, make that a degree of freedom.
+
+    Examples
+    --------
+    Two masses, one contact between them and one between the second and the ground:
+
+    >>> import symhbm as sh
+    >>> model = sh.Model(
+    ...     [[1, 0], [0, 1]], [[0.5, 0], [0, 0.5]], [[2e4, -1e4], [-1e4, 1e4]],
+    ...     contacts=[(0, 1), (1,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[3, 5],
+    ... )
+    >>> model.with_parameters(normal_load=4).normal_load
+    array([4., 4.])
+    """
+
+    mass_matrix: Any
+    damping_matrix: Any
+    stiffness_matrix: Any
+    contacts: Any = ()
+    contact_stiffness: Any = None
+    friction_coefficient: Any = None
+    normal_load: Any = None
+    cubic_stiffness: Any = None
+    lumped: bool = False
+
+    def __post_init__(self):
+        put = object.__setattr__
+        size = None
+        for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
+            matrix = _matrix(name, getattr(self, name), size)
+            size = matrix.shape[0]
+            put(self, name, matrix)
+        check_semidefinite(self.mass_matrix)
+        self._set_contacts(
+            self.contacts, **{name: getattr(self, name) for name in CONTACT_PARAMETERS}
+        )
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.mass_matrix.shape[0])
+
+    @property
+    def parameters(self) -> dict[str, FloatArray]:
+        """Named parameters: per blade (of a lumped model only) and per contact."""
+        named: dict[str, FloatArray] = {}
+        if self.lumped:
+            named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
+        return named | super().parameters
+
+    def _put(self, name: str, value: ArrayLike) -> None:
+        if name in BLADE_PARAMETERS:
+            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
+        else:
+            super()._put(name, value)
+
+    @property
+    def has_matrices(self) -> bool:
+        """That it has."""
+        return True
+
+    def dynamic_stiffness(
+        self, harmonic: int, frequency: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """``K + i n omega C - (n omega)^2 M`` and its derivative by the frequency, dense."""
+        s = harmonic * frequency
+        mass, damping = self.mass_matrix.toarray(), self.damping_matrix.toarray()
+        value = self.stiffness_matrix.toarray() + 1j * s * damping - s**2 * mass
+        return value, harmonic * (1j * damping - 2 * s * mass)
+
+    def description(self) -> dict[str, Any]:
+        """Nothing: the matrices are stored."""
+        return {}
+
+    @property
+    def static_stiffness(self) -> Any:
+        """The stiffness matrix, sparse."""
+        return self.stiffness_matrix
+
+    def __reduce__(self):
+        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
+
+
+def _restored(values: dict[str, Any]) -> Model:
+    """The model that was pickled: it was checked when it was made, but its arrays are writable."""
+    for value in values.values():
+        array = value.data if sp.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    model = object.__new__(Model)
+    model._store(**values)
+    return model
+
+
+def diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
+    """Diagonal matrix of one value or one per blade of a named parameter."""
+    entries = check.one_or_each(name, value, size, "blade", PARAMETERS[name].bound)
+    # Zeros stay stored: each blade keeps its place among the parameters. The entries are read-only.
+    return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
+
+
+def _matrix(name: str, value: Any, size: int | None) -> Any:
+    matrix: Any
+    if sp.issparse(value):
+        matrix = sp.csc_array(value, copy=True)
+        check.array(f"{name} entries", matrix.data)
+        matrix = matrix.astype(float)
+    else:
+        dense = check.array(name, value)
+        if dense.ndim != 2:
+            raise ValueError(f"{name}: expected a square matrix, got shape {dense.shape}")
+        matrix = sp.csc_array(dense)
+    check.array(f"{name} entries", matrix.data)
+    if matrix.shape[0] != matrix.shape[1] or matrix.shape[0] == 0:
+        raise ValueError(f"{name}: expected a square matrix, got shape {matrix.shape}")
+    if size is not None and matrix.shape[0] != size:
+        raise ValueError(
+            f"{name}: expected shape {(size, size)} as the mass matrix, got {matrix.shape}"
+        )
+    matrix.sum_duplicates()
+    matrix.data.setflags(write=False)
+    diagonal = matrix.diagonal()
+    if np.any(diagonal < 0):
+        i = int(np.argmax(diagonal < 0))
+        raise ValueError(f"{name}: expected a diagonal >= 0, entry {i} is {diagonal[i]:g}")
+    return matrix

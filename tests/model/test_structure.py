@@ -1,0 +1,169 @@
+"""A structure of a user's own, told by its dynamic stiffness alone, and models seen that way."""
+
+import json
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.model.structure import NearModes
+
+DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
+SPEED, RIGIDITY, LENGTH = 100.0, 1e4, 1.0  # m/s, N, m
+
+
+class Rod(sh.Structure):
+    """Longitudinal vibration of a clamped rod, felt at its free end: ``E A k cot(k L)``."""
+
+    def __init__(self, loss=0.02, **contacts):
+        super().__init__(1, [(0,)], **contacts)
+        self.loss = loss
+
+    def dynamic_stiffness(self, harmonic, frequency):
+        modulus = 1 + 1j * self.loss
+        speed = SPEED * np.sqrt(modulus)
+        x = max(harmonic * frequency, 1e-6) * LENGTH / speed
+        value = RIGIDITY * modulus / LENGTH * x / np.tan(x)
+        slope = RIGIDITY * modulus / speed * (1 / np.tan(x) - x / np.sin(x) ** 2)
+        return np.array([[value]]), np.array([[harmonic * slope]])
+
+    def modes_below(self, harmonic, frequency, springs):
+        """Modes below: those with the end held, and one more where the stiffness is negative."""
+        s = harmonic * frequency
+        x = s * LENGTH / SPEED
+        stiffness = RIGIDITY / LENGTH * x / np.tan(x) + springs.sum()
+        return int(x // np.pi) + int(stiffness < 0)
+
+
+class ByHarmonics(sh.Structure):
+    """A model of which nothing but the dynamic stiffness is told."""
+
+    def __init__(self, model):
+        names = ("contact_stiffness", "friction_coefficient", "normal_load", "cubic_stiffness")
+        values = {name: getattr(model, name) for name in names}
+        super().__init__(model.n_dof, model.contacts, **values)
+        self.model = model
+
+    def dynamic_stiffness(self, harmonic, frequency):
+        return self.model.dynamic_stiffness(harmonic, frequency)
+
+
+def chain(**changes):
+    values = DAMPER | {"contacts": [(0, 1), (2,)], "normal_load": [2.0, 3.0]} | changes
+    matrix = 1e4 * (2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
+    return sh.Model(np.diag([1.0, 1.0, 2.0]), 5e-5 * matrix, matrix, **values)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])
+def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
+    """Matrices compiled into the equations, and the same added harmonic by harmonic."""
+    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    problems = [
+        sh.HarmonicBalance(structure, force, harmonics)
+        for structure in (chain(), ByHarmonics(chain()))
+    ]
+    one, other = (sh.frf(problem, (5, 40), progress=False) for problem in problems)
+    assert one.status == other.status
+    np.testing.assert_allclose(other.peak_frequency, one.peak_frequency, rtol=1e-9)
+    np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=1e-9)
+    assert list(one.event_kind.values) == list(other.event_kind.values)
+    np.testing.assert_allclose(other.event_frequency, one.event_frequency, rtol=1e-8)
+    grid = np.linspace(6, 39, 12)
+    one, other = (sh.frf(problem, (5, 40), at=grid, progress=False) for problem in problems)
+    np.testing.assert_allclose(other.coefficient, one.coefficient, rtol=1e-7, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", ["normal_load", "contact_stiffness", "force_amplitude"])
+def test_parameters_of_contacts_and_force_are_followed(name):
+    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    bands = dict(normal_load=(1, 6), contact_stiffness=(5e3, 2e4), force_amplitude=(0.5, 2))
+    options = dict(frequency=11.5, progress=False)
+    one, other = (
+        sh.follow(sh.HarmonicBalance(structure, force), name, bands[name], **options)
+        for structure in (chain(), ByHarmonics(chain()))
+    )
+    assert list(one.event_kind.values) == list(other.event_kind.values)
+    np.testing.assert_allclose(other[f"event_{name}"], one[f"event_{name}"], rtol=1e-8)
+
+
+def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):
+    """Stuck and free, the damper is a spring or nothing: a scalar equation tells the peak."""
+    loads = [1e-9, 1e5]
+    rod = Rod(**DAMPER)
+    problem = sh.HarmonicBalance(rod, sh.PointForce())
+    response = sh.frf(problem, (5, 100), over={"normal_load": loads}, progress=False)
+    assert (response.n_peaks == 2).all()  # up to 100 Hz, free at 25 and 75 Hz
+    for load, spring in zip(loads, (0.0, 1e4), strict=True):
+        hertz = np.linspace(5, 100, 200_001)
+        stiffness = np.array([rod.dynamic_stiffness(1, 2 * np.pi * f)[0][0, 0] for f in hertz])
+        amplitude = 1 / np.abs(stiffness + spring)
+        tops = np.flatnonzero(
+            (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] > amplitude[2:])
+        )
+        row = response.sel(normal_load=load)
+        np.testing.assert_allclose(row.peak_frequency, hertz[tops + 1], atol=1e-3)
+        np.testing.assert_allclose(row.peak_amplitude, amplitude[tops + 1], rtol=1e-5)
+    path = sh.save(response, tmp_path / "rod.nc")
+    again = sh.load(path)
+    assert again.identical(response)
+    about = json.loads(again.attrs["problem"])
+    assert about["structure"] == {"type": "Rod"}
+    with pytest.raises(sh.ArchiveError, match=r"Rod, whose class is not in it"):
+        sh.rebuild(again)
+
+
+def test_many_rods_in_processes_respond_as_in_this_one():
+    from concurrent.futures import ThreadPoolExecutor
+
+    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.PointForce(), (1, 3))
+    options = dict(over={"normal_load": [1.0, 2.0, 4.0]}, progress=False)
+    with ThreadPoolExecutor(2) as pool:
+        shared = sh.frf(problem, (10, 40), executor=pool, **options)
+    assert shared.drop_attrs().equals(sh.frf(problem, (10, 40), **options).drop_attrs())
+
+
+class Blunt(Rod):
+    """A rod that does not tell how many modes it has."""
+
+    def modes_below(self, harmonic, frequency, springs):
+        return None
+
+
+def test_without_a_count_of_modes_paths_go_on():
+    one, other = (
+        sh.frf(sh.HarmonicBalance(kind(**DAMPER), sh.PointForce()), (10, 40), progress=False)
+        for kind in (Rod, Blunt)
+    )
+    np.testing.assert_allclose(one.peak_frequency, other.peak_frequency, rtol=1e-9)
+
+
+def test_what_needs_matrices_says_so():
+    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.PointForce())
+    calls = [
+        lambda: sh.periodic_motion(problem, 20.0),
+        lambda: sh.minimise_peak(problem, "normal_load", (1, 10), frequency=(10, 40)),
+        lambda: sh.frf(problem, (10, 40), accuracy=1e-3),
+        lambda: sh.frf(problem, (10, 40), stability=True),
+        lambda: problem.residual,
+        lambda: problem.model.mass_matrix,
+    ]
+    for call in calls:
+        with pytest.raises((TypeError, ValueError), match="matrices"):
+            call()
+    with pytest.raises(AttributeError, match="no attribute 'speed'"):
+        problem.model.speed  # noqa: B018
+
+
+def test_bad_structures_are_refused():
+    with pytest.raises(ValueError, match="n_dof=0"):
+        ByHarmonics.__base__.__init__(object.__new__(Rod), 0)
+    with pytest.raises(KeyError, match="normal_lod"):
+        Rod(normal_lod=3.0)
+    with pytest.raises(ValueError, match="friction_coefficient=None"):
+        Rod(contact_stiffness=1.0)
+    with pytest.raises(TypeError, match="abstract"):
+        sh.Structure(1)  # type: ignore[abstract]
+
+
+def test_modes_are_named():
+    assert NearModes._fields == ("detuning", "width", "near", "shapes")
