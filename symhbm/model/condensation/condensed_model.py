@@ -25,14 +25,14 @@ class CondensedStiffness(NamedTuple):
 
     ``matrix``, ``[Z, G]`` (n_dof, n_dof + n_patterns): forces by motions, and by force patterns;
     ``undamped``, Z (n_dof, n_dof) without damping; ``static``, ``[Z, G]`` at rest;
-    ``held`` (n,) fixed-interface natural frequencies [rad/s]; ``patterns``
+    ``fixed_frequencies`` (n,) fixed-interface natural frequencies [rad/s]; ``patterns``
     (n_dof of the structure, n_patterns), orthonormal, 0 where kept.
     """
 
     matrix: PoleSum
     undamped: PoleSum
     static: FloatArray
-    held: FloatArray
+    fixed_frequencies: FloatArray
     patterns: FloatArray
 
 
@@ -69,7 +69,7 @@ class CondensedModel(Structure):
         dofs: NDArray[np.intp],
         frequency: tuple[float, float],
         harmonics: tuple[int, ...],
-        seen: CondensedStiffness,
+        condensed: CondensedStiffness,
         certificate: Certificate,
     ):
         position = {int(dof): i for i, dof in enumerate(dofs)}
@@ -80,20 +80,25 @@ class CondensedModel(Structure):
         attributes |= dict(
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
         )
-        attributes |= dict(seen=seen, lumped=False, _structure=structure)
-        nearest = [np.argmin(np.abs(seen.matrix.poles - 1j * natural)) for natural in seen.held]
-        attributes["held_width"] = np.abs(seen.matrix.poles[np.array(nearest, dtype=int)].real)
-        whole = {n: seen.matrix for n in harmonics if n}
+        attributes |= dict(condensed=condensed, lumped=False, _structure=structure)
+        nearest = [
+            np.argmin(np.abs(condensed.matrix.poles - 1j * natural))
+            for natural in condensed.fixed_frequencies
+        ]
+        attributes["fixed_widths"] = np.abs(
+            condensed.matrix.poles[np.array(nearest, dtype=int)].real
+        )
+        whole = {n: condensed.matrix for n in harmonics if n}
         attributes["matrices"] = {
             n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
         }
         attributes["undamped"] = {
-            n: PoleResidueFunction(seen.undamped, self.band(n, frequency)) for n in whole
+            n: PoleResidueFunction(condensed.undamped, self.band(n, frequency)) for n in whole
         }
         self._store(**attributes)
 
-    seen: CondensedStiffness
-    held_width: FloatArray
+    condensed: CondensedStiffness
+    fixed_widths: FloatArray
     matrices: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
     _structure: Model
@@ -125,7 +130,7 @@ class CondensedModel(Structure):
 
     @cached_property
     def _description(self) -> dict[str, Any]:
-        model, patterns = self._structure, self.seen.patterns
+        model, patterns = self._structure, self.condensed.patterns
         parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
         digest = sha256(np.ascontiguousarray(patterns).tobytes())
         for matrix in parts:
@@ -147,8 +152,8 @@ class CondensedModel(Structure):
         """
         inside = shape.copy()
         inside[self.dofs] = 0.0
-        share = self.seen.patterns.T @ inside
-        rest = np.abs(inside - self.seen.patterns @ share).max(axis=1)
+        share = self.condensed.patterns.T @ inside
+        rest = np.abs(inside - self.condensed.patterns @ share).max(axis=1)
         if rest.max() > _INSIDE * np.abs(shape).max():
             raise ValueError(
                 f"excitation: the condensed structure does not know this force (on degree of "
@@ -181,8 +186,8 @@ class CondensedModel(Structure):
 
     @property
     def inertia(self) -> FloatArray:
-        """Of what is kept, and of the interior as far as it follows without delay [kg]."""
-        return self.seen.undamped.polynomial[2].real
+        """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
+        return self.condensed.undamped.polynomial[2].real
 
     @property
     def pole_residues(self) -> dict[int, PoleResidueFunction]:
@@ -191,26 +196,26 @@ class CondensedModel(Structure):
 
     @property
     def static_stiffness(self) -> Any:
-        """What the kept degrees of freedom feel at rest, sparse."""
-        return sp.csc_array(self.seen.static[:, : self.n_dof].real)
+        """Condensed stiffness at rest, sparse."""
+        return sp.csc_array(self.condensed.static[:, : self.n_dof].real)
 
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
     ) -> tuple[ComplexArray, ComplexArray]:
-        """What the kept degrees of freedom feel, with the interior eliminated."""
+        """Condensed dynamic stiffness of a harmonic and its derivative by the frequency."""
         value, slope = self.linear_forces(harmonic, frequency)
         return value[:, : self.n_dof], slope[:, : self.n_dof]
 
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]`` of one harmonic and its derivative by the frequency."""
         if harmonic == 0:
-            static = self.seen.static.astype(complex)
+            static = self.condensed.static.astype(complex)
             return static, np.zeros_like(static)
         value, slope = self.matrices[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
     def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A force on the whole structure as that on what is kept and shares of known patterns."""
+        """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
         return shape[self.dofs], self.share(shape)
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
@@ -220,11 +225,11 @@ class CondensedModel(Structure):
     def modes_near(
         self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
     ) -> NearModes:
-        """The modes near a harmonic, as few numbers of the dynamic stiffness tell."""
+        """The modes near a harmonic, from the dynamic stiffness at one frequency."""
         return modes_near(self, harmonic, frequency, springs, losses)
 
     def __reduce__(self) -> Any:
-        arguments = (self.dofs, self.frequency, self.harmonics, self.seen, self.certificate)
+        arguments = (self.dofs, self.frequency, self.harmonics, self.condensed, self.certificate)
         return CondensedModel, (self.structure, *arguments)
 
     def __repr__(self) -> str:

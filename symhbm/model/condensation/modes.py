@@ -20,10 +20,10 @@ _NEAR_POLE = 1e-9
 
 
 class Condensed(Protocol):
-    """What modes are found from; see `CondensedModel`."""
+    """Data of the modes of a condensed structure; see `CondensedModel`."""
 
-    seen: Any
-    held_width: FloatArray
+    condensed: Any
+    fixed_widths: FloatArray
     matrices: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
 
@@ -44,14 +44,14 @@ def modes_near(
     """Modes near a harmonic of an angular ``frequency`` [rad/s].
 
     The sign of each detuning is exact, its size to first order and within the natural frequencies
-    of the held structure around it; that of a mode far away is halfway between them, its width
-    that of the narrower of them.
+    of the fixed-interface structure around it; that of a mode far away is halfway between them, its
+    width that of the narrower of them.
 
     ``spring`` and ``loss`` (n_contacts,) are the stiffness and the loss stiffness of the contacts
     in this harmonic [N/m].
     """
     exciting, n_dof = harmonic * frequency, model.n_dof
-    fixed, fixed_width = model.seen.held, model.held_width
+    fixed, fixed_width = model.condensed.fixed_frequencies, model.fixed_widths
     s = _beside_resonance(model, exciting)
     stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
     directions = model.directions.toarray()
@@ -86,12 +86,14 @@ def modes_below(model: Condensed, harmonic: int, frequency: float, spring: Float
     s = _off_pole(model, harmonic * frequency)
     stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
     dynamic = stiffness + _contact_matrix(model.directions.toarray(), spring)
-    return negative_eigenvalues(dynamic) + int(np.count_nonzero(model.seen.held < s))
+    return negative_eigenvalues(dynamic) + int(
+        np.count_nonzero(model.condensed.fixed_frequencies < s)
+    )
 
 
 def _off_pole(model: Condensed, s: float) -> float:
     """A frequency, or one beside it where it is a fixed-interface frequency, a pole of Z."""
-    at_pole = np.abs(model.seen.held / s - 1).min(initial=1.0) < _NEAR_POLE
+    at_pole = np.abs(model.condensed.fixed_frequencies / s - 1).min(initial=1.0) < _NEAR_POLE
     return s * (1 + 2 * _NEAR_POLE) if at_pole else s
 
 
@@ -101,11 +103,11 @@ def _beside_resonance(model: Condensed, s: float) -> float:
     Closer to it ``Z`` grows without bound if undamped and does not if damped, which would give
     modes without width.
     """
-    fixed = model.seen.held
+    fixed = model.condensed.fixed_frequencies
     if not fixed.size:
         return s
     i = np.argmin(np.abs(fixed - s))
-    nearest, half_width = fixed[i], model.held_width[i]
+    nearest, half_width = fixed[i], model.fixed_widths[i]
     to_next = np.min(np.abs(fixed[fixed != nearest] - nearest), initial=np.inf)
     distance = max(min(half_width, to_next / 4), 2 * _NEAR_POLE * s)
     if abs(s - nearest) >= distance:
