@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import shortest_path
 
-from symhbm.model import Model
+from symhbm.model import Structure
 from symhbm.numerics import FloatArray
 from symhbm.plot.network import Network
 
@@ -35,7 +35,7 @@ class Layout(NamedTuple):
     hub: float | None
 
 
-def layout_of(model: Model, parts: Network, pairs: NDArray[np.intp], detailed: bool) -> Layout:
+def layout_of(model: Structure, parts: Network, pairs: NDArray[np.intp], detailed: bool) -> Layout:
     """A row or a ring for few masses, a ring for blades, else distances by numbers of links."""
     n = model.n_dof
     step = np.abs(pairs[:, 0] - pairs[:, 1])

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.model import EngineOrder, Excitation, HarmonicForce, Model, PointForce, Structure
+from symhbm.model import EngineOrder, Excitation, HarmonicForce, PointForce, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import SYMBOLS, canvas, figure_of
 from symhbm.plot.layout import layout_of
@@ -107,10 +107,10 @@ def _is_small(model: Structure, n_pairs: int) -> bool:
     return model.n_dof <= MOST_MASSES and n_pairs <= 2 * model.n_dof and not crowded
 
 
-def _model_and_force(structure: Any, force: Any) -> tuple[Model, _Force | None]:
+def _model_and_force(structure: Any, force: Any) -> tuple[Structure, _Force | None]:
     """The model, and the force on it."""
-    model = structure if isinstance(structure, Model) else getattr(structure, "model", None)
-    if not isinstance(model, Model):
+    model = structure if isinstance(structure, Structure) else getattr(structure, "model", None)
+    if not isinstance(model, Structure):
         raise TypeError(
             f"structure={check.shown(structure)}: expected a Model, or a HarmonicBalance, "
             "which rebuild makes of a dataset"
