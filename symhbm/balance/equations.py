@@ -16,6 +16,7 @@ from symhbm.model.contacts import (
     layout,
     one_harmonic_kernel,
     packed_size,
+    slip_limit,
     unpack,
 )
 from symhbm.numerics import (
@@ -211,7 +212,9 @@ class Equations:
         columns = []
         for j in range(relative.shape[0]):
             stiffness, friction, load = (self._symbol[name][j] for name in FRICTION_PARAMETERS)
-            columns.append(kernel(relative[j, :].T, stiffness, friction * load, imposed[j]))
+            columns.append(
+                kernel(relative[j, :].T, stiffness, slip_limit(friction, load), imposed[j])
+            )
         return ca.horzcat(*columns) if columns else ca.SX(packed_size(relative.shape[1]), 0)
 
     def _stretches(self, travel: Any, events: Any, size: int) -> Any:

@@ -13,7 +13,7 @@ from symhbm.balance.equations import MATRIX_INPUTS, Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.unknowns import Unknowns
 from symhbm.model import CONTACT_PARAMETERS, Excitation, Model, Structure, Symmetry, find_symmetry
-from symhbm.model.contacts import ContactState, locate, locate_sampled
+from symhbm.model.contacts import ContactState, locate, locate_sampled, slip_limit
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
@@ -323,7 +323,7 @@ class HarmonicBalance(Unknowns):
         named |= {name: self.own(name, getattr(model, name)) for name in CONTACT_PARAMETERS}
         self.contact_stiffness = named["contact_stiffness"]
         self.cubic_stiffness = named["cubic_stiffness"]
-        self.slip_limit = named["friction_coefficient"] * named["normal_load"]
+        self.slip_limit = slip_limit(named["friction_coefficient"], named["normal_load"])
         named["force_amplitude"] = np.array([excitation.amplitude])
         if self._structure is None:
             shape = excitation.shape(model.n_dof, self.basis)[equations.dofs]

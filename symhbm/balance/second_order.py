@@ -16,7 +16,7 @@ import numpy as np
 
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import ContactState, locate
+from symhbm.model.contacts import ContactState, locate, slip_limit
 from symhbm.numerics import Assembly, Compiled, FloatArray, FourierBasis, constant, turning_points
 
 _GRAZING = 1e-9
@@ -81,7 +81,7 @@ class SecondOrder:
         if n_contacts:
             # The angles move with displacement, k_d and mu F_n of their own contact.
             relative = ca.mtimes(constant(problem.directions), symbol["unknowns"])
-            limit = symbol["friction_coefficient"] * symbol["normal_load"]
+            limit = slip_limit(symbol["friction_coefficient"], symbol["normal_load"])
             local = ca.vertcat(
                 ca.reshape(relative, size - 2, n_contacts), symbol["contact_stiffness"].T, limit.T
             )

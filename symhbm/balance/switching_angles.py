@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import ContactState
+from symhbm.model.contacts import ContactState, slip_limit
 from symhbm.numerics import FloatArray, FourierBasis, constant, monotone_root, turning_points
 
 DUMMY = (0.0, 0.5)
@@ -77,7 +77,7 @@ class SwitchingAngles:
         matrices, vectors, turning, onset = [], [], [], []
         for j in range(n_contacts):
             slip, stiffness = symbol["slip"][j], symbol["contact_stiffness"][j]
-            limit = symbol["friction_coefficient"][j] * symbol["normal_load"][j]
+            limit = slip_limit(symbol["friction_coefficient"][j], symbol["normal_load"][j])
             # The side not taken is evaluated too: at an angle where it is finite.
             safe = slip * rho[j] + (1 - slip) * DUMMY[1]
             matrix, vector, slope, drop = kernel(relative[:, j], theta_0[j], safe)
@@ -198,7 +198,7 @@ def slip_angles(
     neither spring nor limit.
     """
     model, basis = problem.model, problem.basis
-    travel = 2 * model.friction_coefficient * model.normal_load
+    travel = 2 * model.slip_limit
     slip = slip & (travel > 0) & (model.contact_stiffness > 0)
     both = np.full((2, len(slip)), np.nan)
     if slip.any():

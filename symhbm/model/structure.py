@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.contacts import slip_limit
 from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS, PARAMETERS
 from symhbm.numerics import ComplexArray, FloatArray, check
 
@@ -148,6 +149,11 @@ class Structure(ABC):
     def n_contacts(self) -> int:
         """Number of contacts."""
         return len(self.contacts)
+
+    @property
+    def slip_limit(self) -> FloatArray:
+        """``mu F_n`` of each contact [N]."""
+        return slip_limit(self.friction_coefficient, self.normal_load)
 
     @property
     def has_cubic_springs(self) -> bool:

@@ -81,7 +81,7 @@ def network(model: Structure) -> Network:
 
 def kinds_of_contacts(model: Structure) -> list[list[str]]:
     """Kinds of each contact: ``friction``, ``cubic``, both, or ``opened`` where it has no force."""
-    limit = model.friction_coefficient * model.normal_load
+    limit = model.slip_limit
     rubs = (limit > 0) & (model.contact_stiffness > 0)
     kinds = [
         ["friction"] * bool(rub) + ["cubic"] * bool(cubic)

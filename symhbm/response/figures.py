@@ -118,7 +118,7 @@ def _marched(
 ) -> tuple[FloatArray, FloatArray]:
     """Dissipation of each contact by a slider marched over its reversals, and its scale [J]."""
     model, friction = problem.model, evaluation.friction
-    stiffness, limit = model.contact_stiffness, model.friction_coefficient * model.normal_load
+    stiffness, limit = model.contact_stiffness, model.slip_limit
     relative = problem.relative(unknowns)
     if not len(relative):
         return np.zeros(0), np.zeros(0)

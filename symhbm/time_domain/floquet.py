@@ -40,7 +40,7 @@ def multipliers(
     ArithmeticError for a structure too stiff and too large to follow its oscillations.
     """
     model = problem.model
-    limit = model.friction_coefficient * model.normal_load
+    limit = model.slip_limit
     active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
     relative = problem.relative(unknowns)
     contact, begin, end = stick_intervals(

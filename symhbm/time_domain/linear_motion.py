@@ -86,7 +86,7 @@ class LinearMotion:
             np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
             for name in ("mass", "damping", "stiffness")
         )
-        limit = model.friction_coefficient * model.normal_load
+        limit = model.slip_limit
         self.sprung = np.asarray(model.contact_stiffness > 0)
         self.active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
         self.all_directions = model.directions.toarray()

@@ -53,7 +53,7 @@ def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     law, model = balance.locate(unknowns), balance.model
     stick = np.einsum("cij,cj->ci", law.matrix, balance.relative(unknowns))
     friction = model.contact_stiffness[:, None] * stick
-    friction += (model.friction_coefficient * model.normal_load)[:, None] * law.vector
+    friction += model.slip_limit[:, None] * law.vector
     x, slope = (balance.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1))
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 

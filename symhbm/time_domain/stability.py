@@ -114,5 +114,5 @@ def verdict(rate: float, frequency: float) -> int:
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation) -> bool:
     friction, model = evaluation.friction, problem.model
-    limit = model.friction_coefficient * model.normal_load
+    limit = model.slip_limit
     return bool(np.any(friction.slip & (model.contact_stiffness > 0) & (limit > 0)))

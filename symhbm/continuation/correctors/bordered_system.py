@@ -12,7 +12,7 @@ from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
 from symhbm.continuation.correctors.constraints import BEYOND
 from symhbm.continuation.problem import WEAKEST
-from symhbm.model.contacts import layout, spring_kernel
+from symhbm.model.contacts import layout, slip_limit, spring_kernel
 from symhbm.numerics import constant
 
 SCALARS = 6
@@ -121,7 +121,7 @@ def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events:
     size = equations.basis.n_components
     parameter = dict(zip(equations.parameter_names, parameters, strict=True))
     motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
-    limit = parameter["friction_coefficient"] * parameter["normal_load"]
+    limit = slip_limit(parameter["friction_coefficient"], parameter["normal_load"])
     kernel, rows, stiffness = spring_kernel(equations.basis), layout(size), []
     for j, packed in enumerate(ca.horzsplit(events)):
         matrix = ca.reshape(packed[rows["matrix"]], size, size)

@@ -1,6 +1,6 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
-from symhbm.model.contacts.coulomb import ContactState, friction_kernel
+from symhbm.model.contacts.coulomb import ContactState, friction_kernel, slip_limit
 from symhbm.model.contacts.coulomb_hysteresis import HysteresisLoop, hysteresis_loops
 from symhbm.model.contacts.coulomb_located import locate, on_loop, stick_intervals
 from symhbm.model.contacts.coulomb_loops import Loop, loops_near_limit
@@ -32,6 +32,7 @@ __all__ = [
     "on_loop",
     "one_harmonic_kernel",
     "packed_size",
+    "slip_limit",
     "spring_kernel",
     "stick_intervals",
     "unpack",

@@ -12,6 +12,7 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 """
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -109,6 +110,11 @@ def full_stick(
     return matrix
 
 
+def slip_limit(friction_coefficient: Any, normal_load: Any) -> Any:
+    """``g = mu F_n`` [N], of arrays or of symbols."""
+    return friction_coefficient * normal_load
+
+
 def friction_kernel(n_components: int) -> ca.Function:
     """CasADi function of one contact: coefficients of the friction force, Eqs. (6)-(8).
 
@@ -123,7 +129,7 @@ def friction_kernel(n_components: int) -> ca.Function:
     load = ca.SX.sym("normal_load")
     matrix = ca.SX.sym("matrix", n_components, n_components)
     vector = ca.SX.sym("vector", n_components)
-    force = stiffness * ca.mtimes(matrix, y) + friction * load * vector
+    force = stiffness * ca.mtimes(matrix, y) + slip_limit(friction, load) * vector
     return ca.Function(
         "friction",
         [y, stiffness, friction, load, matrix, vector],
