@@ -307,3 +307,24 @@ def test_explicit_rings_with_an_accuracy_agree_with_their_exact_motion():
             exact = sh.periodic_motion(mistuned, frequency).amplitude
             amplitude = response.amplitude.sel(sample=sample, frequency=frequency)
             assert float(np.abs(amplitude / exact - 1).max()) < accuracy
+
+
+def test_contacts_of_a_condensed_structure_are_drawn():
+    """The structure itself, and the problem of it, give the same samples."""
+    matrix = 1e4 * (2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1))
+    model = sh.Model(
+        np.eye(4),
+        1e-5 * matrix,
+        matrix,
+        contacts=[(0,), (3,)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    condensed = sh.condense(model, sh.PointForce(0), (5, 30), (1,))
+    one, other = (
+        sh.mistuning.uniform(of, 3, seed=1, normal_load=0.2)
+        for of in (condensed, sh.HarmonicBalance(condensed, sh.PointForce(0)))
+    )
+    assert one.identical(other)
+    assert one.normal_load.dims == ("sample", "contact")

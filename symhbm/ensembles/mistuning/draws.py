@@ -18,7 +18,7 @@ from symhbm.ensembles.mistuning.samples import (
     labelled_samples,
     nominal_values,
 )
-from symhbm.model import PARAMETERS, Model, dims_of
+from symhbm.model import PARAMETERS, Model, Structure, dims_of
 from symhbm.numerics import FloatArray, check
 
 Sampling = Literal["random", "sobol", "latin_hypercube"]
@@ -259,7 +259,7 @@ def _draw(
     }
     sizes = {name: values.size for name, values in nominal.items()}
     copula = Copula(sizes, correlation, between)
-    model = problem if isinstance(problem, Model) else problem.model
+    model = problem if isinstance(problem, Structure) else problem.model
     counts = {"dof": model.n_dof, "contact": model.n_contacts, "": 1}
     streams = {name: counts["".join(dims_of(name))] for name in DRAWABLE}
     shares = copula.couple(unit_samples(sampling, seed, n_samples, sizes, streams))

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model, dims_of
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model, Structure, dims_of
 from symhbm.numerics import FloatArray, check
 from symhbm.results import DRAWN, SCHEMA_VERSION
 
@@ -25,7 +25,7 @@ def nominal_values(
 
     Raises TypeError, ValueError and KeyError for anything that cannot be drawn.
     """
-    if not isinstance(problem, Model | HarmonicBalance):
+    if not isinstance(problem, Structure | HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a Model or a HarmonicBalance")
     allowed = [name for name in problem.parameters if name in DRAWABLE]
     if not names:

@@ -108,7 +108,7 @@ def condense(
     >>> response.structure_dof.values
     array([ 99, 199])
     """
-    if not isinstance(model, Model) or isinstance(model, CondensedModel):
+    if not isinstance(model, Model):
         raise TypeError(f"model={check.shown(model)}: expected a Model that is not condensed")
     basis = FourierBasis(check_harmonics(harmonics))
     edges = check.array("frequency", frequency, "positive")
