@@ -18,7 +18,7 @@ from symhbm.ensembles.mistuning.samples import (
     labelled_samples,
     nominal_values,
 )
-from symhbm.model import PARAMETERS, Model, Structure, dims_of
+from symhbm.model import PARAMETERS, Structure, dims_of
 from symhbm.numerics import FloatArray, check
 
 Sampling = Literal["random", "sobol", "latin_hypercube"]
@@ -40,7 +40,7 @@ class _Distribution(NamedTuple):
 
 
 def uniform(
-    problem: Model | HarmonicBalance,
+    problem: Structure | HarmonicBalance,
     n_samples: int,
     *,
     seed: int,
@@ -102,7 +102,7 @@ def uniform(
 
 
 def truncated_normal(
-    problem: Model | HarmonicBalance,
+    problem: Structure | HarmonicBalance,
     n_samples: int,
     *,
     seed: int,
@@ -132,7 +132,7 @@ def truncated_normal(
 
 
 def lognormal(
-    problem: Model | HarmonicBalance,
+    problem: Structure | HarmonicBalance,
     n_samples: int,
     *,
     seed: int,
@@ -157,7 +157,7 @@ def lognormal(
 
 
 def explicit(
-    problem: Model | HarmonicBalance, *, relative: bool = False, **values: Any
+    problem: Structure | HarmonicBalance, *, relative: bool = False, **values: Any
 ) -> xr.Dataset:
     """Explicit samples, checked and labelled.
 
@@ -242,7 +242,7 @@ def harmonic(
 
 
 def _draw(
-    problem: Model | HarmonicBalance,
+    problem: Structure | HarmonicBalance,
     n_samples: int,
     seed: int,
     sampling: str,

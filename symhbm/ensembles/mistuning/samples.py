@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Model, Structure, dims_of
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Structure, dims_of
 from symhbm.numerics import FloatArray, check
 from symhbm.results import DRAWN, SCHEMA_VERSION
 
@@ -19,7 +19,7 @@ DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in (*_FIRST, "eng
 
 
 def nominal_values(
-    problem: Model | HarmonicBalance, names: Collection[str]
+    problem: Structure | HarmonicBalance, names: Collection[str]
 ) -> dict[str, FloatArray]:
     """Nominal values of the named parameters, without an axis where they are scalar.
 
