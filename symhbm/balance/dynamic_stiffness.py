@@ -9,6 +9,11 @@ from symhbm.balance.evaluation import Evaluation
 from symhbm.model import Excitation, Structure
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
+_STEP = 1e-6
+"""Step of the difference quotient that a derivative is held against, relative."""
+_DERIVATIVE = 1e-4
+"""Largest difference from it, relative: a wrong factor or sign is far more."""
+
 
 class DynamicStiffness:
     """Dynamic stiffness of a structure without matrices, and what it feels of one force shape.
@@ -39,6 +44,8 @@ class DynamicStiffness:
         own, share = structure.split_force(shape)
         self.largest = float(np.abs(shape).max())
         self._structure, self._basis = structure, basis
+        # Condensed structures have derivatives of their own, checked where they are made.
+        self._checked = {*basis.harmonics} if structure.pole_residues is not None else set[int]()
         self.n_components = basis.n_components
         self.band_functions, self.mass = structure.pole_residues, structure.inertia
         self.parts = []
@@ -55,7 +62,39 @@ class DynamicStiffness:
     def _felt(self, n: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]`` of one harmonic and its derivative by the frequency, of ``a + i b``."""
         value, slope = self._structure.linear_forces(n, frequency)
+        if n not in self._checked:
+            self._check(n, frequency, value, slope)
+            self._checked.add(n)
         return value.conj(), slope.conj()
+
+    def _check(self, n: int, frequency: float, value: ComplexArray, slope: ComplexArray) -> None:
+        """Raise ValueError for a dynamic stiffness of a user's own that cannot be meant.
+
+        A wrong derivative leaves solutions right and moves peaks, so nobody would notice.
+        """
+        size = self._structure.n_dof
+        where = f"dynamic_stiffness({n}, {frequency:g}) of {type(self._structure).__name__}"
+        for what, array in (("value", value), ("derivative", slope)):
+            if np.shape(array) != (size, size) or not np.isfinite(array).all():
+                raise ValueError(
+                    f"{where}: expected a {what} of shape {(size, size)}, finite, got "
+                    f"{np.array2string(np.asarray(array), threshold=4)}"
+                )
+        step = _STEP * frequency
+        if n == 0 or step == 0:
+            return
+        ahead, behind = (
+            self._structure.linear_forces(n, frequency + way * step)[0] for way in (1, -1)
+        )
+        quotient = (ahead - behind) / (2 * step)
+        allowed = (
+            _DERIVATIVE * np.abs(quotient).max() + _DERIVATIVE * np.abs(value).max() / frequency
+        )
+        if np.abs(quotient - slope).max() > allowed:
+            raise ValueError(
+                f"{where}: expected its derivative by the angular frequency of the excitation, "
+                f"about {quotient.flat[0]:.4g} in the first entry, got {slope.flat[0]:.4g}"
+            )
 
     def shape(self, frequency: float) -> FloatArray:
         """The force of unit amplitude that the kept degrees of freedom feel, (n_unknowns,)."""

@@ -15,7 +15,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import NearModes, Structure
+from symhbm.model.structure import Structure
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -27,7 +27,6 @@ __all__ = [
     "Excitation",
     "HarmonicForce",
     "Model",
-    "NearModes",
     "Parameter",
     "PointForce",
     "Structure",

@@ -167,3 +167,37 @@ def test_bad_structures_are_refused():
 
 def test_modes_are_named():
     assert NearModes._fields == ("detuning", "width", "near", "shapes")
+
+
+class Changed(ByHarmonics):
+    """A dynamic stiffness with a mistake."""
+
+    def __init__(self, model, change):
+        super().__init__(model)
+        self.change = change
+
+    def dynamic_stiffness(self, harmonic, frequency):
+        return self.change(harmonic, *super().dynamic_stiffness(harmonic, frequency))
+
+
+MISTAKES = {
+    "sign": (lambda n, z, dz: (z, -dz), "expected its derivative"),
+    "by its own frequency": (lambda n, z, dz: (z, dz / n if n else dz), "expected its derivative"),
+    "factor": (lambda n, z, dz: (z, 1.01 * dz), "expected its derivative"),
+    "none": (lambda n, z, dz: (z, 0 * dz), "expected its derivative"),
+    "shape": (lambda n, z, dz: (z[:1, :1], dz[:1, :1]), "expected a value of shape"),
+    "not a number": (lambda n, z, dz: (z * np.nan, dz), "expected a value of shape"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_wrong_dynamic_stiffness_is_noticed(name):
+    """A wrong derivative would leave the points right and move the peaks."""
+    change, words = MISTAKES[name]
+    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    problem = sh.HarmonicBalance(Changed(chain(), change), force, (1, 3))
+    with pytest.raises(ValueError, match=words):
+        sh.solve(problem, 11.5)
+    with pytest.warns(RuntimeWarning, match=words):
+        response = sh.frf(problem, (5, 40), progress=False)
+    assert not response.converged.any()
