@@ -117,7 +117,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
         stuck = limit + stiffness * (sign * motion(angle) - highest)
         return sign * np.where(turned % np.pi < theta_star - theta_0, stuck, -limit)
 
-    law = problem.locate(unknowns)
+    law = problem.locate(unknowns, 0.0).groups["friction"].details
     seen = stiffness * law.matrix[0] @ problem.relative(unknowns)[0] + limit * law.vector[0]
     marks = _marks(theta_0, theta_star)
     return dict(

@@ -84,7 +84,7 @@ def travelling_wave(problem: sh.HarmonicBalance, frequency: float, *starts: np.n
 
 def balanced_state(problem: sh.HarmonicBalance, unknowns: np.ndarray) -> np.ndarray:
     """State (2 n_dof + n_contacts,) at ``tau = 0`` of a motion of the balance."""
-    law = problem.locate(unknowns)
+    law = problem.locate(unknowns, 0.0).groups["friction"].details
     model = problem.model
     force = model.contact_stiffness[:, None] * np.einsum(
         "cij,cj->ci", law.matrix, problem.relative(unknowns)

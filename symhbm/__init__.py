@@ -18,6 +18,7 @@ from symhbm.model import (
     single_blade,
 )
 from symhbm.model.condensation import condense
+from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, Parameter, SmoothLaw
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
 from symhbm.results.archive import ArchiveError, load, rebuild, save
@@ -30,11 +31,17 @@ __version__ = version("symhbm")
 
 __all__ = [
     "ArchiveError",
+    "ContactLaw",
+    "Contacts",
+    "Coulomb",
+    "CubicSpring",
     "EngineOrder",
     "HarmonicBalance",
     "HarmonicForce",
     "Model",
+    "Parameter",
     "PointForce",
+    "SmoothLaw",
     "SolveError",
     "Status",
     "Structure",

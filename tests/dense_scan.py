@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.model.contacts.coulomb_located import locate
+from symhbm.model.contacts.coulomb.located import locate
 from symhbm.numerics.fourier import FourierBasis
 
 TWO_PI = 2 * np.pi

@@ -1,27 +1,35 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
 from symhbm.balance.batch import check_each, locate_each
+from symhbm.balance.contact_springs import ContactSprings, by_row, contact_springs
+from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
-from symhbm.balance.equations import Equations
+from symhbm.balance.equations import BalancedGroup, Equations, identifier
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
-from symhbm.balance.second_order import SecondOrder, turning_hessian
-from symhbm.balance.switching_angles import SwitchingAngles, check_odd, slip_angles
+from symhbm.balance.second_order import SecondOrder
+from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
 
 __all__ = [
+    "BalancedGroup",
+    "ContactSprings",
+    "ContactStates",
     "DynamicStiffness",
     "Equations",
     "Evaluation",
     "HarmonicBalance",
     "SecondOrder",
     "SwitchingAngles",
+    "by_row",
     "check_each",
     "check_mean",
     "check_odd",
     "check_problem",
+    "contact_springs",
+    "friction_of",
+    "identifier",
     "is_held",
     "locate_each",
     "slip_angles",
-    "turning_hessian",
 ]

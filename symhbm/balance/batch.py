@@ -4,21 +4,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import ContactState
 from symhbm.numerics import FloatArray
 
 
 def locate_each(
-    problems: Sequence[HarmonicBalance], unknowns: Sequence[FloatArray]
-) -> list[ContactState]:
-    """Events of all contacts at the unknowns of several problems of one structure, at once."""
-    return _locate_all(problems, np.array(unknowns)).split(len(problems))
+    problems: Sequence[HarmonicBalance], unknowns: Sequence[FloatArray], frequencies: FloatArray
+) -> list[ContactStates]:
+    """Events of all contacts at the unknowns of several problems of one structure, at once.
+
+    ``frequencies`` (n_problems,) in rad/s.
+    """
+    return _locate_all(problems, np.array(unknowns), frequencies).split(len(problems))
 
 
 def check_each(
     problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
-) -> tuple[FloatArray, ContactState]:
+) -> tuple[FloatArray, ContactStates]:
     """Norms (n_points,) of the equations, and the events of all contacts point by point.
 
     ``unknowns`` (n_points, n_unknowns) of problems of one structure; ``frequencies``
@@ -29,20 +32,27 @@ def check_each(
     if first.in_closed_form and first.structure is None:
         compiled = first.compiled[0]
         found = [compiled.packed(x, omega, problem.compiled[1]) for problem, x, omega in each]
-        residual, magnitude, _, _, events = zip(*found, strict=True)
+        residual, magnitude, _, _, *events = zip(*found, strict=True)
         largest, force = np.abs(residual).max(axis=1), np.concatenate(magnitude)
         norm = largest / np.where(force > 0, force, 1.0)
-        return norm, compiled.unpack(np.concatenate(events))
-    located = _locate_all(problems, unknowns)
+        return norm, compiled.unpack([np.concatenate(part) for part in events], len(problems))
+    located = _locate_all(problems, unknowns, frequencies)
     found = zip(each, located.split(len(problems)), strict=True)
     norm = [problem.evaluate(x, at, friction=own).norm for (problem, x, at), own in found]
     return np.array(norm), located
 
 
-def _locate_all(problems: Sequence[HarmonicBalance], unknowns: FloatArray) -> ContactState:
+def _locate_all(
+    problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
+) -> ContactStates:
     """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
-    first = problems[0]
-    relative = first.relative(unknowns).reshape(-1, first.basis.n_components)
-    stiffness = np.concatenate([problem.contact_stiffness for problem in problems])
-    limit = np.concatenate([problem.slip_limit for problem in problems])
-    return first.locate_motions(relative, stiffness, limit)
+    first, located = problems[0], {}
+    relative = first.relative(unknowns)
+    for group in first.groups:
+        motion = first.motions(group, relative)
+        each = [problem.values_of(group) for problem in problems]
+        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+        at = np.repeat(frequencies, group.n)
+        flat = motion.reshape(-1, motion.shape[-1])
+        located[group.name] = group.law.locate(first.basis, flat, at, values)
+    return ContactStates(located)

@@ -1,24 +1,16 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-from typing import Any
+from collections.abc import Collection
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import FRICTION_PARAMETERS, Structure, Symmetry
-from symhbm.model.contacts import (
-    FREE,
-    ContactState,
-    cubic_kernel,
-    friction_kernel,
-    layout,
-    one_harmonic_kernel,
-    packed_size,
-    slip_limit,
-    unpack,
-)
+from symhbm.balance.contact_states import ContactStates
+from symhbm.model import Structure, Symmetry
+from symhbm.model.contacts import FREE, ContactLaw, Located, graph_of
 from symhbm.numerics import (
     Assembly,
     Compiled,
@@ -33,50 +25,107 @@ MATRIX_INPUTS = ("mass", "damping", "stiffness")
 FORCE_INPUTS = ("force_amplitude", "force_shape")
 
 
+class BalancedGroup(NamedTuple):
+    """A group of contacts as it is balanced: all of its contacts, or those of one sector.
+
+    ``laws`` of the problem may march over samples what the structure's locates. ``contacts`` (n,)
+    and ``rows`` (n, m) number contacts and displacements among those balanced; ``parameters``
+    names the values of the law in the structure; ``events`` is the input that tells its events.
+    """
+
+    name: str
+    law: ContactLaw
+    contacts: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    parameters: dict[str, str]
+
+    @property
+    def n(self) -> int:
+        """Number of contacts."""
+        return len(self.contacts)
+
+    @property
+    def n_switches(self) -> int:
+        """Number of switches of all its contacts."""
+        return self.n * len(self.law.switches)
+
+    @property
+    def events(self) -> str:
+        """The name of the input that holds the events of its contacts."""
+        return f"{self.name}.events"
+
+
+def identifier(name: str) -> str:
+    """What an input is called in CasADi functions, whose names hold no points."""
+    group, point, own = name.partition(".")
+    return f"{own}_of_{group}" if point else group
+
+
+def balanced_groups(
+    model: Structure, symmetry: Symmetry | None, samples: int | None
+) -> tuple[BalancedGroup, ...]:
+    """The groups of a structure as they are balanced, friction over ``samples`` where given."""
+    contacts = np.arange(model.n_contacts) if symmetry is None else symmetry.contacts
+    position = np.full(model.n_contacts, -1)
+    position[contacts] = np.arange(len(contacts))
+    first_row = np.concatenate([[0], np.cumsum([len(model.contact_rows[j]) for j in contacts])])
+    result = []
+    for group in model.groups:
+        own = np.sort(position[group.contacts][position[group.contacts] >= 0])
+        rows = first_row[own][:, None] + np.arange(group.rows.shape[1])
+        law = group.law if samples is None else group.law.sampled(samples)
+        result.append(BalancedGroup(group.name, law, own, rows.astype(int), group.parameters))
+    return tuple(result)
+
+
 class Equations:
     """Symbols of one structure and harmonic set, and the functions compiled from them.
 
-    ``residual`` maps the named inputs (unknowns, frequency, ``parameter_names`` and the contact
-    data ``matrix`` and ``vector``) to the forces [N]. Calling the object evaluates residual,
-    magnitude, stored entries of the Jacobian and the derivative by frequency. ``cubic`` adds the
-    cubic springs and their parameter, which cost time where there are none. With a ``symmetry``
-    they are those of one sector: its unknowns, its equations and its contacts.
+    ``residual`` maps the named inputs (unknowns, frequency, ``parameter_names`` and the events of
+    each group of contacts) to the forces [N]. Calling the object evaluates residual, magnitude,
+    stored entries of the Jacobian and the derivative by frequency. ``groups`` are those of the
+    contacts that do something: the others cost time. With a ``symmetry`` the equations are those
+    of one sector: its unknowns, its equations and its contacts.
 
     ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
-    coefficients of the relative displacements from the unknowns, contact by contact. ``assemble``
-    makes the stored entries of the Jacobian a matrix, full up to a size, sparse above. ``closed``
-    tells that the events of contacts are closed forms, found in the same call: ``closed_form`` maps
-    unknowns, frequency, parameters and imposed contact states to residual, magnitude, Jacobian,
-    derivative by frequency and packed events, and ``conservative`` maps the first three to the
-    Jacobian of elastic less inertia forces and the inertia forces (n_dof, n_components).
+    coefficients of the relative displacements from the unknowns, row by row. ``assemble`` makes the
+    stored entries of the Jacobian a matrix, full up to a size, sparse above. ``closed`` tells that
+    the events of contacts are closed forms, found in the same call: ``closed_form`` maps unknowns,
+    frequency, parameters and imposed states of switches to residual, magnitude, Jacobian,
+    derivative by frequency and what `ContactLaw.event_graph` gives of each group, a contact a
+    column; ``conservative`` maps the first three to the Jacobian of elastic less inertia forces and
+    the inertia forces (n_dof, n_components).
     """
 
     def __init__(
         self,
         model: Structure,
         basis: FourierBasis,
-        cubic: bool = False,
+        groups: Collection[BalancedGroup],
         symmetry: Symmetry | None = None,
     ):
-        self.cubic, self.basis = cubic, basis
+        self.basis, self.groups = basis, tuple(groups)
         size = basis.n_components
-        self.dofs, self.contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
+        dofs, contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
         self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
+        directions: Any = model.directions
         if symmetry is not None:
-            self.dofs, self.contacts = self.dofs[: symmetry.n_dof], symmetry.contacts
+            dofs, contacts = dofs[: symmetry.n_dof], symmetry.contacts
             self.expansion = symmetry.expansion(basis)
-        directions = model.directions[self.contacts]
+            directions = directions[model.rows_of(contacts)]
+        self.dofs: NDArray[np.intp] = dofs
+        self.contacts: NDArray[np.intp] = contacts
         each = sp.eye_array(size)
+        self.n_rows = directions.shape[0]
         self.directions = (sp.kron(directions, each) @ self.expansion).tocsr()
         self.directions.eliminate_zeros()
         self.directions_absolute = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
-        springs = ("cubic_stiffness",) if cubic else ()
-        contact_names = (*FRICTION_PARAMETERS, *springs)
-        self.parameter_names = (*MATRIX_INPUTS, *contact_names, *FORCE_INPUTS)
-        n_dof, n_contacts = len(self.dofs), len(self.contacts)
+        names = [name for group in self.groups for name in group.parameters.values()]
+        self.parameter_names = (*MATRIX_INPUTS, *names, *FORCE_INPUTS)
+        n_dof = len(self.dofs)
         sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
-        counts |= dict.fromkeys(contact_names, n_contacts)
+        counts |= {name: g.n for g in self.groups for name in g.parameters.values()}
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
         symbol: dict[str, Any] = {
             "unknowns": ca.SX.sym("unknowns", n_dof * size),
@@ -84,65 +133,28 @@ class Equations:
         }
         for name in self.parameter_names:
             symbol[name] = ca.SX.sym(name, counts[name])
-        symbol["matrix"] = ca.SX.sym("matrix", size, n_contacts * size)
-        symbol["vector"] = ca.SX.sym("vector", size, n_contacts)
+        self.located = tuple(group for group in self.groups if group.law.n_events(basis))
+        for group in self.located:
+            symbol[group.events] = ca.SX.sym(group.events, group.law.n_events(basis), group.n)
         self._symbol = symbol
-
         matrix = {name: ca.SX(sparsity[name], symbol[name]) for name in MATRIX_INPUTS}
-        kernel = friction_kernel(size)
 
-        def forces(x, y, matrices, contact, vector, omega, derivative):
-            """Inertia, damping, elastic and friction terms, ``(n_dof, size)`` each."""
+        def forces(x, matrices, omega, derivative):
+            """Inertia, damping and elastic terms, ``(n_dof, size)`` each."""
             omega_n = omega * ca.DM(basis.order).T
             inertia = ca.mtimes(matrices["mass"], x) * ca.repmat(omega_n**2, n_dof, 1)
             viscous = omega * ca.mtimes([matrices["damping"], x, ca.DM(derivative).T])
-            elastic = ca.mtimes(matrices["stiffness"], x)
-            columns = [
-                kernel(
-                    y[j, :].T,
-                    *(symbol[name][j] for name in FRICTION_PARAMETERS),
-                    contact[:, j * size : (j + 1) * size],
-                    vector[:, j],
-                )
-                for j in range(n_contacts)
-            ]
-            friction = ca.horzcat(*columns) if columns else ca.SX(size, 0)
-            return inertia, viscous, elastic, friction
+            return inertia, viscous, ca.mtimes(matrices["stiffness"], x)
 
-        spread, spread_absolute = constant(self.directions), constant(self.directions_absolute)
+        spread_absolute = constant(self.directions_absolute)
         whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
-        relative = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), size, n_contacts).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
         omega = symbol["frequency"]
-        inertia, viscous, elastic, friction = forces(
-            x,
-            relative,
-            matrix,
-            symbol["matrix"],
-            symbol["vector"],
-            omega,
-            basis.derivative_matrix,
-        )
-        springs, springs_total = self._springs(basis, relative)
-        smooth = ca.vec((elastic - inertia + viscous).T) + ca.mtimes(spread.T, ca.vec(springs))
-        self._balance = smooth + ca.mtimes(spread.T, ca.vec(friction)) - ca.vec(force.T)
+        inertia, viscous, elastic = forces(x, matrix, omega, basis.derivative_matrix)
         travel = ca.mtimes(spread_absolute, ca.fabs(symbol["unknowns"]))
-        terms = forces(
-            ca.fabs(x),
-            ca.reshape(travel, size, n_contacts).T,
-            {name: ca.fabs(value) for name, value in matrix.items()},
-            ca.fabs(symbol["matrix"]),
-            ca.fabs(symbol["vector"]),
-            omega,
-            np.abs(basis.derivative_matrix),
-        )
-        total = ca.vec((terms[0] + terms[1] + terms[2] + ca.fabs(force)).T)
-        total += ca.mtimes(spread_absolute.T, ca.vec(terms[3] + springs_total))
-
-        names = list(symbol)
-        inputs = list(symbol.values())
-        self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
+        absolute = {name: ca.fabs(value) for name, value in matrix.items()}
+        terms = forces(ca.fabs(x), absolute, omega, np.abs(basis.derivative_matrix))
         # Derivatives of what is bilinear by rule: tracing it takes longer than factorising it.
         turned = basis.derivative_matrix
         stiffness, damping, mass = (
@@ -154,29 +166,118 @@ class Equations:
             )
         )
         conservative = stiffness - omega**2 * mass
-        jacobian = conservative + omega * damping + self._friction_jacobian(spread.T)
-        if cubic and n_contacts:
-            of_springs = ca.jacobian(ca.vec(springs), symbol["unknowns"])
-            jacobian += ca.mtimes(spread.T, of_springs)
+        self._balance = ca.vec((elastic - inertia + viscous).T)
+        total = ca.vec((terms[0] + terms[1] + terms[2] + ca.fabs(force)).T)
+        jacobian = conservative + omega * damping
         slope = ca.mtimes(damping - 2 * omega * mass, symbol["unknowns"])
-        by_parameter = ca.densify(slope)
+        largest_difference = ca.SX(0)
+        for group in self.groups:
+            spread, spread_absolute = (constant(part) for part in self.spreads(group))
+            pushes, sizes, differences, slopes, by_frequency = self._contacts(group, travel)
+            self._balance += ca.mtimes(spread.T, pushes)
+            total += ca.mtimes(spread_absolute.T, sizes)
+            if group.n:
+                jacobian += ca.mtimes([spread.T, slopes, spread])
+                largest_difference = ca.fmax(largest_difference, ca.mmax(differences))
+            if by_frequency.nnz():
+                slope += ca.mtimes(spread.T, by_frequency)
+        self._balance -= ca.vec(force.T)
+
+        names, inputs = [identifier(name) for name in symbol], list(symbol.values())
+        self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
         self._known = {"unknowns": jacobian, "frequency": slope}
-        outputs = [self._balance, ca.mmax(total), jacobian, by_parameter]
+        magnitude = ca.mmax(total) + largest_difference
+        outputs = [self._balance, magnitude, jacobian, ca.densify(slope)]
         self._evaluate = Compiled(ca.Function("evaluate", inputs, outputs))
         self.assemble = Assembly(jacobian.sparsity())
-        self.closed = basis.highest == 1
+        graphs = [graph_of(group.law, basis).events for group in self.groups]
+        self.closed = all(
+            graph is not None or not group.law.switches
+            for graph, group in zip(graphs, self.groups, strict=True)
+        )
         if self.closed:
-            imposed = ca.SX.sym("imposed", n_contacts)
-            events = self._events(relative, imposed)
-            if n_contacts:
-                located = [symbol["matrix"], symbol["vector"]]
-                outputs = ca.substitute(outputs, located, _split(events, size))
-            outputs[1] += self._stretches(travel, events, size)
-            inputs = [*inputs[:-2], imposed]
-            self.closed_form = ca.Function("closed_form", inputs, [*outputs, events])
-            self._evaluate_closed = Compiled(self.closed_form)
-            self.conservative = ca.Function("conservative", inputs[:-1], [conservative, inertia])
+            self._close(inputs, outputs)
+            self.conservative = ca.Function(
+                "conservative", self._closed_inputs[:-1], [conservative, inertia]
+            )
         self._derivatives: dict[str, ca.Function] = {}
+
+    def spreads(self, group: BalancedGroup) -> tuple[Any, Any]:
+        """Coefficients of a group's displacements from the unknowns, and from their sizes."""
+        size = self.basis.n_components
+        rows = (group.rows.ravel()[:, None] * size + np.arange(size)).ravel()
+        if len(rows) == self.directions.shape[0]:
+            return self.directions, self.directions_absolute
+        return self.directions[rows], self.directions_absolute[rows]
+
+    def _motions(self, group: BalancedGroup, all_rows: Any) -> Any:
+        """Of all coefficients of displacements those of a group, a contact a column."""
+        size = self.basis.n_components
+        by_row = ca.reshape(all_rows, size, self.n_rows)
+        columns = by_row[:, group.rows.ravel().tolist()] if group.n else ca.SX(size, 0)
+        return ca.reshape(columns, size * group.rows.shape[1], group.n)
+
+    def values(self, group: BalancedGroup, inputs: dict[str, Any] | None = None) -> Any:
+        """Parameters of the contacts of a group, a contact a column."""
+        symbol = self._symbol if inputs is None else inputs
+        return ca.vertcat(*(symbol[name].T for name in group.parameters.values()))
+
+    def _contacts(self, group: BalancedGroup, travel: Any) -> tuple[Any, ...]:
+        """Forces of a group, their sizes, largest differences, Jacobian and slope by frequency."""
+        kernel, symbol = graph_of(group.law, self.basis).force, self._symbol
+        omega = symbol["frequency"]
+        relative = ca.mtimes(constant(self.directions), symbol["unknowns"])
+        data = (
+            self._motions(group, relative),
+            self._motions(group, travel),
+            self.values(group),
+            symbol.get(group.events, ca.SX(0, group.n)),
+        )
+        columns = (
+            [
+                kernel(motion, path, omega, values, events)
+                for motion, path, values, events in zip(*map(ca.horzsplit, data), strict=True)
+            ]
+            if group.n
+            else []
+        )
+        if not columns:
+            nothing = ca.SX(0, 1)
+            return nothing, nothing, nothing, ca.SX(0, 0), nothing
+        forces, sizes, differences, slopes = zip(*columns, strict=True)
+        pushes = ca.vertcat(*forces)
+        by_frequency = ca.jacobian(pushes, omega)
+        return (
+            pushes,
+            ca.vertcat(*sizes),
+            ca.vertcat(*differences),
+            ca.diagcat(*slopes),
+            by_frequency,
+        )
+
+    def _close(self, inputs: list[Any], outputs: list[Any]) -> None:
+        """The functions of equations whose events are closed forms."""
+        symbol = self._symbol
+        imposed = ca.SX.sym("imposed", sum(group.n_switches for group in self.groups))
+        relative = ca.mtimes(constant(self.directions), symbol["unknowns"])
+        packed, first = [], 0
+        for group in self.groups:
+            graph, q = graph_of(group.law, self.basis).events, len(group.law.switches)
+            if graph is None or not group.n:
+                continue
+            motions = ca.horzsplit(self._motions(group, relative))
+            columns = []
+            for motion, values in zip(motions, ca.horzsplit(self.values(group)), strict=True):
+                held = imposed[first : first + q]
+                columns.append(graph(motion, symbol["frequency"], values, held))
+                first += q
+            parts = [ca.horzcat(*map(ca.vec, part)) for part in zip(*columns, strict=True)]
+            outputs = ca.substitute(outputs, [symbol[group.events]], [parts[0]])
+            packed += parts
+        self._closed_inputs = [*inputs[: len(inputs) - len(self.located)], imposed]
+        outputs = [*outputs, *packed]
+        self.closed_form = ca.Function("closed_form", self._closed_inputs, outputs)
+        self._evaluate_closed = Compiled(self.closed_form)
 
     def rows(self, model: Structure, name: str) -> Any:
         """The rows of a matrix of the structure that are balanced here, by columns."""
@@ -199,58 +300,20 @@ class Equations:
             return whole
         return ca.mtimes(whole, constant(self.expansion))
 
-    def _friction_jacobian(self, spread: Any) -> Any:
-        """Derivative of the friction forces by the unknowns: bilinear forces need no tracing."""
-        n_contacts, size = len(self.contacts), self._symbol["vector"].shape[0]
-        stiffness, matrix = self._symbol["contact_stiffness"], self._symbol["matrix"]
-        blocks = [stiffness[j] * matrix[:, j * size : (j + 1) * size] for j in range(n_contacts)]
-        return ca.mtimes([spread, ca.diagcat(*blocks), spread.T]) if blocks else 0
-
-    def _events(self, relative: Any, imposed: Any) -> Any:
-        """The events of all contacts under one harmonic, packed, a column each."""
-        kernel = one_harmonic_kernel(relative.shape[1])
-        columns = []
-        for j in range(relative.shape[0]):
-            stiffness, friction, load = (self._symbol[name][j] for name in FRICTION_PARAMETERS)
-            columns.append(
-                kernel(relative[j, :].T, stiffness, slip_limit(friction, load), imposed[j])
-            )
-        return ca.horzcat(*columns) if columns else ca.SX(packed_size(relative.shape[1]), 0)
-
-    def _stretches(self, travel: Any, events: Any, size: int) -> Any:
-        """Largest of the two terms of stretches of stick, ``k_d`` times where they begin and end.
-
-        Their difference is the force: where a contact slips far, two large terms.
-        """
-        state, stick = (events[layout(size)[name], :] for name in ("slip", "stick_fraction"))
-        farthest = [ca.mmax(part) for part in ca.vertsplit(travel, size)]
-        spring = self._symbol["contact_stiffness"].T
-        largest = 2 * spring * ca.horzcat(*farthest) * state * stick
-        return ca.mmax(largest) if farthest else 0
-
-    def _springs(self, basis: FourierBasis, y: Any) -> tuple[Any, Any]:
-        """Forces of the cubic springs and their magnitudes, ``(size, n_contacts)`` each."""
-        size, n_contacts = basis.n_components, y.shape[0]
-        if not self.cubic or not n_contacts:
-            return ca.SX(size, n_contacts), ca.SX(size, n_contacts)
-        kernel, stiffness = cubic_kernel(basis), self._symbol["cubic_stiffness"]
-        columns = [kernel(y[j, :].T, stiffness[j]) for j in range(n_contacts)]
-        forces, magnitudes = zip(*columns, strict=True)
-        return ca.horzcat(*forces), ca.horzcat(*magnitudes)
-
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse derivative of the residual by one of its inputs."""
-        allowed = [n for n in self._symbol if n not in ("matrix", "vector", "force_shape")]
+        data = {"force_shape", *(group.events for group in self.groups)}
+        allowed = [n for n in self._symbol if n not in data]
         check.known(name, allowed, "input with a derivative")
         if name not in self._derivatives:
             derivative = self._known.get(name)
             if derivative is None:
                 derivative = ca.jacobian(self._balance, self._symbol[name])
             self._derivatives[name] = ca.Function(
-                f"derivative_by_{name}",
+                f"derivative_by_{identifier(name)}",
                 list(self._symbol.values()),
                 [derivative],
-                list(self._symbol),
+                [identifier(n) for n in self._symbol],
                 ["jacobian"],
             )
         return self._derivatives[name]
@@ -260,24 +323,23 @@ class Equations:
         unknowns: FloatArray,
         frequency: float,
         arguments: list[FloatArray],
-        friction: ContactState,
+        contacts: ContactStates,
     ) -> list[FloatArray]:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
-        # CasADi stores columns one after the other.
-        matrix = friction.matrix.transpose(0, 2, 1).ravel()
-        return self._evaluate(unknowns, frequency, *arguments, matrix, friction.vector.ravel())
+        events = [contacts.groups[group.name].events.ravel() for group in self.located]
+        return self._evaluate(unknowns, frequency, *arguments, *events)
 
     def in_closed_form(
         self,
         unknowns: FloatArray,
         frequency: float,
         arguments: list[FloatArray],
-        slip: NDArray[np.bool_] | None,
-    ) -> tuple[list[FloatArray], ContactState]:
-        """The same under one harmonic, and the events; ``slip`` imposes states."""
-        imposed = FREE if slip is None else slip
-        *found, events = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
-        return found, self.unpack(events)
+        held: NDArray[np.bool_] | None,
+    ) -> tuple[list[FloatArray], ContactStates]:
+        """The same where events are closed forms, and the events; ``held`` imposes states."""
+        imposed = FREE if held is None else held
+        found = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
+        return found[:4], self.unpack(found[4:])
 
     def packed(
         self, unknowns: FloatArray, frequency: float, arguments: list[FloatArray]
@@ -285,15 +347,32 @@ class Equations:
         """The same in states that the motion asks for, with the events as `unpack` takes them."""
         return self._evaluate_closed(unknowns, frequency, *arguments, FREE)
 
-    def unpack(self, events: FloatArray) -> ContactState:
-        """Events of all contacts, under one harmonic, of one point or of several."""
-        size = self._symbol["vector"].shape[0]
-        return unpack(events.reshape(-1, packed_size(size)), size)
+    def closed_groups(self, packed: list[Any]) -> list[tuple[BalancedGroup, list[Any]]]:
+        """The groups that have events, with what `ContactLaw.event_graph` gives of each."""
+        result, first = [], 0
+        for group in self.groups:
+            graph = graph_of(group.law, self.basis).events
+            if graph is not None and group.n:
+                result.append((group, packed[first : first + graph.n_out()]))
+                first += graph.n_out()
+        return result
+
+    def unpack(self, packed: list[FloatArray], n_points: int = 1) -> ContactStates:
+        """Events of all contacts in closed form, of one point or of several."""
+        size = self.basis.n_components
+        located = {group.name: _nothing(group, n_points * group.n, size) for group in self.groups}
+        for group, parts in self.closed_groups(packed):
+            n, q = n_points * group.n, len(group.law.switches)
+            by_contact = [part.reshape(n, -1) for part in parts]
+            # CasADi stores columns one after the other.
+            by_contact[3] = by_contact[3].reshape(n, -1, q).transpose(0, 2, 1)
+            own = [*by_contact[:4], *by_contact[5:]]
+            located[group.name] = group.law.unpack(self.basis, own)
+        return ContactStates(located)
 
 
-def _split(events: Any, size: int) -> list[Any]:
-    """Matrices side by side and vectors of packed events."""
-    place = layout(size)
-    columns = ca.horzsplit(events[place["matrix"], :])
-    matrices = [ca.reshape(column, size, size) for column in columns]
-    return [ca.horzcat(*matrices), events[place["vector"], :]]
+def _nothing(group: BalancedGroup, n: int, size: int) -> Located:
+    """Contacts without events."""
+    q, none = len(group.law.switches), np.zeros((n, 0))
+    states, by_motion = np.zeros((n, q)), np.zeros((n, q, size * group.rows.shape[1]))
+    return Located(none, states > 0, states, by_motion)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts import ContactState
+from symhbm.balance.contact_states import ContactStates
 from symhbm.numerics import FloatArray
 
 
@@ -25,7 +25,7 @@ class Evaluation:
     magnitude: float
     jacobian: Any
     by_parameter: FloatArray
-    friction: ContactState
+    friction: ContactStates
     slip_margin_by_parameter: FloatArray | float = 0.0
 
     @property

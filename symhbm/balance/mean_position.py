@@ -31,7 +31,7 @@ def check_mean(problem: HarmonicBalance) -> None:
     exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
-    elif model.has_cubic_springs and 0 in complete_harmonics(harmonics, 1):
+    elif not model.unique and 0 in complete_harmonics(harmonics, 1):
         why = "a motion of even harmonics"
     else:
         return
@@ -45,7 +45,7 @@ def is_held(problem: HarmonicBalance) -> bool:
     """Whether stiffness or cubic springs determine where the structure stands in the mean."""
     model = problem.model
     stiffness = model.static_stiffness
-    springs = model.directions[model.cubic_stiffness != 0]
+    springs = model.directions[model.holding_rows]
     diagonal = np.abs(stiffness.diagonal())
     # Cubic springs hold with any stiffness: that of the structure, where they are.
     common = float(np.median(diagonal[diagonal > 0])) if diagonal.any() else 1.0

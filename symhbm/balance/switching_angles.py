@@ -15,8 +15,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.equations import BalancedGroup, identifier
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import ContactState, slip_limit
+from symhbm.model.contacts import Coulomb
 from symhbm.numerics import FloatArray, FourierBasis, constant, monotone_root, turning_points
 
 DUMMY = (0.0, 0.5)
@@ -57,7 +59,8 @@ class SwitchingAngles:
     """
 
     def __init__(self, problem: HarmonicBalance):
-        basis, n_contacts = problem.basis, problem.n_contacts
+        basis, (group, law) = problem.basis, friction_of(problem)
+        n_contacts = group.n
         check_odd(basis.harmonics)
         self._balance = problem.residual
         self._ends = [problem.n_unknowns, problem.n_unknowns + n_contacts]
@@ -67,26 +70,27 @@ class SwitchingAngles:
 
         symbol: dict[str, Any] = {"unknowns": ca.SX.sym("unknowns", self.n_unknowns)}
         for name in self._balance.name_in()[1:]:
-            if name not in ("matrix", "vector"):
+            if name != identifier(group.events):
                 symbol[name] = ca.SX.sym(name, self._balance.sparsity_in(name))
         symbol["slip"] = ca.SX.sym("slip", n_contacts)
         x, theta_0, rho = ca.vertsplit(symbol["unknowns"], [0, *self._ends, self.n_unknowns])
-        moved = ca.mtimes(constant(problem.directions), x)
+        moved = ca.mtimes(constant(problem.compiled[0].spreads(group)[0]), x)
         relative = ca.reshape(moved, basis.n_components, n_contacts)
         kernel, spring = switching_kernel(basis), ca.DM.eye(basis.n_components)
-        matrices, vectors, turning, onset = [], [], [], []
+        events, turning, onset = [], [], []
         for j in range(n_contacts):
-            slip, stiffness = symbol["slip"][j], symbol["contact_stiffness"][j]
-            limit = slip_limit(symbol["friction_coefficient"][j], symbol["normal_load"][j])
+            values = {n: symbol[identifier(full)][j] for n, full in group.parameters.items()}
+            slip, stiffness = symbol["slip"][j], values["contact_stiffness"]
+            limit = law.slip_limit(symbol["frequency"], values)
             # The side not taken is evaluated too: at an angle where it is finite.
             safe = slip * rho[j] + (1 - slip) * DUMMY[1]
             matrix, vector, slope, drop = kernel(relative[:, j], theta_0[j], safe)
-            matrices.append((limit > 0) * (slip * matrix + (1 - slip) * spring))
-            vectors.append(slip * vector)
+            matrix = (limit > 0) * (slip * matrix + (1 - slip) * spring)
+            events.append(ca.vertcat(ca.vec(matrix), slip * vector, 0))
             turning.append(slip * stiffness * slope + (1 - slip) * (theta_0[j] - DUMMY[0]))
             onset.append(slip * (stiffness * drop / 2 - limit) + (1 - slip) * (rho[j] - DUMMY[1]))
         values = symbol | {"unknowns": x}
-        values |= {"matrix": ca.horzcat(*matrices), "vector": ca.horzcat(*vectors)}
+        values |= {identifier(group.events): ca.horzcat(*events)}
         balance = self._balance.call([values[name] for name in self._balance.name_in()])[0]
         equations = ca.vertcat(balance, *turning, *onset)
 
@@ -104,7 +108,7 @@ class SwitchingAngles:
         unknowns: FloatArray,
         frequency: float,
         slip: NDArray[np.bool_],
-        friction: ContactState | None = None,
+        friction: ContactStates | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `jacobian` at a point with the parameters of ``problem``.
 
@@ -137,15 +141,17 @@ class SwitchingAngles:
         the motion tells which contacts slip. One held in ``slip`` short of its limit has the
         ``rho`` above 1 that the equations continue to.
         """
-        stiffness, limit = problem.contact_stiffness, problem.slip_limit
-        located = problem.locate(unknowns)
+        _, rows, stiffness, limit = problem.sliders()
+        located = problem.locate(unknowns, 0.0)
         asked = located.slip if slip is None else slip
         slip = asked & (limit > 0) & (stiffness > 0)
         assert slip is not None
         theta_0, rho = (np.full(len(slip), value) for value in DUMMY)
         if slip.any():
             travel = 2 * limit[slip] / stiffness[slip]
-            first, onset = _first_slip(problem.basis, problem.relative(unknowns)[slip], travel)
+            first, onset = _first_slip(
+                problem.basis, problem.relative(unknowns)[rows][slip], travel
+            )
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
             short = slip & (located.slip_margin < 0)
@@ -166,9 +172,9 @@ class SwitchingAngles:
         ``theta_0``, no reversal while it slips, no force beyond the limit while it sticks; a
         sticking one no reason to slip.
         """
-        stiffness, limit = problem.contact_stiffness, problem.slip_limit
-        result = (problem.locate(unknowns).slip_margin <= SLACK) | (limit == 0)
-        waves = problem.relative(unknowns)
+        _, rows, stiffness, limit = problem.sliders()
+        result = (problem.locate(unknowns, 0.0).slip_margin <= SLACK) | (limit == 0)
+        waves = problem.relative(unknowns)[rows]
         points = turning_points(problem.basis, waves)
         for j in np.flatnonzero(np.isfinite(theta_star)):
             half = points.count[j] // 2
@@ -198,13 +204,29 @@ def slip_angles(
     neither spring nor limit.
     """
     model, basis = problem.model, problem.basis
-    travel = 2 * model.slip_limit
-    slip = slip & (travel > 0) & (model.contact_stiffness > 0)
+    _, rows, stiffness, limit = model.sliders(0.0)
+    travel = 2 * limit
+    slip = slip & (travel > 0) & (stiffness > 0)
     both = np.full((2, len(slip)), np.nan)
     if slip.any():
-        waves = (model.directions @ problem.everywhere(unknowns))[slip]
-        both[:, slip] = _first_slip(basis, waves, travel[slip] / model.contact_stiffness[slip])
+        waves = (model.directions[rows] @ problem.everywhere(unknowns))[slip]
+        both[:, slip] = _first_slip(basis, waves, travel[slip] / stiffness[slip])
     return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
+
+
+def friction_of(problem: HarmonicBalance) -> tuple[BalancedGroup, Coulomb]:
+    """The group of dry friction whose angles are unknowns, and its law.
+
+    Raises TypeError where contacts of another law have events, or the limit is not ``mu F_n``.
+    """
+    switching = [group for group in problem.compiled[0].groups if group.law.switches]
+    law = switching[0].law if len(switching) == 1 else None
+    if type(law) is not Coulomb:
+        laws = ", ".join(repr(group.law) for group in switching) or "none"
+        raise TypeError(
+            f"problem: expected one group of contacts with events, Coulomb(), got {laws}"
+        )
+    return switching[0], law
 
 
 def check_odd(harmonics: tuple[int, ...]) -> None:

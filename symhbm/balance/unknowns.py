@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symhbm.balance.equations import Equations
 from symhbm.model import Structure, Symmetry
@@ -50,24 +51,34 @@ class Unknowns:
         return whole.reshape(*unknowns.shape[:-1], self.model.n_dof, self.basis.n_components)
 
     def relative(self, unknowns: FloatArray) -> FloatArray:
-        """Coefficients of the relative displacements, ``(n_contacts, n_components)`` [m].
+        """Coefficients of the relative displacements, ``(n_rows, n_components)`` [m].
 
         ``unknowns`` (..., n_unknowns) may be those of several points.
         """
         relative = (self._equations.directions @ unknowns.T).T
-        return relative.reshape(*unknowns.shape[:-1], self.n_contacts, self.basis.n_components)
+        shape = self._equations.n_rows, self.basis.n_components
+        return relative.reshape(*unknowns.shape[:-1], *shape)
 
     @property
     def directions(self) -> Any:
         """Sparse matrix from the unknowns to `relative`, flattened."""
         return self._equations.directions
 
-    def expand(self, contact: int, coefficients: FloatArray) -> FloatArray:
-        """Derivative by the unknowns from that by one contact's coefficients (n_components,)."""
+    def expand(self, row: int, coefficients: FloatArray) -> FloatArray:
+        """Derivative by the unknowns from that by a displacement's coefficients (n_components,)."""
         size = self.basis.n_components
-        return coefficients @ self._equations.directions[contact * size : (contact + 1) * size]
+        return coefficients @ self._equations.directions[row * size : (row + 1) * size]
 
     def own(self, name: str, values: Any) -> FloatArray:
         """Values of a named parameter of the blades or contacts that are balanced here."""
         array = np.asarray(values, dtype=float)
-        return array if self.symmetry is None else self.symmetry.own(name, array)
+        if self.symmetry is None or array.ndim == 0:
+            return array
+        if name in self.model.contact_parameters:
+            return self._own(name, array, self.model.group_of(name).contacts)
+        return self.symmetry.own_of_dofs(name, array)
+
+    def _own(self, name: str, values: FloatArray, contacts: NDArray[np.intp]) -> FloatArray:
+        if self.symmetry is None:
+            return values
+        return self.symmetry.own_of_contacts(name, values, contacts)

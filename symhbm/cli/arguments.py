@@ -1,9 +1,39 @@
 """Arguments and options that several commands have."""
 
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import click
 
+from symhbm.model.contacts import ContactLaw
+
+
+def _law(name: str) -> ContactLaw:
+    module, _, kind = name.partition(":")
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        law = getattr(import_module(module), kind)()
+    except (ImportError, AttributeError, TypeError, ValueError) as error:
+        raise click.BadParameter(
+            f"{name}: expected MODULE:CLASS of a contact law ({error})"
+        ) from error
+    finally:
+        sys.path.pop(0)
+    if not isinstance(law, ContactLaw):
+        raise click.BadParameter(f"{name}: expected a contact law, got {law!r}")
+    return law
+
+
+law_option = click.option(
+    "--law",
+    "laws",
+    multiple=True,
+    metavar="MODULE:CLASS",
+    callback=lambda _context, _option, names: [_law(name) for name in names],
+    help="A contact law of your own that ARCHIVE was computed with: it is imported, from the "
+    "present folder too. May be repeated.",
+)
 archive_argument = click.argument("archive", metavar="ARCHIVE", type=click.Path(path_type=Path))
 select_option = click.option(
     "--select",

@@ -12,6 +12,7 @@ import symhbm as sh
 from symhbm.cli.blocks import INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.continuation import Status
+from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
 
 _FIRST = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
@@ -32,7 +33,11 @@ def kinds() -> list[str]:
 
 
 def draw(
-    dataset: xr.Dataset, kind: str | None, choices: Sequence[str], options: dict[str, int]
+    dataset: xr.Dataset,
+    kind: str | None,
+    choices: Sequence[str],
+    options: dict[str, int],
+    laws: Sequence[ContactLaw] = (),
 ) -> tuple[str, Any]:
     """Kind and figure of the selected part; by default the kind that suits it.
 
@@ -48,7 +53,7 @@ def draw(
         if name not in inspect.signature(function).parameters:
             raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
     if kind == "model":
-        return kind, _structure(part)
+        return kind, _structure(part, laws)
     return kind, function(_by_blade(part) if kind == "blades" else part, **options)
 
 
@@ -59,7 +64,7 @@ def _plot() -> ModuleType:
     return sh.plot
 
 
-def _structure(dataset: xr.Dataset) -> Any:
+def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
     """Figure of the structure of one parameter set, and the force on it."""
     several = [str(dim) for dim in set_dimensions(dataset) if dataset.sizes[dim] > 1]
     if several:
@@ -68,7 +73,7 @@ def _structure(dataset: xr.Dataset) -> Any:
             f"{', '.join(several)}; select one, for example --select {several[0]}="
             f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
         )
-    figure = _plot().model(sh.rebuild(dataset))
+    figure = _plot().model(sh.rebuild(dataset, laws))
     moves = Description(dataset).moving
     if moves != "frequency":
         ax = figure.axes[0]

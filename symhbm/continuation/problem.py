@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.model import PARAMETERS
-from symhbm.numerics import FloatArray, check, length_of
+from symhbm.numerics import FloatArray, length_of
 
 WEAKEST = 0.1
 """Smallest share of the response to which the distance of a harmonic is relative."""
@@ -86,7 +85,11 @@ class FrequencyProblem(ContinuationProblem):
         self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives at the angular frequency ``value``."""
-        return self.problem.evaluate(unknowns, value, slip)
+        evaluation = self.problem.evaluate(unknowns, value, slip)
+        if not self.problem.margins_move:
+            return evaluation
+        by_frequency, _ = self.problem.margin_slopes(value)
+        return replace(evaluation, slip_margin_by_parameter=by_frequency)
 
 
 class ParameterProblem(ContinuationProblem):
@@ -103,13 +106,12 @@ class ParameterProblem(ContinuationProblem):
         index: int | None = None,
         smallest: float = 0.0,
     ):
-        check.known(name, problem.parameters)
         self._derivative = problem.derivative(name)
         self.problem = problem
-        self.name = name
+        self.name = name = problem.parameter_name(name)
         self.frequency = frequency
         self.smallest = smallest
-        self.single_valued = problem.single_valued and name != "cubic_stiffness"
+        self.single_valued = problem.single_valued_over([name])
         nominal = np.asarray(problem.parameters[name], dtype=float)
         chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
         if index is not None:
@@ -127,8 +129,10 @@ class ParameterProblem(ContinuationProblem):
 
     def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
         """Whether there is no force and no contact slides on the way to it."""
-        slides = slip & (self.problem.slip_limit > 0)
-        return self.name == "force_amplitude" and value == 0 and not slides.any()
+        if self.name != "force_amplitude" or value != 0:
+            return False
+        at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).slip
+        return not (slip & ~at_rest).any()
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""
@@ -153,9 +157,9 @@ class ParameterProblem(ContinuationProblem):
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
         slip_margin_by_parameter: FloatArray | float = 0.0
-        exponent = PARAMETERS[self.name].in_slip
-        if exponent and value != 0:
-            slip_margin_by_parameter = exponent / value * chosen
+        if self.name in problem.model.contact_parameters:
+            by_value = problem.margin_slopes(frequency)[1][self.name]
+            slip_margin_by_parameter = by_value @ chosen
         return replace(
             evaluation,
             by_parameter=by_entry @ np.atleast_1d(chosen),

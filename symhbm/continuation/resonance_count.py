@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import ContactStates, HarmonicBalance, by_row, contact_springs
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.model.contacts import ContactSprings, ContactState, contact_springs
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
 LARGEST_SIZE = 300
@@ -27,19 +26,25 @@ class ResonanceCount:
         self._cached: list[NDArray] = []
 
     def below(
-        self, unknowns: FloatArray, value: float, friction: ContactState
+        self, unknowns: FloatArray, value: float, friction: ContactStates
     ) -> tuple[int, ...] | None:
         """The count by harmonic, contacts replaced by springs; None for a large structure."""
         if self._curve.problem.n_dof > LARGEST_SIZE:
             return None
-        problem, _ = self._curve.at(value)
-        return self.below_with(springs_of(problem, unknowns, friction).stiffness, value)
+        problem, frequency = self._curve.at(value)
+        springs = contact_springs(problem, unknowns, frequency, friction)
+        return self._below(problem, frequency, springs.stiffness)
 
     def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:
-        """The same, from the springs (n_harmonics, n_contacts) [N/m]."""
+        """The same under one harmonic, from the springs (m^2) of each contact [N/m]."""
         problem, frequency = self._curve.at(value)
         if problem.n_dof > LARGEST_SIZE:
             return None
+        return self._below(problem, frequency, by_row(problem, springs[None]))
+
+    def _below(
+        self, problem: HarmonicBalance, frequency: float, springs: FloatArray
+    ) -> tuple[int, ...] | None:
         harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
         if not model.has_matrices:
             pairs = zip(harmonics, springs, strict=True)
@@ -47,7 +52,7 @@ class ResonanceCount:
             return None if None in counts else tuple(counts)  # type: ignore[arg-type]
         mass, stiffness, spread, directions = self._matrices(problem, harmonics)
         square = (frequency * np.array(harmonics))[:, None, None] ** 2
-        dynamic = stiffness + (spread * springs[:, None, :]) @ directions - square * mass
+        dynamic = stiffness + _weighted(spread, springs) @ directions - square * mass
         return tuple(map(negative_eigenvalues, dynamic))
 
     def _matrices(self, problem: HarmonicBalance, harmonics: list[int]) -> list[NDArray]:
@@ -64,16 +69,8 @@ class ResonanceCount:
         return self._cached
 
 
-def springs_of(
-    problem: HarmonicBalance, unknowns: FloatArray, friction: ContactState
-) -> ContactSprings:
-    """Springs equivalent to the contacts of a problem, see `contact_springs`."""
-    parameters = problem.contact_stiffness, problem.slip_limit, problem.cubic_stiffness
-    return contact_springs(problem.basis, problem.relative(unknowns), friction, *parameters)
-
-
 def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
-    """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_contacts, n_dof).
+    """Mass, damping and stiffness matrices (n_dof, n_dof) and directions (n_rows, n_dof).
 
     Those of a symmetric structure are of one sector, complex, for a ``wave`` around the disk.
     """
@@ -83,9 +80,13 @@ def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
     if symmetry is None:
         return [matrix.toarray() for matrix in matrices]
     phases = symmetry.phases(wave)
-    rows = [*(np.arange(symmetry.n_dof),) * 3, symmetry.contacts]
+    rows = [*(np.arange(symmetry.n_dof),) * 3, problem.model.rows_of(symmetry.contacts)]
     return [(matrix[row] @ phases).toarray() for matrix, row in zip(matrices, rows, strict=True)]
 
 
 def _adjoint(matrices: NDArray) -> NDArray:
     return matrices.conj().transpose(0, 2, 1)
+
+
+def _weighted(spread: NDArray, springs: FloatArray) -> NDArray:
+    return spread * springs[:, None, :] if springs.ndim == 2 else spread @ springs

@@ -42,7 +42,7 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     if problem.samples is not None:
         return _solve_sampled(problem, frequency)
     stuck = linear_response(problem, frequency)
-    free = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+    free = linear_response(problem.released(), frequency)
     results = []
 
     def balance(unknowns: FloatArray) -> Evaluation:
@@ -80,7 +80,7 @@ def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
 
 
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
-    slip_margin = problem.locate(stuck).slip_margin
+    slip_margin = problem.locate(stuck, frequency).slip_margin
     slip_margin = slip_margin[np.isfinite(slip_margin)]
     share = 0.5 * np.exp(-max(slip_margin.max(initial=0.0), 0.0))
     amplitude = float(problem.parameters["force_amplitude"])

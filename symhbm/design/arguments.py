@@ -10,14 +10,12 @@ import scipy.sparse as sp
 from symhbm.balance import HarmonicBalance
 from symhbm.design.cases import Bands
 from symhbm.design.variables import DesignVariables, Group, groups_of
-from symhbm.model import PARAMETERS
 from symhbm.numerics import FloatArray, check
 from symhbm.results import Sweep
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint
 
-DESIGNABLE = [name for name, parameter in PARAMETERS.items() if parameter.designed]
 _DIMENSIONS = ("variable", "start", "descent", "active", "fresh")
 """Dimensions of a design besides those of its cases."""
 _FORMS = "'common', 'each', or a sequence of numbers that repeats, for example [0, 1]"
@@ -39,16 +37,17 @@ def read_variables(
                 f"{argument}={check.shown(value)}: expected entries for "
                 f"{', '.join(map(str, names))} alone, {unused[0]!r} is not designed"
             )
-    allowed = [name for name in DESIGNABLE if name in problem.parameters]
+    allowed = [name for name in problem.parameters if problem.about(name).designed]
     groups: list[Group] = []
-    for name in names:
-        check.known(name, dict.fromkeys(allowed), "parameter that can be designed")
-        where = "bounds" if len(names) == 1 else f"bounds[{name!r}]"
-        lower, upper = _pair(where, _entry_of("bounds", bounds, name, len(names)))
+    given, names = names, [problem.parameter_name(name) for name in names]
+    for said, name in zip(given, names, strict=True):
+        check.known(name, allowed, "parameter that can be designed")
+        where = "bounds" if len(names) == 1 else f"bounds[{said!r}]"
+        lower, upper = _pair(where, _entry_of("bounds", bounds, said, len(names)))
         n_entries = np.size(problem.parameters[name])
         if not n_entries:
             raise ValueError(f"parameters={name!r}: expected contacts, the structure has none")
-        pattern = _pattern(_entry_of("vary", vary, name, 1), n_entries)
+        pattern = _pattern(_entry_of("vary", vary, said, 1), n_entries)
         groups += groups_of(name, pattern, n_entries, lower, upper)
     ratios = {name: np.ones(np.size(problem.parameters[name])) for name in names}
     return DesignVariables(tuple(groups), ratios)

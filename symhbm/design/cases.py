@@ -36,6 +36,7 @@ class Cases:
     ):
         self.size = sweep.size
         self.surveys = self.follows = 0
+        self.problem = problem
         self._arguments = problem, sweep, variables, bands
         self._bar = progress_bar("response", progress)
         self._work = _Work(problem, sweep, variables, tuple(bands))
@@ -94,6 +95,7 @@ class _Work:
         variables: DesignVariables,
         bands: tuple[Bands, ...],
     ):
+        self.problem = problem
         self._arguments = problem, sweep, variables, bands
         self._responses: dict[int, Response] = {}
         self._compiled: dict[int, SecondOrder] = {}

@@ -11,24 +11,13 @@ from symhbm.numerics import FloatArray
 from symhbm.peaks import Conditions
 
 
-def parameters_of(problem) -> list[str]:
-    """Names of the parameters that may vary continuously."""
-    named = problem.parameters
-    springs = problem.model.has_cubic_springs
-    return [
-        name
-        for name, value in named.items()
-        if not isinstance(value, int) and (name != "cubic_stiffness" or springs)
-    ]
-
-
 def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatArray]]:
     """Derivatives of the statistic [m] and of the variables by each parameter, all values alike.
 
     Those of the variables (n_variables,) are in units of the variable over that of the parameter;
     NaN where the response is constant in some direction, so that the optimum is not isolated.
     """
-    names = parameters_of(cases.response(active.cases[0]).at(active.x))
+    names = cases.response(active.cases[0]).at(active.x).differentiable
     by_value = np.empty((len(active.maxima), len(names)))
     by_gradient = np.empty((len(active.maxima), len(active.x), len(names)))
     compiled: dict[int, SecondOrder] = {}

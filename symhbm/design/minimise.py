@@ -30,7 +30,7 @@ from symhbm.design.program import Program, Statistic
 from symhbm.design.report import report
 from symhbm.design.search import SearchResult, around, common, search
 from symhbm.design.variables import DesignVariables
-from symhbm.model import DOUBT, dims_of, natural_band, warn_of_doubts
+from symhbm.model import DOUBT, natural_band, warn_of_doubts
 from symhbm.numerics import FloatArray, check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
@@ -265,7 +265,7 @@ def _responses(
             ]
             values = [of_case.parameters(problem, x)[name] for of_case in own_variables]
             shape = (*sweep.shape, *np.shape(values[0]))
-            inner = dims_of(name)
+            inner = problem.dims_of(name)
             labels = {
                 str(label): coordinate
                 for label, coordinate in sweep.values[name].coords.items()

@@ -10,7 +10,7 @@ from symhbm.design.cases import Cases
 from symhbm.design.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import SearchResult
-from symhbm.model import PARAMETERS
+from symhbm.model.contacts import Parameter
 from symhbm.numerics import RADIANS
 from symhbm.results import meaning
 
@@ -26,7 +26,8 @@ def report(
     bound_multipliers = (
         np.zeros(n) if active is None else np.where(active.free, 0.0, active.bound_multipliers)
     )
-    units = [PARAMETERS[group.parameter].units for group in variables.groups]
+    records = cases.problem.records
+    units = [records[group.parameter].units for group in variables.groups]
     table: dict[str, Any] = {
         "variable": (
             "variable",
@@ -67,7 +68,7 @@ def report(
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return xr.Dataset({name: (*value, _attributes(name)) for name, value in table.items()})
+    return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
 
 
 def _active(search_result: SearchResult) -> dict[str, Any]:
@@ -85,14 +86,14 @@ def _active(search_result: SearchResult) -> dict[str, Any]:
     return {name: ("active", column) for name, column in columns.items()}
 
 
-def _attributes(name: str) -> dict[str, Any]:
+def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
     for prefix, units, words in (
         ("design_amplitude_by_", "m", "derivative of the optimal response"),
         ("design_value_by_", "", "derivative of the optimal value"),
     ):
         if name.startswith(prefix):
             parameter = name.removeprefix(prefix)
-            of, long_name = PARAMETERS[parameter][:2]
+            of, long_name = records[parameter][:2]
             # The unit of a variable's value is that of variable_units.
             unit = units or "variable_units"
             return {

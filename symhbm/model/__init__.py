@@ -10,12 +10,13 @@ from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
-    Parameter,
     dims_of,
+    is_pattern,
+    records_by_name,
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import Structure
+from symhbm.model.structure import SliderContacts, Structure
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -27,15 +28,17 @@ __all__ = [
     "Excitation",
     "HarmonicForce",
     "Model",
-    "Parameter",
     "PointForce",
+    "SliderContacts",
     "Structure",
     "Symmetry",
     "bladed_disk",
     "dims_of",
     "find_symmetry",
+    "is_pattern",
     "natural_band",
     "positive_definite",
+    "records_by_name",
     "single_blade",
     "warn_of_doubts",
 ]

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,9 +26,11 @@ class Model(Structure):
     ----------
     mass_matrix, damping_matrix, stiffness_matrix : (n_dof, n_dof)
         Dense or `scipy.sparse` [kg, N s/m, N/m].
-    contacts : sequence of (dof, dof) or (dof,)
+    contacts : sequence of (dof, dof) or (dof,), or `symhbm.Contacts` by name
         The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
-        connected to the ground.
+        connected to the ground. They are friction elements and cubic springs; groups of any laws
+        have names, and their values with them. Parameters of groups are
+        ``"<group>.<parameter>"``, those of one group alone their name.
     contact_stiffness, friction_coefficient, normal_load : one value or one per contact
         ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element: all three, or none where
         the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
@@ -134,7 +136,11 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
+        return _restored, ({k: v for k, v in vars(self).items() if k not in _CACHED},)
+
+
+_CACHED = {"contact_rows", "directions", "records"}
+"""Attributes that are computed from the others."""
 
 
 def _restored(values: dict[str, Any]) -> Model:

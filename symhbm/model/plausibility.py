@@ -75,7 +75,7 @@ def _of_effect(model: Structure, moving: Collection[str]) -> str:
     nothing = [
         name
         for name in FRICTION_PARAMETERS
-        if name not in moving and not np.any(getattr(model, name))
+        if name in model.parameters and name not in moving and not np.any(getattr(model, name))
     ]
     idle = [name for name in FRICTION_PARAMETERS if name in moving]
     if not (nothing and idle and model.n_contacts):
@@ -91,7 +91,7 @@ def _of_damping(model: Structure) -> str:
     mass, damping, stiffness = (
         getattr(model, f"{name}_matrix").diagonal() for name in ("mass", "damping", "stiffness")
     )
-    springs = abs(model.directions).T @ model.contact_stiffness
+    springs = abs(model.directions).T @ model.stuck_springs
     stiffness = np.where(stiffness > 0, stiffness, springs)
     critical = 2 * np.sqrt(mass * stiffness)
     if np.any(damping <= critical):
@@ -105,8 +105,8 @@ def _of_damping(model: Structure) -> str:
 
 
 def _of_band(model: Structure, band: tuple[float, float], harmonics: Sequence[int]) -> str:
-    if np.any(model.cubic_stiffness):
-        return ""  # cubic springs move resonances as far as the motion is large
+    if not model.bounded:
+        return ""  # such contacts move resonances as far as the motion is large
     low, high = min(band), max(band)
     of_one, reach = low == high, max(_FAR, *harmonics)
     if of_one and low <= _ALONE * _highest(model):
@@ -139,7 +139,7 @@ def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]
     mass, free = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
     free = 0.5 * (free + free.T)
     directions = model.directions.toarray()
-    held = free + (directions.T * model.contact_stiffness) @ directions
+    held = free + (directions.T * model.stuck_springs) @ directions
     # About a band, so that neither free bodies nor motions without inertia are singular.
     shift = (2 * np.pi * hertz) ** 2
     found = []
@@ -157,7 +157,7 @@ def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]
 def _highest(model: Structure) -> float:
     """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
     inertia = model.mass_matrix.diagonal()
-    springs = (abs(model.directions)).T @ model.contact_stiffness
+    springs = (abs(model.directions)).T @ model.stuck_springs
     stiffness, moving = model.stiffness_matrix.diagonal() + springs, inertia > 0
     if not moving.all():
         return np.inf

@@ -15,7 +15,6 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.excitation import Excitation
-from symhbm.model.parameters import CONTACT_PARAMETERS, dims_of
 from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -96,21 +95,25 @@ class Symmetry:
         sector = np.array(self.contact_sector, dtype=int)
         return 2 * np.pi * (self.lag * sector % self.n_sectors) / self.n_sectors
 
-    def own(self, name: str, values: Any) -> NDArray[np.float64]:
-        """The first sector's values of a named parameter, from those of the whole structure.
+    def own_of_dofs(self, name: str, values: FloatArray) -> FloatArray:
+        """The first sector's values of a parameter of all dofs; ValueError where they differ."""
+        chosen = values[: self.n_dof]
+        return self._checked(name, values, chosen, np.tile(chosen, self.n_sectors))
 
-        Raises ValueError where the sectors differ.
-        """
-        array = np.asarray(values, dtype=float)
-        if array.ndim == 0 or not dims_of(name):
-            return array
-        if dims_of(name) == ("dof",):
-            chosen = array[: self.n_dof]
-            spread = np.tile(chosen, self.n_sectors)
-        else:
-            chosen = array[self.contacts]
-            spread = self.spread_contacts(chosen)
-        if not np.array_equal(spread, array):
+    def own_of_contacts(
+        self, name: str, values: FloatArray, contacts: NDArray[np.intp]
+    ) -> FloatArray:
+        """The first sector's values of a parameter of some ``contacts``; ValueError as above."""
+        everywhere = np.full(len(self.contact_place), np.nan)
+        everywhere[contacts] = values
+        chosen = everywhere[self.contacts]
+        spread = self.spread_contacts(chosen)[contacts]
+        return self._checked(name, values, chosen[np.isin(self.contacts, contacts)], spread)
+
+    def _checked(
+        self, name: str, values: FloatArray, chosen: FloatArray, spread: FloatArray
+    ) -> FloatArray:
+        if not np.array_equal(spread, values):
             raise ValueError(
                 f"{name}: expected the same values in each of {self.n_sectors} sectors"
             )
@@ -155,14 +158,16 @@ def _contact_order(
     model: Structure, step: int, n_sectors: int
 ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
     """Sector of each contact and its place there, None where contacts do not repeat."""
-    values = np.array([model.parameters[name] for name in CONTACT_PARAMETERS]).T
     if model.n_contacts % n_sectors:
         return None
+    values: list[list[Any]] = [[] for _ in model.contacts]
+    for group in model.groups:
+        of_group = np.array(list(model.values_of(group).values())).T.tolist()
+        for j, row in zip(group.contacts, of_group, strict=True):
+            values[j] += [group.name, *row]
     # Contacts of equal ends, side by side, are told apart by their values.
     known: dict[tuple, list[int]] = defaultdict(list)
-    keys = [
-        (tuple(ends), tuple(row)) for ends, row in zip(model.contacts, values.tolist(), strict=True)
-    ]
+    keys = [(tuple(ends), tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
     for j, key in enumerate(keys):
         known[key].append(j)
     sector = np.full(model.n_contacts, -1)
@@ -173,13 +178,20 @@ def _contact_order(
             continue
         twin = known[ends, row].index(j)
         for i in range(n_sectors):
-            moved = tuple((dof + i * step) % model.n_dof for dof in ends)
+            moved = _moved(ends, i * step, model.n_dof)
             alike = known.get((moved, row), [])
             if twin >= len(alike) or sector[alike[twin]] >= 0:
                 return None
             sector[alike[twin]], place[alike[twin]] = i, n_places
         n_places += 1
     return tuple(sector.tolist()), tuple(place.tolist())
+
+
+def _moved(ends: tuple, step: int, n_dof: int) -> tuple:
+    """Ends of a contact, of one direction or of several, some degrees of freedom further."""
+    return tuple(
+        _moved(end, step, n_dof) if isinstance(end, tuple) else (end + step) % n_dof for end in ends
+    )
 
 
 def _lag(shape: FloatArray, step: int, n_sectors: int, basis: FourierBasis) -> int | None:

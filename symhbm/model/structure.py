@@ -1,13 +1,13 @@
 """What vibrates, seen from its contacts.
 
-Contact ``j`` acts on the relative displacement ``y_j = w_j^T x`` of two degrees of freedom, or of
-one and the ground. It is a dry friction element, a cubic spring, or both side by side.
+A contact acts on relative displacements ``y = w^T x`` of two degrees of freedom, or of one and the
+ground. Contacts of one law are a group; groups may act side by side on the same contacts.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -15,11 +15,27 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.contacts import slip_limit
-from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS, PARAMETERS
+from symhbm.model.contacts import (
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    Group,
+    Parameter,
+    check_pairs,
+    named,
+)
+from symhbm.model.parameters import (
+    CONTACT_PARAMETERS,
+    FRICTION_PARAMETERS,
+    PARAMETERS,
+    dims_of,
+    records_by_name,
+)
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+_SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
+"""The groups of contacts that have no names of their own."""
 
 
 class NearModes(NamedTuple):
@@ -34,6 +50,19 @@ class NearModes(NamedTuple):
     width: FloatArray
     near: NDArray[np.bool_]
     shapes: FloatArray
+
+
+class SliderContacts(NamedTuple):
+    """Contacts that are a spring in series with a slider, (n,) each.
+
+    Their numbers ``contact`` among all contacts and ``row`` among all displacements, their
+    ``stiffness`` [N/m] and ``limit`` [N].
+    """
+
+    contact: NDArray[np.intp]
+    row: NDArray[np.intp]
+    stiffness: FloatArray
+    limit: FloatArray
 
 
 class Structure(ABC):
@@ -80,7 +109,9 @@ class Structure(ABC):
     1
     """
 
-    contacts: tuple[tuple[int, ...], ...]
+    contacts: tuple[Any, ...]
+    row_pairs: tuple[tuple[int, ...], ...]
+    groups: tuple[Group, ...]
     contact_stiffness: Any
     friction_coefficient: Any
     normal_load: Any
@@ -100,7 +131,7 @@ class Structure(ABC):
     def __init__(self, n_dof: int, contacts: Any = (), **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
         for name in parameters:
-            check.known(name, dict.fromkeys(CONTACT_PARAMETERS), "parameter of contacts")
+            check.known(name, CONTACT_PARAMETERS, "parameter of contacts")
         self._set_contacts(contacts, **parameters)
 
     def __getattr__(self, name: str) -> Any:
@@ -118,11 +149,53 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        self._store(contacts=_contact_dofs(contacts, self.n_dof))
+        if isinstance(contacts, Mapping):
+            self._set_groups(contacts, parameters)
+            return
+        pairs = check_pairs(contacts, self.n_dof)
+        self._store(contacts=pairs, row_pairs=pairs)
         given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
         self._check_complete(given)
+        every = np.arange(len(pairs))
+        names = named({name: law.parameters for name, law in _SHORT.items()})
+        groups = [
+            Group(name, law, every, every[:, None], names[name]) for name, law in _SHORT.items()
+        ]
+        self._store(groups=tuple(groups))
         for name, value in given.items():
             self._store(**{name: self._each(name, 0.0 if value is None else value)})
+
+    def _set_groups(self, contacts: Mapping[str, Contacts], parameters: dict[str, Any]) -> None:
+        """Groups by name; values are the groups' own."""
+        given = [name for name, value in parameters.items() if value is not None]
+        if given:
+            raise ValueError(
+                f"{', '.join(given)}: expected the values of named groups with each group, as in "
+                "symhbm.Contacts(law, pairs, ...)"
+            )
+        for name, group in contacts.items():
+            if not isinstance(group, Contacts):
+                raise TypeError(
+                    f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
+                    "pairs, ...)"
+                )
+            if not str(name).isidentifier() or "__" in name or name.startswith("_"):
+                raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
+        names = named({name: group.law.parameters for name, group in contacts.items()})
+        every, rows, groups = [], [], []
+        for name, group in contacts.items():
+            pairs = [check_pairs(of_direction, self.n_dof) for of_direction in group.pairs]
+            together = list(zip(*pairs, strict=True))
+            first, m = len(rows), len(pairs)
+            of_rows = first + np.arange(len(together) * m).reshape(-1, m)
+            of_contacts = len(every) + np.arange(len(together))
+            groups.append(Group(name, group.law, of_contacts, of_rows, names[name]))
+            every += [ends[0] if m == 1 else ends for ends in together]
+            rows += [pair for ends in together for pair in ends]
+        self._store(contacts=tuple(every), row_pairs=tuple(rows), groups=tuple(groups))
+        for group in groups:
+            for own, name in group.parameters.items():
+                self._store(**{name: self._each(name, contacts[group.name].values[own])})
 
     def _check_complete(self, values: dict[str, Any]) -> None:
         """Raise ValueError for contacts that do nothing since a parameter was forgotten."""
@@ -150,28 +223,116 @@ class Structure(ABC):
         """Number of contacts."""
         return len(self.contacts)
 
-    @property
-    def slip_limit(self) -> FloatArray:
-        """``mu F_n`` of each contact [N]."""
-        return slip_limit(self.friction_coefficient, self.normal_load)
+    @cached_property
+    def records(self) -> dict[str, Parameter]:
+        """What each parameter of the contacts is."""
+        return records_by_name({group.name: group.law.parameters for group in self.groups})
 
     @property
-    def has_cubic_springs(self) -> bool:
-        """Whether any contact has a cubic spring: responses then need not be unique."""
-        return bool(np.any(self.cubic_stiffness))
+    def is_short(self) -> bool:
+        """Whether contacts are friction and cubic springs without names."""
+        laws = {group.name: group.law for group in self.groups}
+        return laws == _SHORT and all(group.n == self.n_contacts for group in self.groups)
+
+    def about(self, name: str) -> Parameter:
+        """What a parameter of a structure or an excitation is."""
+        return self.records.get(name) or PARAMETERS[name]
+
+    @property
+    def contact_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters of the contacts."""
+        return tuple(name for group in self.groups for name in group.parameters.values())
+
+    def group_of(self, name: str) -> Group:
+        """The group that a parameter of the contacts belongs to."""
+        return next(group for group in self.groups if name in group.parameters.values())
+
+    def values_of(self, group: Group) -> dict[str, FloatArray]:
+        """Values of the parameters of a group by the names of its law, (n,) each."""
+        return {own: getattr(self, name) for own, name in group.parameters.items()}
+
+    def dims_of(self, name: str) -> tuple[str, ...]:
+        """Dimensions of one value of a parameter in a dataset."""
+        if name not in self.records:
+            return dims_of(name)
+        group = self.group_of(name)
+        return ("contact",) if group.n == self.n_contacts else (f"{group.name}_contact",)
+
+    def sliders(self, frequency: float) -> SliderContacts:
+        """All contacts that are a spring in series with a slider, at a frequency [rad/s]."""
+        parts = [
+            (group.contacts, group.rows[:, 0], *sliders)
+            for group in self.groups
+            if (sliders := group.law.sliders(frequency, self.values_of(group))) is not None
+        ]
+        contact, row = np.zeros((2, 0), dtype=int)
+        joined = [(contact, row, *np.zeros((2, 0))), *parts]
+        return SliderContacts(*(np.concatenate(each) for each in zip(*joined, strict=True)))
+
+    def _over_groups(self, method: str) -> list[Any]:
+        return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]
+
+    @property
+    def unique(self) -> bool:
+        """Whether contacts leave responses unique, if damping dissipates."""
+        active = [group for group in self.groups if group.law.acts(self.values_of(group)).any()]
+        return all(group.law.monotone(self.values_of(group)) for group in active)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the stiffness of the contacts has a bound, that of all of them stuck."""
+        return all(np.isfinite(values).all() for values in self._over_groups("stiffest"))
+
+    @property
+    def stuck_springs(self) -> FloatArray:
+        """Largest stiffness of the contacts that have one, (n_rows,) [N/m]."""
+        result = np.zeros(len(self.row_pairs))
+        for group, stiffest in zip(self.groups, self._over_groups("stiffest"), strict=True):
+            np.add.at(result, group.rows, np.where(np.isfinite(stiffest), stiffest, 0.0)[:, None])
+        return result
+
+    @property
+    def holding_rows(self) -> NDArray[np.intp]:
+        """Displacements in which contacts hold a structure in the mean, whatever slips."""
+        held = zip(self.groups, self._over_groups("holds"), strict=True)
+        rows = [group.rows[holds].ravel() for group, holds in held]
+        return np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
+
+    @cached_property
+    def contact_rows(self) -> list[NDArray[np.intp]]:
+        """Numbers of the displacements of each contact."""
+        rows = {
+            j: row for g in self.groups for j, row in zip(g.contacts.tolist(), g.rows, strict=True)
+        }
+        return [rows[j] for j in range(self.n_contacts)]
+
+    def rows_of(self, contacts: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Numbers of the displacements of some contacts, one contact after the other."""
+        rows = [self.contact_rows[j] for j in contacts.tolist()]
+        return np.concatenate([np.zeros(0, dtype=int), *rows])
+
+    @property
+    def first_pairs(self) -> list[tuple[int, ...]]:
+        """Degrees of freedom of each contact in the first of its directions."""
+        return [self.row_pairs[rows[0]] for rows in self.contact_rows]
+
+    @property
+    def touched(self) -> set[int]:
+        """Degrees of freedom that contacts act on."""
+        return {dof for pair in self.row_pairs for dof in pair}
 
     @cached_property
     def directions(self) -> sp.csr_array:
-        """Directions ``w_j`` as rows, shape ``(n_contacts, n_dof)``."""
-        rows = [j for j, dofs in enumerate(self.contacts) for _ in dofs]
-        columns = [dof for dofs in self.contacts for dof in dofs]
-        values = [sign for dofs in self.contacts for sign in (1.0, -1.0)[: len(dofs)]]
-        return sp.csr_array((values, (rows, columns)), shape=(self.n_contacts, self.n_dof))
+        """Directions ``w`` of all displacements as rows, shape ``(n_rows, n_dof)``."""
+        rows = [j for j, dofs in enumerate(self.row_pairs) for _ in dofs]
+        columns = [dof for dofs in self.row_pairs for dof in dofs]
+        values = [sign for dofs in self.row_pairs for sign in (1.0, -1.0)[: len(dofs)]]
+        return sp.csr_array((values, (rows, columns)), shape=(len(self.row_pairs), self.n_dof))
 
     @property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: those of the contacts, one value each."""
-        return {name: np.asarray(getattr(self, name)) for name in CONTACT_PARAMETERS}
+        return {name: np.asarray(getattr(self, name)) for name in self.contact_parameters}
 
     def with_parameters(self, **values: ArrayLike) -> Self:
         """Return a copy with other values, one or one per blade or contact, of named parameters.
@@ -182,9 +343,28 @@ class Structure(ABC):
         other = object.__new__(type(self))
         other._store(**vars(self))
         for name, value in values.items():
-            check.known(name, self.parameters, "parameter of this model")
-            other._put(name, value)
+            other._put(self.parameter_name(name), value)
         return other
+
+    def parameter_name(self, name: str) -> str:
+        """What a parameter is called here: by its name alone where one group has it.
+
+        Raises KeyError for no parameter, and for the name of several.
+        """
+        known = self.parameters
+        if name in known:
+            return name
+        of_groups = [f"{g.name}.{name}" for g in self.groups if name in g.parameters]
+        if len(of_groups) > 1:
+            raise KeyError(
+                f"{name!r} is a parameter of several groups; say {' or '.join(of_groups)}"
+            )
+        group, _, own = name.partition(".")
+        alone = [g for g in self.groups if g.name == group and own in g.parameters]
+        if alone:
+            return alone[0].parameters[own]
+        check.known(name, known, "parameter of this model")
+        return name
 
     def _put(self, name: str, value: ArrayLike) -> None:
         self._store(**{name: self._each(name, value)})
@@ -195,8 +375,8 @@ class Structure(ABC):
 
     def _each(self, name: str, value: ArrayLike) -> FloatArray:
         """Checked values of a parameter of the contacts, (n_contacts,)."""
-        bound = PARAMETERS[name].bound
-        return check.one_or_each(name, value, self.n_contacts, "contact", bound)
+        size, bound = self.group_of(name).n, self.records[name].bound
+        return check.one_or_each(name, value, size, "contact", bound)
 
     @property
     def has_matrices(self) -> bool:
@@ -267,31 +447,9 @@ class Structure(ABC):
             f"{self.n_contacts} contact{'' if self.n_contacts == 1 else 's'}"
         ]
         for name, value in self.parameters.items():
-            if value.size and (name != "cubic_stiffness" or self.has_cubic_springs):
+            if value.size and (name != "cubic_stiffness" or value.any()):
                 low, high = value.min(), value.max()
                 text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
-                lines.append(f"  {name:<21} {text} {PARAMETERS[name].unit}".rstrip())
+                unit = self.about(name).shown_as(name)[1]
+                lines.append(f"  {name:<21} {text} {unit}".rstrip())
         return "\n".join(lines)
-
-
-def _contact_dofs(contacts: Any, n_dof: int) -> tuple[tuple[int, ...], ...]:
-    if isinstance(contacts, (str, bytes)) or not isinstance(contacts, Iterable):
-        raise TypeError(f"contacts={check.shown(contacts)}: expected a sequence of DOF pairs")
-    result = []
-    for j, dofs in enumerate(contacts):
-        # A number may be meant for a contact to the ground, or for half of the only contact.
-        if not isinstance(dofs, Iterable):
-            raise TypeError(
-                f"contacts[{j}]={check.shown(dofs)}: expected (first, second), as in [(0, 1)], or "
-                "(dof,) for a contact to the ground"
-            )
-        pair = tuple(dofs)
-        if len(pair) not in (1, 2):
-            raise ValueError(f"contacts[{j}]={check.shown(dofs)}: expected one or two DOFs")
-        pair = tuple(check.integer(f"contacts[{j}]", dof, 0, n_dof - 1) for dof in pair)
-        if len(set(pair)) != len(pair):
-            raise ValueError(
-                f"contacts[{j}]={check.shown(dofs)}: a contact joins two different DOFs"
-            )
-        result.append(pair)
-    return tuple(result)

@@ -22,6 +22,7 @@ from symhbm.numerics.linear_algebra import (
     length_of,
     negative_eigenvalues,
     saddle,
+    weighted,
 )
 from symhbm.numerics.machine_code import native
 from symhbm.numerics.roots import MACHINE, Motions, monotone_root
@@ -31,6 +32,7 @@ from symhbm.numerics.turning_points import (
     largest_displacement,
     points_in_cells,
     turning_cells,
+    turning_hessian,
     turning_points,
 )
 
@@ -72,6 +74,8 @@ __all__ = [
     "saddle",
     "sparsity_of",
     "turning_cells",
+    "turning_hessian",
     "turning_points",
     "unknowns_of",
+    "weighted",
 ]

@@ -119,3 +119,8 @@ def _parity(permutation: np.ndarray) -> int:
         if length and length % 2 == 0:
             sign = -sign
     return sign
+
+
+def weighted(columns: NDArray, factors: NDArray) -> NDArray:
+    """Columns (n, m) times their factors (m,), or times a matrix (m, m) that couples them."""
+    return columns * factors if factors.ndim == 1 else columns @ factors

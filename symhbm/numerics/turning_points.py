@@ -266,3 +266,15 @@ def _zeros(motions: Motions, cells: Cells) -> FloatArray:
         bow = rest * (rise / bend - width) - share * (rise / bend_right - width)
         start = left + share * (width + rest * bow)
     return motions.crossings(owner, 1, np.zeros(len(left)), left, left + width, slope < 0, start)
+
+
+def turning_hessian(basis: FourierBasis, coefficients: FloatArray, angle: FloatArray) -> FloatArray:
+    """Second derivatives of the values of motions (n, n_components) at turning points.
+
+    ``angle`` (n,) [rad] tells where they turn. (n, n_components, n_components) [1/m], zero for
+    motions that are constant.
+    """
+    slope = basis.values(angle, 1)
+    bend = np.einsum("im,im->i", basis.values(angle, 2), coefficients)
+    factor = -1 / np.where(bend == 0, np.inf, bend)
+    return factor[:, None, None] * slope[:, :, None] * slope[:, None, :]

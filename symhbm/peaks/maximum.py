@@ -3,7 +3,7 @@
 At a *smooth* maximum the slope of the amplitude vanishes, at a *corner* one contact is on its slip
 limit, an *edge* is the end of the band. The contact on the limit of a corner is held in stick,
 where the equations are smooth on both sides; the limit may be that of a small loop within its
-hysteresis, see `symhbm.model.contacts.coulomb_loops`. Variables are unknowns, frequency and the
+hysteresis, see `symhbm.model.contacts.coulomb.loops`. Variables are unknowns, frequency and the
 parameters of a `SecondOrder`, in this order.
 """
 
@@ -16,11 +16,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder, turning_hessian
+from symhbm.balance import BalancedGroup, ContactStates, Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
-from symhbm.model import FRICTION_PARAMETERS, PARAMETERS
-from symhbm.model.contacts import Loop, loops_near_limit, on_loop
+from symhbm.model.contacts import Coulomb, Loop, located_of, loops_near_limit, on_loop, travel
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
 
 
@@ -55,13 +54,17 @@ class Maximum:
     @classmethod
     def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Maximum":
         """The maximum at a located peak that is not unbounded."""
-        friction = problem.locate(peak.unknowns)
+        friction = problem.locate(peak.unknowns, peak.value)
         slip, contact, further_contacts, loop = friction.slip.copy(), -1, (), None
         if peak.kind == PeakKind.CORNER:
             distance = np.abs(friction.slip_margin)
             tolerance = max(10 * ON_LIMIT, distance.min())
             on_limit = np.flatnonzero(distance <= tolerance).tolist()
-            loops = _loops(problem, peak.unknowns, slip) if tolerance > 10 * ON_LIMIT else []
+            loops = (
+                _loops(problem, peak.unknowns, peak.value, slip)
+                if tolerance > 10 * ON_LIMIT
+                else []
+            )
             if loops and loops[0][0] < tolerance:
                 loop = loops[0][1]
                 on_limit = [
@@ -80,7 +83,7 @@ class Maximum:
         cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float, dof: int
     ) -> "Maximum":
         """The response of one degree of freedom at an end of the band, ``frequency`` in rad/s."""
-        slip = problem.locate(unknowns).slip
+        slip = problem.locate(unknowns, frequency).slip
         return cls(problem, MaximumKind.EDGE, dof, unknowns, frequency, slip)
 
     @property
@@ -99,23 +102,37 @@ class Maximum:
             states = self.slip.copy()
             states[self.on_limit if slips else []] = True
             return problem.evaluate(*solution, states)
-        contact = self.loop.contact
-        friction = on_loop(
-            problem.locate(self.unknowns, self.slip),
+        friction = problem.locate(self.unknowns, self.frequency, self.slip)
+        group, contact, motion, values = self._at_limit
+        assert isinstance(group.law, Coulomb)
+        stiffness, limit = (float(part[0]) for part in group.law.sliders(self.frequency, values))
+        state = on_loop(
+            friction.groups[group.name].details,
             problem.basis,
-            problem.relative(self.unknowns)[contact],
-            problem.contact_stiffness[contact],
-            problem.slip_limit[contact],
-            self.loop,
+            motion,
+            stiffness,
+            limit,
+            replace(self.loop, contact=contact),
             slips,
         )
-        return problem.evaluate(*solution, self.slip, friction)
+        held = {group.name: located_of(state, state.vector)}
+        return problem.evaluate(*solution, self.slip, ContactStates(friction.groups | held))
+
+    @property
+    def _at_limit(self) -> tuple[BalancedGroup, int, FloatArray, dict[str, FloatArray]]:
+        """Of the contact of a corner: group, number within, motion (m K,) and values (1,)."""
+        problem = self.problem
+        group, contact, _ = problem.switch(self.contact)
+        motion = problem.motions(group, problem.relative(self.unknowns))[contact]
+        values = {name: array[[contact]] for name, array in problem.values_of(group).items()}
+        return group, contact, motion, values
 
     def moved(self, unknowns: FloatArray, frequency: float) -> "Maximum":
         """The same maximum at other unknowns and another frequency."""
         loop = self.loop
         if loop is not None:
-            motion = self.problem.relative(unknowns)[loop.contact]
+            group, contact, _ = self.problem.switch(loop.contact)
+            motion = self.problem.motions(group, self.problem.relative(unknowns))[contact]
             loop = loop.on(self.problem.basis, motion)
         return replace(self, unknowns=unknowns, frequency=frequency, loop=loop)
 
@@ -168,84 +185,78 @@ class Maximum:
         if self.kind == MaximumKind.EDGE:
             row[self.problem.n_unknowns] = 1 / self.frequency
         elif self.kind == MaximumKind.CORNER:
-            row[: self.problem.n_unknowns] = self.problem.expand(self.contact, self._limit[1])
-            for column, sign, value in self._limit_parameters(second_order):
-                row[column] = sign / value
+            group, contact, motion, _ = self._at_limit
+            gradient = self._limit[1]
+            by_motion, others = np.split(gradient, [len(motion)])
+            row[: self.problem.n_unknowns] = self.problem.by_unknowns(group, contact, by_motion)
+            columns, places = self._columns(second_order)
+            row[columns] = others[places]
         return row
 
     def limit_curvature(self, second_order: SecondOrder) -> Any:
         """Second derivative of the limit of a corner by all variables, dense or sparse by size."""
-        block = self._limit[2]
-        rows = self.problem.expand(self.contact, np.eye(len(block)))
+        group, contact, motion, _ = self._at_limit
+        block, size = self._limit[2], len(motion)
+        rows = self.problem.by_unknowns(group, contact, np.eye(size))
         involved = np.flatnonzero(rows.any(axis=0))
-        parameters = self._limit_parameters(second_order)
-        columns = np.array([*involved, *(column for column, _, _ in parameters)])
-        curvature = np.diag(
-            [0.0] * len(involved) + [-sign / value**2 for _, sign, value in parameters]
-        )
-        curvature[: len(involved), : len(involved)] = (
-            rows[:, involved].T @ block @ rows[:, involved]
-        )
-        return _embedded(curvature, columns, second_order.n_variables)
+        columns, places = self._columns(second_order)
+        spread = np.zeros((len(block), len(involved) + len(columns)))
+        spread[:size, : len(involved)] = rows[:, involved]
+        spread[size + places, len(involved) + np.arange(len(columns))] = 1.0
+        curvature = spread.T @ block @ spread
+        return _embedded(curvature, np.concatenate([involved, columns]), second_order.n_variables)
 
     @cached_property
     def _limit(self) -> tuple[float, FloatArray, FloatArray]:
-        """The slip margin of the contact of a corner, and its derivatives by the contact's motion.
+        """The margin of the contact of a corner, and its derivatives.
 
-        It is the logarithm of the travel between two turning points over ``2 mu F_n / k_d``; for a
-        loop that returns to the same limit, the travel itself.
+        By the contact's motion, the frequency and its values. For a loop that returns to the same
+        limit the margin is the travel between its turning points, over the whole one.
         """
-        problem, contact, loop = self.problem, self.contact, self.loop
-        basis, motion = problem.basis, problem.relative(self.unknowns)[[contact]]
-        points = turning_points(basis, motion)
-        angle = points.angle[0, [0, points.lowest[0]]]
-        if loop is not None:
-            moved_loop = loop.on(basis, motion[0])
-            angle = np.array([moved_loop.end, moved_loop.begin])[:: loop.sides[1]]
-        high, low = basis.values(angle)
-        spread = float((high - low) @ motion[0])
-        gradient = high - low
-        bend_high, bend_low = turning_hessian(basis, motion[[0, 0]], angle)
-        curvature = bend_high - bend_low
-        if loop is not None and loop.returns:
-            full_travel = points.value[0, 0] - points.value[0, points.lowest[0]]
-            return spread / full_travel, gradient / full_travel, curvature / full_travel
-        ratio = problem.contact_stiffness[contact] * spread / (2 * problem.slip_limit[contact])
-        gradient, curvature = gradient / spread, curvature / spread
-        return float(np.log(ratio)), gradient, curvature - np.outer(gradient, gradient)
+        basis, loop = self.problem.basis, self.loop
+        group, _, motion, values = self._at_limit
+        if loop is None:
+            place = self.problem.switch(self.contact)[2]
+            return group.law.margin_expansion(basis, motion, self.frequency, values, place)
+        moved_loop = loop.on(basis, motion)
+        angle = np.array([moved_loop.end, moved_loop.begin])[:: loop.sides[1]]
+        assert isinstance(group.law, Coulomb)
+        if not loop.returns:
+            return group.law.travel_expansion(basis, motion, self.frequency, values, angle)
+        points = turning_points(basis, motion[None])
+        whole = points.value[0, 0] - points.value[0, points.lowest[0]]
+        n = 1 + len(values)
+        spread, gradient, curvature = (part / whole for part in travel(basis, motion, angle))
+        return spread, np.pad(gradient, (0, n)), np.pad(curvature, (0, n))
 
-    def _limit_parameters(self, second_order: SecondOrder) -> list[tuple[int, float, float]]:
-        """Column, exponent and value of the parameters of the limit of a corner."""
-        if self.loop is not None and self.loop.returns:
-            return []
-        problem, contact, values = self.problem, self.contact, self.problem.parameters
-        return [
-            (
-                second_order.places[name].start + contact,
-                PARAMETERS[name].in_slip,
-                float(limits[contact]),
-            )
-            for name in FRICTION_PARAMETERS
-            if name in second_order.places
-            for limits in (problem.own(name, values[name]),)
-        ]
+    def _columns(self, second_order: SecondOrder) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Columns of frequency and parameters of the contact of a corner, and their places."""
+        group, contact, _, _ = self._at_limit
+        columns, places = [self.problem.n_unknowns], [0]
+        for i, name in enumerate(group.parameters.values()):
+            if name in second_order.places:
+                columns.append(second_order.places[name].start + contact)
+                places.append(1 + i)
+        return np.array(columns), np.array(places)
 
 
 def _loops(
-    problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_]
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_]
 ) -> list[tuple[float, Loop]]:
-    """The hysteresis loops of all slipping contacts, those closest to their limits first."""
-    motion, stiffness, limit = (
-        problem.relative(unknowns),
-        problem.contact_stiffness,
-        problem.slip_limit,
-    )
-    slipping = np.flatnonzero(slip & (stiffness > 0) & (limit > 0)).tolist()
-    loops = [
-        loop
-        for j in slipping
-        for loop in loops_near_limit(problem.basis, motion[j], j, stiffness[j], limit[j])
-    ]
+    """The hysteresis loops of all slipping contacts, those closest to their limits first.
+
+    Their ``contact`` is the number of the switch.
+    """
+    relative, loops = problem.relative(unknowns), []
+    for switch in np.flatnonzero(slip).tolist():
+        group, contact, _ = problem.switch(switch)
+        if not isinstance(group.law, Coulomb):
+            continue
+        spring = group.law.sliders(frequency, problem.values_of(group))
+        stiffness, limit = (float(part[contact]) for part in spring)
+        if stiffness > 0 and limit > 0:
+            motion = problem.motions(group, relative)[contact]
+            loops += loops_near_limit(problem.basis, motion, switch, stiffness, limit)
     return sorted(loops, key=lambda pair: pair[0])
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.continuation.between import PeakKind
-from symhbm.model import PARAMETERS, natural_band, warn_of_doubts
+from symhbm.model import natural_band, warn_of_doubts
 from symhbm.numerics import RADIANS, Table, by_harmonic, check
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Maximum, MaximumKind
@@ -114,7 +114,8 @@ def peak_curve(
     """
     check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)
-    ends = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
+    parameter = problem.parameter_name(parameter)
+    ends = check_band("band", band, bound, f" [{problem.about(parameter).units}]")
     low, high = sorted(ends)
     grid = check_grid(at, ends)
     index = check_index(problem, parameter, contact, dof)
@@ -125,10 +126,11 @@ def peak_curve(
             f"samples={problem.samples}: expected a problem with located switching angles; "
             "peaks of friction over samples cannot be followed"
         )
-    if not problem.single_valued or parameter == "cubic_stiffness":
+    if not problem.single_valued_over([parameter]):
+        laws = problem.many_valued_laws([parameter])
         raise ValueError(
-            "cubic_stiffness: expected a problem without cubic springs; their peaks lie on "
-            "responses that need not be unique, frf with over= gives them"
+            f"problem: expected contacts that leave responses unique, got {laws}; peaks on "
+            "responses that need not be unique are those of frf with over="
         )
     check_mean(problem)
     first, last = (_with_value(problem, parameter, index, value) for value in (low, high))

@@ -4,6 +4,7 @@ A peak is a stationary point under constraints; its multipliers give the derivat
 parameters at once.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
-from symhbm.model import dims_of
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
@@ -40,13 +41,15 @@ _REST = 1e-12
 _Derivatives = dict[int, tuple[FloatArray, FloatArray]]
 
 
-def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
+def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.Dataset:
     """Derivatives of the peaks of a result of `frf` by all of its parameters, exact.
 
     Parameters
     ----------
     dataset
         Any result of `frf` with its peaks, in memory or loaded, or a part of it.
+    laws
+        Contact laws of your own that it was computed with, as of `rebuild`.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
     >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
     array([0.])
     """
-    stored = _StoredPeaks(dataset)
+    stored = _StoredPeaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
     derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
     n_dof, parameters = stored.problem.model.n_dof, stored.problem.parameters
@@ -104,10 +107,11 @@ def sensitivity(dataset: xr.Dataset) -> xr.Dataset:
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
-        parameter_dims = dims_of(name) if np.ndim(parameters[name]) else ()
+        parameter_dims = stored.problem.dims_of(name) if np.ndim(parameters[name]) else ()
         dims = (*stored.dims, "peaking_dof", *parameter_dims)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
-            result[f"{of}_by_{name}"] = dims, values, _attributes(variables.derivative(of, name))
+            meaning = variables.derivative(of, name, stored.problem.records)
+            result[f"{of}_by_{name}"] = dims, values, _attributes(meaning)
     result.attrs.pop("verification", None)
     return result
 
@@ -119,8 +123,8 @@ def _attributes(variable: variables.Variable) -> dict[str, Any]:
 class _StoredPeaks:
     """The peaks of a dataset and their problems, by an index with one entry per dimension."""
 
-    def __init__(self, dataset: xr.Dataset):
-        self.problem = rebuild(dataset)
+    def __init__(self, dataset: xr.Dataset, laws: Iterable[ContactLaw]):
+        self.problem = rebuild(dataset, laws)
         missing = [name for name in _NEEDED if name not in dataset.variables]
         if missing:
             raise ArchiveError(
@@ -149,12 +153,10 @@ class _StoredPeaks:
         sizes = {name: dataset["peak_coefficient"].sizes[name] for name in expected}
         if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
             raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
-        springs = self.problem.model.has_cubic_springs or "cubic_stiffness" in self._sweep.values
-        self.names = [
-            name
-            for name, value in self.problem.parameters.items()
-            if not isinstance(value, int) and (springs or name != "cubic_stiffness")
-        ]
+        for name in self._sweep.values:
+            if name in self.problem.model.contact_parameters:
+                self.problem.derivative(name)  # compiles contacts that do nothing so far
+        self.names = self.problem.differentiable
         self._sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = {}
         self._set_index: tuple[int, ...] = ()
         self._derivatives: dict[tuple, tuple[str, _Derivatives]] = {}
@@ -248,8 +250,9 @@ def _contacts_at_rest(maximum: Maximum) -> list[int]:
     problem = maximum.problem
     moving = problem.relative(maximum.unknowns)[:, problem.basis.order > 0]
     at_rest = np.abs(moving).max(axis=1) <= _REST * np.abs(maximum.unknowns).max()
-    kink = (problem.basis.order[0] == 0) | (problem.slip_limit == 0)
-    return np.flatnonzero(at_rest & kink & (problem.contact_stiffness > 0)).tolist()
+    contact, row, stiffness, limit = problem.sliders(maximum.frequency)
+    kink = (problem.basis.order[0] == 0) | (limit == 0)
+    return contact[at_rest[row] & kink & (stiffness > 0)].tolist()
 
 
 def _is_same(maximum: Maximum, peak: Peak) -> bool:

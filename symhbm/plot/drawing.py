@@ -37,7 +37,7 @@ STYLE: Any = {
     "mathtext.fontset": "dejavusans",
 }
 SYMBOLS = {"frequency": ("$f$", "Hz")}
-SYMBOLS |= {name: (parameter.symbol, parameter.unit) for name, parameter in PARAMETERS.items()}
+SYMBOLS |= {name: about.shown_as(name) for name, about in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""

@@ -16,11 +16,19 @@ from symhbm.plot.layout import HALF, REACH, Layout
 from symhbm.plot.network import Network
 from symhbm.plot.symbols import Lines, ground, side_by_side
 
+WORDS = {
+    "friction": "friction damper",
+    "cubic": "cubic spring",
+    "contact": "contact",
+    "opened": "open contact",
+}
+"""What contacts are called by the element that they are drawn as."""
 COLORS = {
     "spring": "black",
     "damper": "black",
     "friction": "#d55e00",
     "cubic": "#0072b2",
+    "contact": "#7b3294",
     "opened": "0.55",
     "line": "0.6",
     "force": "#00795a",
@@ -32,6 +40,7 @@ _NAMES = {
     "damper": "$c$",
     "friction": r"$k_d$, $\mu$, $F_n$",
     "cubic": r"$\gamma$",
+    "contact": "contact",
     "opened": "open",
 }
 
@@ -52,7 +61,7 @@ def draw_symbols(
                 between[i, j] = [("line", -1)]
         for i in np.flatnonzero(links.ground).tolist():
             inner.setdefault(i, []).append((kind, -1))
-    for number, (dofs, contact_kinds) in enumerate(zip(model.contacts, kinds, strict=True)):
+    for number, (dofs, contact_kinds) in enumerate(zip(model.first_pairs, kinds, strict=True)):
         elements = [(kind, number) for kind in contact_kinds]
         if len(dofs) == 2:
             between.setdefault((min(dofs), max(dofs)), []).extend(elements)
@@ -151,19 +160,17 @@ def _write(ax: Axes, at: FloatArray, direction: FloatArray, text: str, color: st
 
 def _values_beside(model: Structure) -> dict[tuple[str, int], str]:
     """Texts beside single masses and contacts: values of parameters that differ."""
-    owners = {
-        "contact_stiffness": "friction",
-        "friction_coefficient": "friction",
-        "normal_load": "friction",
-        "cubic_stiffness": "cubic",
-    }
     beside: dict[tuple[str, int], str] = {}
     for name, values in model.parameters.items():
         if len(values) < 2 or np.all(values == values[0]):
             continue
-        symbol = SYMBOLS[name][0]
-        for i, value in enumerate(values):
-            key = ("blade", i) if name in BLADE_PARAMETERS else (owners[name], i)
+        if name in BLADE_PARAMETERS:
+            keys, symbol = [("blade", i) for i in range(len(values))], SYMBOLS[name][0]
+        else:
+            group = model.group_of(name)
+            keys = [(group.law.drawn_as, j) for j in group.contacts.tolist()]
+            symbol = model.records[name].shown_as(name)[0]
+        for key, value in zip(keys, values, strict=True):
             line = f"{symbol} {number(float(value))}"
             beside[key] = f"{beside[key]}\n{line}" if key in beside else line
     return beside
@@ -195,23 +202,23 @@ def draw_dots(
             dots.set_rasterized(model.n_dof > 5000)
             ax.add_line(dots)
             handles.append(Line2D([], [], markersize=5, label=label, **style))
-    words = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
-    for kind in words:
+    pairs = model.first_pairs
+    for kind, words in WORDS.items():
         numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
-        joins = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 2])
-        alone = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 1])
+        joins = np.array([pairs[j] for j in numbers if len(pairs[j]) == 2])
+        alone = np.array([pairs[j] for j in numbers if len(pairs[j]) == 1])
         if len(joins):
             look: Any = dict(
                 colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
             )
             ax.add_collection(LineCollection(list(positions[joins]), **look))
-            label = f"{words[kind]} between, {len(joins)}"
+            label = f"{words} between, {len(joins)}"
             handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
         if len(alone):
             mark = "v" if kind != "cubic" else "1"
             style = dict(marker=mark, linestyle="", color=COLORS[kind], markersize=7)
             ax.add_line(Line2D(*positions[alone[:, 0]].T, zorder=4, **style))
-            label = f"{words[kind]} to the ground, {len(alone)}"
+            label = f"{words} to the ground, {len(alone)}"
             handles.append(Line2D([], [], label=label, **style))
     ax.legend(handles=handles, **OUTSIDE)
 

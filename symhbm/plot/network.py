@@ -80,19 +80,18 @@ def network(model: Structure) -> Network:
 
 
 def kinds_of_contacts(model: Structure) -> list[list[str]]:
-    """Kinds of each contact: ``friction``, ``cubic``, both, or ``opened`` where it has no force."""
-    limit = model.slip_limit
-    rubs = (limit > 0) & (model.contact_stiffness > 0)
-    kinds = [
-        ["friction"] * bool(rub) + ["cubic"] * bool(cubic)
-        for rub, cubic in zip(rubs, model.cubic_stiffness, strict=True)
-    ]
+    """Elements of each contact, those of all its laws, or ``opened`` where it has no force."""
+    kinds: list[list[str]] = [[] for _ in model.contacts]
+    for group in model.groups:
+        acts = group.law.acts(model.values_of(group))
+        for j in group.contacts[acts].tolist():
+            kinds[j].append(group.law.drawn_as)
     return [kind or ["opened"] for kind in kinds]
 
 
 def joined(model: Structure, parts: Network) -> NDArray[np.intp]:
     """Pairs of degrees of freedom with an element between them, (n, 2), the lower one first."""
-    touched = [sorted(dofs) for dofs in model.contacts if len(dofs) == 2]
+    touched = [sorted(dofs) for dofs in model.row_pairs if len(dofs) == 2]
     contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)
     every = np.concatenate([parts.springs.pairs, parts.dampers.pairs, contacts])
     return np.unique(np.sort(every, axis=1), axis=0)

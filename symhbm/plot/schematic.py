@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from symhbm.model import EngineOrder, Excitation, HarmonicForce, PointForce, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
-from symhbm.plot.drawing import SYMBOLS, canvas, figure_of
+from symhbm.plot.drawing import canvas, figure_of
 from symhbm.plot.layout import layout_of
-from symhbm.plot.masses import draw_dots, draw_forces, draw_hub, draw_symbols, number
+from symhbm.plot.masses import WORDS, draw_dots, draw_forces, draw_hub, draw_symbols, number
 from symhbm.plot.network import Network, joined, kinds_of_contacts, network
 
 MOST_MASSES = 16
@@ -20,7 +20,6 @@ MOST_MASSES = 16
 MOST_BESIDE = 4
 """Largest number of contacts on one pair, or between one mass and the ground, with symbols."""
 _WRAP = 66
-_WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
 
 
 class _Force(NamedTuple):
@@ -186,21 +185,18 @@ def _linear_values(parts: Network) -> list[str]:
 
 def _contact_values(model: Structure, kinds: list[list[str]]) -> list[str]:
     lines = []
-    for kind, names in (
-        ("friction", ("contact_stiffness", "friction_coefficient", "normal_load")),
-        ("cubic", ("cubic_stiffness",)),
-        ("opened", ()),
-    ):
-        chosen = [j for j, entry in enumerate(kinds) if kind in entry]
-        texts = [
-            f"{SYMBOLS[name][0]} = {_span(getattr(model, name)[chosen])} {SYMBOLS[name][1]}".strip()
-            for name in names
-            if chosen
-        ]
-        if chosen:
-            notes = f": {', '.join(texts)}" if texts else ", without force"
-            lines.append(_counted(len(chosen), _WORDS[kind]) + notes)
-    return lines
+    for group in model.groups:
+        chosen = group.law.acts(values := model.values_of(group))
+        if not chosen.any():
+            continue
+        texts = []
+        for name in group.law.parameters:
+            symbol, unit = group.law.parameters[name].shown_as(name)
+            texts.append(f"{symbol} = {_span(values[name][chosen])} {unit}".strip())
+        noun = WORDS.get(group.law.drawn_as, f"contact of {group.law!r}")
+        lines.append(f"{_counted(np.count_nonzero(chosen), noun)}: {', '.join(texts)}")
+    opened = sum("opened" in entry for entry in kinds)
+    return [*lines, f"{_counted(opened, WORDS['opened'])}, without force"] if opened else lines
 
 
 def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[str]:

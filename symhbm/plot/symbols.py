@@ -67,6 +67,13 @@ def opened(length: float) -> Lines:
     return _lines([(0, 0), (low, 0)], [(low, 0), (high - 0.03, 0.1)], [(high, 0), (length, 0)])
 
 
+def contact(length: float) -> Lines:
+    """A box: a law of the user's own."""
+    low, high, half = length / 2 - 0.12, length / 2 + 0.12, WIDTH
+    box = [(low, -half), (high, -half), (high, half), (low, half), (low, -half)]
+    return _lines([(0, 0), (low, 0)], box, [(high, 0), (length, 0)])
+
+
 def line(length: float) -> Lines:
     """A line: coupling that is no spring."""
     return _lines([(0, 0), (length, 0)])
@@ -77,6 +84,7 @@ SYMBOLS: dict[str, Callable[[float], Lines]] = {
     "damper": damper,
     "friction": friction,
     "cubic": cubic,
+    "contact": contact,
     "opened": opened,
     "line": line,
 }

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, check_each
+from symhbm.balance import ContactStates, HarmonicBalance, check_each
 from symhbm.continuation import ACCEPTED
 from symhbm.numerics import (
     RADIANS,
@@ -16,6 +16,16 @@ from symhbm.numerics import (
 )
 from symhbm.time_domain import growth_rate, verdict
 
+_OF_CONTACTS = dict(
+    theta_0=np.nan,
+    theta_star=np.nan,
+    stick_fraction=np.nan,
+    dissipation=0.0,
+    contact_state=-1,
+    reversals=-1,
+)
+"""Results of contacts, and what those have whose law does not tell."""
+_COUNTS = ("contact_state", "reversals")
 _BATCH = 1000
 """Degrees of freedom and contacts described at once: few calls, bounded memory."""
 
@@ -97,28 +107,13 @@ def _described(
 ) -> Table:
     """Results at points but the iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
-    norm, friction = check_each(problems, unknowns, frequencies)
+    norm, located = check_each(problems, unknowns, frequencies)
     converged = norm <= ACCEPTED
-    points = len(problems), first.n_contacts
-
-    def by_point(values: np.ndarray) -> np.ndarray:
-        """Values of all contacts (n_points, n_contacts, ...)."""
-        return values.reshape(points + values.shape[1:])
-
-    stiffness = np.array([problem.contact_stiffness for problem in problems])
-    limit = np.array([problem.slip_limit for problem in problems])
-    relative = first.relative(unknowns)
-    force = stiffness[..., None] * np.einsum("pcij,pcj->pci", by_point(friction.matrix), relative)
-    force += limit[..., None] * by_point(friction.vector)
-    # Work of the friction force over a period: the integral of f dy.
-    velocity = relative @ basis.derivative_matrix.T / basis.norm
+    contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(
         coefficient=by_harmonic(basis, first.everywhere(unknowns)),
         amplitude=_amplitude(first, unknowns),
-        theta_0=by_point(friction.theta_0),
-        theta_star=by_point(friction.theta_star),
-        stick_fraction=by_point(friction.stick_fraction),
-        dissipation=np.einsum("pci,pci->pc", force, velocity),
+        **{name: contacts[name] for name in _OF_CONTACTS if name not in _COUNTS},
     )
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
     if first.samples is not None:
@@ -134,11 +129,38 @@ def _described(
         table["stability"] = np.array(
             [verdict(*point) for point in zip(rates, frequencies, strict=True)]
         )
-    rubs = converged[:, None] & (stiffness > 0)
-    table["contact_state"] = np.where(rubs, by_point(friction.slip), -1)
-    table["reversals"] = _where(converged, by_point(friction.reversals), -1)
+    for name in _COUNTS:
+        table[name] = _where(converged, contacts[name], -1)
     flags = dict(converged=converged, contact_model_valid=converged)
     return _of_all_contacts(first, table) | flags | dict(residual_norm=norm)
+
+
+def results_of_contacts(
+    problems: Sequence[HarmonicBalance],
+    unknowns: FloatArray,
+    frequencies: FloatArray,
+    located: ContactStates,
+) -> Table:
+    """Results of the contacts (n_points, n_contacts), added where several laws act on one."""
+    first, shape = problems[0], (len(problems), problems[0].n_contacts)
+    table: Table = {name: np.full(shape, nothing) for name, nothing in _OF_CONTACTS.items()}
+    relative = first.relative(unknowns)
+    for group in first.groups:
+        if not group.n or group.name not in located.groups:
+            continue
+        each = [problem.values_of(group) for problem in problems]
+        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+        motion = first.motions(group, relative)
+        motion = motion.reshape(-1, motion.shape[-1])
+        at = np.repeat(frequencies, group.n)
+        states = located.groups[group.name]
+        for name, result in group.law.results(first.basis, states, motion, at, values).items():
+            by_point = result.reshape(len(problems), group.n)
+            if name == "dissipation":
+                table[name][:, group.contacts] += by_point
+            else:
+                table[name][:, group.contacts] = by_point
+    return table
 
 
 def _where(condition: np.ndarray, values: np.ndarray, otherwise: float) -> np.ndarray:

@@ -11,11 +11,13 @@ import numpy as np
 from symhbm.balance import Evaluation, HarmonicBalance
 from symhbm.numerics import (
     FloatArray,
+    Table,
     largest_displacement,
     relative_difference,
     turning_points,
     unknowns_of,
 )
+from symhbm.response.describe import results_of_contacts
 
 
 class Figure(NamedTuple):
@@ -70,7 +72,9 @@ def point_figures(
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-    marched, scale = _marched(problem, unknowns, evaluation)
+    point = unknowns[None], np.array([omega]), evaluation.friction
+    results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
+    marched, scale = _marched(problem, unknowns, omega, results)
     dissipation = stored.get("dissipation", marched)
     figures = {
         "residual_stored": evaluation.norm,
@@ -78,7 +82,7 @@ def point_figures(
         "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
     }
     if stored.keys() >= {*CONTACT}:
-        mismatch = _contact_mismatch(problem, evaluation, stored, marched, scale)
+        mismatch = _contact_mismatch(problem, evaluation, results, stored, marched, scale)
         figures["contact_mismatch"] = mismatch
     if "amplitude" in stored:
         amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
@@ -114,15 +118,16 @@ def _energy_error(
 
 
 def _marched(
-    problem: HarmonicBalance, unknowns: FloatArray, evaluation: Evaluation
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, results: Table
 ) -> tuple[FloatArray, FloatArray]:
     """Dissipation of each contact by a slider marched over its reversals, and its scale [J]."""
-    model, friction = problem.model, evaluation.friction
-    stiffness, limit = model.contact_stiffness, model.slip_limit
-    relative = problem.relative(unknowns)
-    if not len(relative):
-        return np.zeros(0), np.zeros(0)
-    points = turning_points(problem.basis, relative)
+    dissipation, scale = np.zeros((2, problem.n_contacts))
+    contact, rows, stiffness, limit = problem.sliders(frequency)
+    others = np.setdiff1d(np.arange(problem.n_contacts), contact)
+    dissipation[others] = scale[others] = results["dissipation"][others]
+    if not len(contact):
+        return dissipation, scale
+    points = turning_points(problem.basis, problem.relative(unknowns)[rows])
     # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
     value = np.column_stack([points.value, points.value[:, 0]])
     force, slipped = limit.copy(), np.zeros(len(limit))
@@ -132,30 +137,32 @@ def _marched(
         slipped += np.abs(trial - force)
     spread = value.max(axis=1) - value.min(axis=1)
     rubs = stiffness > 0
-    dissipation = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+    marched = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
     if problem.samples is not None:
-        rate = relative @ problem.basis.derivative_matrix.T / problem.basis.norm
-        law = stiffness[:, None] * np.einsum("cij,cj->ci", friction.matrix, relative)
-        dissipation = np.einsum("ci,ci->c", law + limit[:, None] * friction.vector, rate)
-    return dissipation, spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+        marched = results["dissipation"][contact]
+    dissipation[contact] = marched
+    scale[contact] = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
+    return dissipation, scale
 
 
 def _contact_mismatch(
     problem: HarmonicBalance,
     evaluation: Evaluation,
+    results: Table,
     stored: dict,
     dissipation: FloatArray,
     scale: FloatArray,
 ) -> float:
     """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale."""
-    friction, rubs = evaluation.friction, problem.model.contact_stiffness > 0
-    if not len(rubs):
+    if not problem.n_contacts:
         return 0.0
-    state = np.where(rubs, friction.slip, -1) != stored["contact_state"]
+    near = np.zeros(problem.n_contacts, dtype=bool)
+    near[problem.contacts_of_switches[np.abs(evaluation.friction.slip_margin) < _EDGE]] = True
+    stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
     mismatch = [
-        state & ~(np.abs(friction.slip_margin) < _EDGE),
-        friction.reversals != stored["reversals"],
-        np.abs(friction.stick_fraction - stored["stick_fraction"]),
+        (results["contact_state"] != stored["contact_state"]) & ~near,
+        results["reversals"] != stored["reversals"],
+        np.abs(stick - stored_stick),
         np.abs(dissipation - stored["dissipation"]) / np.where(scale > 0, scale, 1.0),
     ]
     return float(np.max(np.array(mismatch, dtype=float)))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation.angles import check_angles, check_path_angles
-from symhbm.model import PARAMETERS, warn_of_doubts
+from symhbm.model import warn_of_doubts
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import continuation_problem_of
@@ -243,7 +243,8 @@ def follow(
     """
     check_problem(problem)
     bound = check_parameter(problem, parameter)
-    band = check_band("band", band, bound, f" [{PARAMETERS[parameter].units}]")
+    parameter = problem.parameter_name(parameter)
+    band = check_band("band", band, bound, f" [{problem.about(parameter).units}]")
     axis = dict(
         name=parameter,
         band=band,
@@ -252,8 +253,6 @@ def follow(
         index=check_index(problem, parameter, contact, dof),
     )
     problem.check_frequencies("frequency", axis["frequency"])
-    if isinstance(over, Mapping) and parameter in over:
-        raise ValueError(f"over: {parameter!r} is the parameter that is followed")
     options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
     options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
@@ -276,14 +275,16 @@ def _run(
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
+    if axis["name"] in sweep.values:
+        raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
     moving = {axis["name"], *sweep.values}
-    cubic_springs = "cubic_stiffness" in moving
     if options["accuracy"] is None:  # else harmonics are added
         check_mean(problem)
     hertz = axis.get("frequency")
     band = axis["band"] if hertz is None else (hertz, hertz)
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
-    may_fold = cubic_springs or not problem.single_valued
+    of_problem = [name for name in moving if name in problem.parameters]
+    may_fold = not problem.single_valued_over(of_problem)
     accuracy = check_accuracy(problem, options["accuracy"])
     angles = options["angles"]
     if angles is not None:

@@ -18,7 +18,7 @@ from symhbm.numerics import (
     unknowns_of,
 )
 from symhbm.results import schema
-from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, exact_motion_of
+from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of
 
 _KINDS = {"slip": "onset of slip", "stick": "end of slip"}
 
@@ -128,7 +128,9 @@ def _describe(
     response, force = motion.coefficients(harmonics)
     neutral = np.zeros(problem.model.n_contacts, dtype=bool)
     neutral[motion.neutral_contacts] = True
-    rubs = problem.model.contact_stiffness > 0
+    contact, _, stiffness, _ = problem.model.sliders(motion.frequency)
+    rubs = np.zeros(problem.model.n_contacts, dtype=bool)
+    rubs[contact] = stiffness > 0
     values = dict(
         displacement=displacement,
         velocity=velocity,
@@ -143,7 +145,7 @@ def _describe(
         viscous_dissipation=np.float64(motion.damping_loss),
         stick_fraction=motion.stick_fraction,
     )
-    if problem.model.has_cubic_springs:
+    if curved(problem):
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}

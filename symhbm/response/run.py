@@ -5,7 +5,7 @@ import os
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
@@ -14,6 +14,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
 from symhbm.response.curve import blank_curve
 from symhbm.response.ensemble import compute
@@ -105,7 +106,11 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
 
 
 def resume(
-    path: str | os.PathLike[str], *, executor: Executor | None = None, progress: bool = True
+    path: str | os.PathLike[str],
+    *,
+    laws: Iterable[ContactLaw] = (),
+    executor: Executor | None = None,
+    progress: bool = True,
 ) -> xr.Dataset:
     """Finish an interrupted archive from its working file alone, ``<path>.partial``.
 
@@ -113,6 +118,8 @@ def resume(
     ----------
     path
         The ``archive`` that `frf` or `follow` was given.
+    laws
+        Contact laws of your own that it was computed with, as of `rebuild`.
     executor
         Where the remaining parameter sets are computed; by default in this process.
     progress
@@ -139,10 +146,15 @@ def resume(
         If curves are incomplete, with the most common reason.
     """
     check_executor(executor)
-    return reported(_resume(path, executor, check.flag("progress", progress)))
+    return reported(_resume(path, laws, executor, check.flag("progress", progress)))
 
 
-def _resume(path: str | os.PathLike[str], executor: Executor | None, progress: bool) -> xr.Dataset:
+def _resume(
+    path: str | os.PathLike[str],
+    laws: Iterable[ContactLaw],
+    executor: Executor | None,
+    progress: bool,
+) -> xr.Dataset:
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
@@ -151,7 +163,7 @@ def _resume(path: str | os.PathLike[str], executor: Executor | None, progress: b
         return complete
     with Store(file) as store:
         call = call_of(store)
-        problem, request = rebuild(call), schema.recall(call)[1]
+        problem, request = rebuild(call, laws), schema.recall(call)[1]
         blank = tables.reduced(blank_curve(problem, request), request)
         return _finished(store, target, call, problem, blank, executor, progress)
 

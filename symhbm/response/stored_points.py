@@ -1,5 +1,6 @@
 """The stored points and peaks of a dataset, and the problems they were computed from."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -8,24 +9,26 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
 from symhbm.results.archive import ArchiveError, rebuild
-from symhbm.time_domain import exact_motion_of
+from symhbm.time_domain import curved, exact_motion_of
 
 _OF_POINTS = ("coefficient", "amplitude", *CONTACT)
 _COEFFICIENT = VARIABLES["coefficient"].inner
 
 
-def verifiable_points(dataset: xr.Dataset) -> list["StoredPoints"]:
+def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> list["StoredPoints"]:
     """The points of a dataset, and then its peaks, as far as they can be verified.
 
     Raises TypeError for anything else, and ArchiveError where there are neither.
     """
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
-    problem = rebuild(dataset)
+    laws = tuple(laws)
+    problem = rebuild(dataset, laws)
     prefixes = [
         prefix
         for prefix in ("", "peak_")
@@ -42,7 +45,7 @@ def verifiable_points(dataset: xr.Dataset) -> list["StoredPoints"]:
             "dataset: expected a result of frf, follow or solve with all it is verified by, "
             f"got one {without(dataset, lacking)}"
         )
-    return [StoredPoints(dataset, problem, prefix) for prefix in prefixes]
+    return [StoredPoints(dataset, problem, prefix, laws) for prefix in prefixes]
 
 
 def missing(dataset: xr.Dataset) -> list[str]:
@@ -71,8 +74,14 @@ class StoredPoints:
     dimensions are missing or of other sizes than the problem has.
     """
 
-    def __init__(self, dataset: xr.Dataset, problem: HarmonicBalance, prefix: str = ""):
-        self.problem, self.dataset, self.prefix = problem, dataset, prefix
+    def __init__(
+        self,
+        dataset: xr.Dataset,
+        problem: HarmonicBalance,
+        prefix: str = "",
+        laws: Iterable[ContactLaw] = (),
+    ):
+        self.problem, self.dataset, self.prefix, self._laws = problem, dataset, prefix, laws
         self.description = Description(dataset)
         moving = self.description.moving
         keys = OF_PEAKS if prefix else _OF_POINTS
@@ -133,7 +142,8 @@ class StoredPoints:
         outer_index = index[: len(self.outer)]
         if outer_index != self._outer_index:
             chosen = dict(zip(self.outer, outer_index, strict=True))
-            self.problem, self._outer_index = rebuild(self.dataset.isel(chosen)), outer_index
+            self.problem = rebuild(self.dataset.isel(chosen), self._laws)
+            self._outer_index = outer_index
         problem, name = self.problem, self.description.moving
         if name != "frequency":
             values = np.array(problem.parameters[name], dtype=float)
@@ -199,7 +209,7 @@ class StoredPoints:
         try:
             problem, omega = self.problem_at(index)
             nearby = None
-            if problem.model.has_cubic_springs:
+            if curved(problem):
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
                 nearby = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
             motion = exact_motion_of(problem, omega, nearby)

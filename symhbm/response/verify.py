@@ -4,12 +4,13 @@ It needs nothing but the dataset.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
 from symhbm.response.stored_points import StoredPoints, missing, verifiable_points
@@ -23,6 +24,7 @@ def verify(
     points: int | Literal["all"] = "all",
     bounds: Mapping[str, float | None] | None = None,
     exact: int | Literal["all", "none"] = 4,
+    laws: Iterable[ContactLaw] = (),
     progress: bool = True,
 ) -> xr.Dataset:
     """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
@@ -41,6 +43,8 @@ def verify(
         Number of points compared with their exact periodic motion (up to a second each): those of
         the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
         springs it is the motion closest to the stored response.
+    laws
+        Contact laws of your own that it was computed with, as of `rebuild`.
     progress
         Show a bar when it takes longer than a few seconds.
 
@@ -76,7 +80,7 @@ def verify(
     limits = _limits(bounds)
     n_points = _count("points", points, {"all": None}, minimum=1)
     n_exact = _count("exact", exact, {"all": None, "none": 0}, minimum=0)
-    groups = verifiable_points(dataset)
+    groups = verifiable_points(dataset, laws)
     chosen = [[tuple(row) for row in np.argwhere(group.solved).tolist()] for group in groups]
     n_solved = {group.prefix: len(rows) for group, rows in zip(groups, chosen, strict=True)}
     if n_points is not None and n_points < n_solved.get("", 0):

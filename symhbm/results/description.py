@@ -5,6 +5,9 @@ from typing import Any
 
 import xarray as xr
 
+from symhbm.model import PARAMETERS, records_by_name
+from symhbm.model.contacts import Parameter
+
 
 class Description:
     """The problem, the request and the verification of a dataset, as far as its attributes tell."""
@@ -19,6 +22,11 @@ class Description:
     def problem(self) -> dict[str, Any]:
         """Structure, contacts, force and harmonics."""
         return self._read("problem", {})
+
+    @property
+    def records(self) -> dict[str, Parameter]:
+        """What its parameters are."""
+        return records_of(self.problem)
 
     @property
     def lumped(self) -> bool:
@@ -84,3 +92,13 @@ class Description:
     def verification(self) -> dict[str, Any] | None:
         """The report of `symhbm.verify`, None for a dataset that was not verified."""
         return self._read("verification", None)
+
+
+def records_of(description: dict[str, Any]) -> dict[str, Parameter]:
+    """What the parameters of a described problem are."""
+    groups = description.get("groups", {})
+    own = {
+        group: {name: Parameter(*record) for name, record in entry["parameters"].items()}
+        for group, entry in groups.items()
+    }
+    return PARAMETERS | records_by_name(own)

@@ -1,6 +1,7 @@
 """The problem behind a dataset: its parameters, matrices and description, and its rebuilding."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.metadata import version
@@ -20,8 +21,10 @@ from symhbm.model import (
     HarmonicForce,
     Model,
     PointForce,
-    dims_of,
+    Structure,
+    is_pattern,
 )
+from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
 from symhbm.results.description import Description
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -43,6 +46,10 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
+
+
+class MissingLawError(LookupError):
+    """A contact law that is none of the library's and was not given, or is another one."""
 
 
 @dataclass
@@ -126,9 +133,9 @@ def with_provenance(
     """
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
-        units, long_name = PARAMETERS[name][:2]
-        attributes = {"units": units, "long_name": long_name}
-        dims = () if np.ndim(value) == 0 else dims_of(name)
+        about = problem.about(name)
+        long_name, attributes = about.meaning, {"units": about.units, "long_name": about.meaning}
+        dims = () if np.ndim(value) == 0 else problem.dims_of(name)
         if name in sweep.values:
             swept = sweep.values[name]
             drawn = {DRAWN: swept.attrs[DRAWN]} if DRAWN in swept.attrs else {}
@@ -197,21 +204,41 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.excitation
-    return problem.model.description() | {
-        "harmonics": list(problem.harmonics),
-        "samples": problem.samples,
-        "n_dof": problem.model.n_dof,
-        "contacts": [list(dofs) for dofs in problem.model.contacts],
-        "lumped": problem.model.lumped,
-        "excitation": {"type": type(excitation).__name__, **vars(excitation)},
-    }
+    return (
+        problem.model.description()
+        | _groups(problem.model)
+        | {
+            "harmonics": list(problem.harmonics),
+            "samples": problem.samples,
+            "n_dof": problem.model.n_dof,
+            "contacts": [list(dofs) for dofs in problem.model.contacts],
+            "lumped": problem.model.lumped,
+            "excitation": {"type": type(excitation).__name__, **vars(excitation)},
+        }
+    )
 
 
-def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
-    """Build the problem that a dataset describes.
+def _groups(model: Structure) -> dict[str, Any]:
+    """Groups of contacts that have names, or a law of the user's own, as JSON keeps them."""
+    if model.is_short:
+        return {}
+    groups = {}
+    for group in model.groups:
+        pairs = [[list(model.row_pairs[row]) for row in rows] for rows in group.rows.T]
+        records = {own: list(record) for own, record in group.law.parameters.items()}
+        groups[group.name] = {
+            "law": type(group.law).__name__,
+            "pairs": pairs,
+            "parameters": records,
+        }
+    return {"groups": groups}
+
+
+def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBalance:
+    """Build the problem that a dataset describes; ``laws`` are those that are not the library's.
 
     A swept or followed parameter has its nominal value, unless the dataset was reduced to one of
-    its values.
+    its values. Raises MissingLawError for a law that is missing or another one.
     """
     metadata = Description(dataset)
     description = metadata.problem
@@ -224,13 +251,16 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     varied = [*metadata.swept, *([moving] if moving != "frequency" else [])]
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
+    lumped, contacts = description["lumped"], description["contacts"]
+    if "groups" in description:
+        contacts = _contacts_of(dataset, description["groups"], varied, laws)
+        names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
-    lumped = description["lumped"]
     if lumped:
         matrices = [_identity(description["n_dof"])] * 3
     else:
         matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-    model = Model(*matrices, contacts=description["contacts"], lumped=lumped, **nominal)
+    model = Model(*matrices, contacts=contacts, lumped=lumped, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
@@ -241,7 +271,7 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
     chosen = {
         name: dataset[name].values
         for name in metadata.swept
-        if name in dataset.variables and set(dataset[name].dims) <= {"dof", "contact"}
+        if name in dataset.variables and all(map(is_pattern, dataset[name].dims))
     }
     if moving != "frequency" and moving in dataset.variables and dataset[moving].ndim == 0:
         index = metadata.index
@@ -249,6 +279,38 @@ def describe_problem(dataset: xr.Dataset) -> HarmonicBalance:
         values[... if index is None else index] = dataset[moving].values
         chosen[moving] = values
     return problem.with_parameters(**chosen)
+
+
+def _contacts_of(
+    dataset: xr.Dataset, groups: dict[str, Any], varied: list[str], laws: Iterable[ContactLaw]
+) -> dict[str, Contacts]:
+    """The groups of contacts by name, their laws among those given."""
+    known = {type(law).__name__: law for law in (Coulomb(), CubicSpring(), *laws)}
+    result, missing = {}, []
+    for group, entry in groups.items():
+        if entry["law"] not in known:
+            missing.append(f"{entry['law']} (group {group!r})")
+            continue
+        law, expected = known[entry["law"]], [*entry["parameters"]]
+        if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
+            raise MissingLawError(
+                f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "
+                f"{len(entry['pairs'])} directions, got {', '.join(law.parameters)} and "
+                f"{len(law.directions)}"
+            )
+        result[group] = law, entry["pairs"]
+    if missing:
+        raise MissingLawError(
+            f"laws: this dataset was computed with {', '.join(missing)}, which is no law of this "
+            "library; give it, as in laws=[...]"
+        )
+    names = named({group: law.parameters for group, (law, _) in result.items()})
+    return {
+        group: Contacts(
+            law, *pairs, **{own: _nominal(dataset, n, varied) for own, n in names[group].items()}
+        )
+        for group, (law, pairs) in result.items()
+    }
 
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, dims_of
 from symhbm.numerics import RADIANS, FloatArray, Table, check
 
 Peaks = Literal["largest", "each"]
@@ -107,10 +106,10 @@ class CurveTable:
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
     """The bound of the values that a parameter may be followed over, by a name of `check`."""
-    check.known(parameter, problem.parameters)
-    if isinstance(problem.parameters[parameter], int):
+    name = problem.parameter_name(parameter)
+    if isinstance(problem.parameters[name], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    return PARAMETERS[parameter].followed
+    return problem.about(name).followed
 
 
 def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
@@ -150,7 +149,7 @@ def check_index(
     for name, number in {"contact": contact, "dof": dof}.items():
         if number is None:
             continue
-        if name not in dims_of(parameter):
+        if not any(dim.endswith(name) for dim in problem.dims_of(parameter)):
             raise ValueError(
                 f"{name}={check.shown(number)}: expected None, {parameter} has no value per {name}"
             )

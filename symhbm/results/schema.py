@@ -1,8 +1,7 @@
 """Labelled datasets from response curves, points and motions: the layout of an archive."""
 
 import json
-from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,9 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
+from symhbm.model.contacts import Parameter
 from symhbm.numerics import Table, check
-from symhbm.results.description import Description
+from symhbm.results.description import Description, records_of
 from symhbm.results.provenance import DatasetParts, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
@@ -39,7 +39,11 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
     """Parts of a dataset without results: the problem, the sweep and the request."""
     coordinates: dict[str, tuple] = {}
     if request.at is not None:
-        coordinates[request.name] = (request.name, request.at, _attributes(request.name))
+        coordinates[request.name] = (
+            request.name,
+            request.at,
+            _attributes(request.name, problem.records),
+        )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
     return with_provenance({}, coordinates, problem, sweep, request)
@@ -118,17 +122,19 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
     """
     along = "point" if request.at is None else request.name
+    records = records_of(json.loads(call.attributes["problem"]))
     variables: dict[str, tuple] = {}
     for key, stacked in results.items():
         name = name_of(key, request)
         if key == "harmonics" or (key == "value" and request.at is not None):
             continue
         axis = next((axis for axis in ("peak", "event") if key.startswith(f"{axis}_")), along)
-        n_axes = stacked.ndim - 1 - len(meaning(name).inner)
-        variables[name] = _variable(name, sweep, stacked, (axis, "solution")[:n_axes])
+        n_axes = stacked.ndim - 1 - len(meaning(name, records).inner)
+        axes = (axis, "solution")[:n_axes]
+        variables[name] = _variable(name, sweep, stacked, axes, records)
         if name in SLOPES:
             dims, values, attributes = variables[name]
-            units = derivative("amplitude", request.name).units
+            units = derivative("amplitude", request.name, records).units
             variables[name] = dims, values, attributes | {"units": units}
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
     problem = json.loads(call.attributes["problem"]) | {"harmonics": harmonics}
@@ -174,13 +180,15 @@ def label_peak_curve(
         prefix = name.split("_")[0]
         along = prefix if prefix in _CURVE_AXES else request.name
         axes = () if np.ndim(value) == 0 else (along,)
-        variables[name] = _variable(name, _NO_SWEEP, np.asarray(value)[None], axes)
-    units = PARAMETERS[request.name].units
+        rows = np.asarray(value)[None]
+        variables[name] = _variable(name, _NO_SWEEP, rows, axes, problem.records)
+    units = problem.about(request.name).units
     dims, values, attributes = variables["peak_amplitude_slope"]
     attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes
     variables["status"] = _variable("status", _NO_SWEEP, np.array([status], dtype=object))
-    coordinates = {request.name: (request.name, request.at, _attributes(request.name))}
+    attributes = _attributes(request.name, problem.records)
+    coordinates = {request.name: (request.name, request.at, attributes)}
     parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, request)
     followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
     parts.attributes["followed"] = json.dumps(followed)
@@ -208,13 +216,19 @@ def label_motion(
     return parts.dataset()
 
 
-def _variable(name: str, sweep: Sweep, values: np.ndarray, axes: tuple[str, ...] = ()) -> tuple:
+def _variable(
+    name: str,
+    sweep: Sweep,
+    values: np.ndarray,
+    axes: tuple[str, ...] = (),
+    records: Mapping[str, Parameter] = PARAMETERS,
+) -> tuple:
     """(dims, data, attributes) of a variable whose first axis runs over the parameter sets."""
     data = values.reshape(sweep.shape + values.shape[1:])
-    return (*sweep.dims, *axes, *meaning(name).inner), data, _attributes(name)
+    inner = meaning(name, records).inner
+    return (*sweep.dims, *axes, *inner), data, _attributes(name, records)
 
 
-@lru_cache(maxsize=512)
-def _attributes(name: str) -> dict[str, Any]:
-    variable = meaning(name)
+def _attributes(name: str, records: Mapping[str, Parameter] = PARAMETERS) -> dict[str, Any]:
+    variable = meaning(name, records)
     return {"units": variable.units, "long_name": variable.long_name, **variable.attributes}

@@ -9,11 +9,10 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, dims_of
+from symhbm.model import PARAMETERS, is_pattern
 from symhbm.numerics import check
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES
 
-PATTERN_DIMENSIONS = ("dof", "contact")
 RESERVED = {*OWN_DIMENSIONS, *VARIABLES, *PARAMETERS}
 
 
@@ -32,7 +31,7 @@ class Sweep:
             str(dim): size
             for value in values.values()
             for dim, size in value.sizes.items()
-            if dim not in PATTERN_DIMENSIONS
+            if not is_pattern(dim)
         }
         return cls(values, tuple(sizes), tuple(sizes.values()))
 
@@ -75,12 +74,12 @@ def parse(
         )
     values: dict[str, xr.DataArray] = {}
     for name, value in (over.data_vars if isinstance(over, xr.Dataset) else over).items():
-        check.known(str(name), problem.parameters)
-        values[str(name)] = _array(problem, str(name), value, argument)
+        own = problem.parameter_name(str(name))
+        values[own] = _array(problem, own, value, argument)
     sizes: dict[str, int] = {}
     labels: dict[str, np.ndarray] = {}
     for name, value in values.items():
-        for dim in (str(d) for d in value.dims if d not in PATTERN_DIMENSIONS):
+        for dim in (str(d) for d in value.dims if not is_pattern(d)):
             size = value.sizes[dim]
             if sizes.setdefault(dim, size) != size:
                 raise ValueError(
@@ -93,7 +92,7 @@ def parse(
                     f"{argument}[{name!r}]: {dim!r} has the labels {check.shown(label.tolist())}, "
                     f"elsewhere {check.shown(labels[dim].tolist())}"
                 )
-            if dim in PARAMETERS and dim not in values:
+            if dim in problem.records and dim not in values:
                 raise ValueError(
                     f"{argument}[{name!r}]: expected a name of your own for a dimension, "
                     f"{dim!r} is a parameter that is not swept"
@@ -106,7 +105,7 @@ def parse(
 
 def _extremes(value: xr.DataArray) -> list[np.ndarray]:
     """Values of one parameter that break a bound if any does: bounds are on single entries."""
-    pattern = [size for dim, size in value.sizes.items() if dim in PATTERN_DIMENSIONS]
+    pattern = [size for dim, size in value.sizes.items() if is_pattern(dim)]
     rows = value.values.reshape(-1, *pattern)
     if value.dtype.kind == "i":
         return list(np.unique(rows, axis=0))
@@ -128,32 +127,33 @@ def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr
         value = xr.DataArray(values, dims=dims, coords=coords)
     check.array(where, value.values)
     value = value.copy(data=_natural(problem, name, value.values, where))
-    sizes = {"dof": problem.model.n_dof, "contact": problem.model.n_contacts}
+    pattern = problem.dims_of(name)
     for dim in (*value.dims, *value.coords):
-        if dim in RESERVED and dim not in (*PATTERN_DIMENSIONS, *PARAMETERS):
+        own = is_pattern(dim) or dim in PARAMETERS
+        if dim in RESERVED and not own:
             raise ValueError(f"{where}: expected a name of your own, {dim!r} is the result's")
-        if dim in value.coords and dim not in value.dims and dim in PARAMETERS:
+        if dim in value.coords and dim not in value.dims and dim in problem.records:
             raise ValueError(
                 f"{where}: expected a coordinate name of your own, {dim!r} is a parameter"
             )
     for dim in value.dims:
         if value.sizes[dim] == 0:
             raise ValueError(f"{where}: expected at least one value along {dim!r}, got none")
-        if dim not in PATTERN_DIMENSIONS:
+        if not is_pattern(dim):
             continue
-        if dim not in dims_of(name):
+        if dim not in pattern:
             raise ValueError(f"{where}: {name} has no value per {dim}")
-        if value.sizes[dim] != sizes[str(dim)]:
+        size = np.size(problem.parameters[name])
+        if value.sizes[dim] != size:
             raise ValueError(
-                f"{where}: expected {sizes[str(dim)]} values along {dim!r}, got {value.sizes[dim]}"
+                f"{where}: expected {size} values along {dim!r}, got {value.sizes[dim]}"
             )
         if dim in value.coords and not np.array_equal(value[dim], np.arange(value.sizes[dim])):
             raise ValueError(
                 f"{where}: expected the labels 0 to {value.sizes[dim] - 1} along {dim!r}, "
                 f"got {check.shown(value[dim].values.tolist())}"
             )
-    pattern = [d for d in value.dims if d in PATTERN_DIMENSIONS]
-    return value.transpose(..., *pattern)
+    return value.transpose(..., *(dim for dim in value.dims if is_pattern(dim)))
 
 
 def _natural(problem: HarmonicBalance, name: str, values: np.ndarray, where: str) -> np.ndarray:

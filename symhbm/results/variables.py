@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.model import PARAMETERS
+from symhbm.model.contacts import Parameter
 
 OWN_DIMENSIONS = (
     "point",
@@ -194,20 +195,25 @@ TEXTS = (
 """Variables that hold text."""
 
 
-def meaning(name: str) -> Variable:
-    """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
+def meaning(name: str, records: Mapping[str, Parameter] = PARAMETERS) -> Variable:
+    """Meaning of a variable; also of a followed parameter, at its points, events and peaks.
+
+    ``records`` are those of the parameters of a problem.
+    """
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
-    parameter = PARAMETERS[name.removeprefix(prefix)]
+    parameter = records[name.removeprefix(prefix)]
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
     suffixes["minimum_"] = " at the minimum"
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
-def derivative(name: str, parameter: str) -> Variable:
+def derivative(
+    name: str, parameter: str, records: Mapping[str, Parameter] = PARAMETERS
+) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
-    of, by = VARIABLES[name], meaning(parameter)
+    of, by = VARIABLES[name], meaning(parameter, records)
     powers: Counter[str] = Counter()
     for variable, sign in ((of, 1), (by, -1)):
         for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", variable.units):

@@ -2,7 +2,7 @@
 
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion
-from symhbm.time_domain.linear_motion import LinearMotion, extremes
+from symhbm.time_domain.linear_motion import LinearMotion, curved, extremes
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.periodic_orbit import PERIODIC_TOLERANCE, energy_scale
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
@@ -15,6 +15,7 @@ __all__ = [
     "LinearMotion",
     "March",
     "check_stability",
+    "curved",
     "energy_scale",
     "exact_motion_of",
     "extremes",

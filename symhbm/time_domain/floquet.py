@@ -1,7 +1,7 @@
 """Floquet multipliers of a response: its monodromy matrix, from event to event of its contacts.
 
 A given motion determines the angles at which its contacts begin to stick and to slip, and the
-stiffness ``3 gamma y^2`` of its cubic springs. Acceleration is continuous at all events: of a small
+stiffness of its smooth laws. Acceleration is continuous at all events: of a small
 perturbation nothing jumps but the friction force of a contact that begins to slip, which becomes
 constant. Between events the power series of the perturbation is summed to round-off, so that the
 only error is that of the given motion.
@@ -14,8 +14,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import stick_intervals
+from symhbm.model.contacts import SmoothLaw, stick_intervals
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.linear_motion import curved
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -40,16 +41,16 @@ def multipliers(
     ArithmeticError for a structure too stiff and too large to follow its oscillations.
     """
     model = problem.model
-    limit = model.slip_limit
-    active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
+    _, row, stiffness, limit = model.sliders(frequency)
+    carries = (stiffness > 0) & (limit > 0)
+    active, stiffness, limit = row[carries], stiffness[carries], limit[carries]
     relative = problem.relative(unknowns)
-    contact, begin, end = stick_intervals(
-        problem.basis, relative[active], model.contact_stiffness[active], limit[active]
-    )
+    contact, begin, end = stick_intervals(problem.basis, relative[active], stiffness, limit)
     slipping, contact = np.unique(active[contact], return_inverse=True)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
-    repeats = _repeats(problem.harmonics)
+    odd = all(group.law.odd for group in curved(problem))
+    repeats = _repeats(problem.harmonics, odd)
     edge, stick = _intervals(contact, begin, end, len(slipping), 2 * np.pi / repeats)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
@@ -60,10 +61,10 @@ def multipliers(
     return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
 
 
-def _repeats(harmonics: tuple[int, ...]) -> int:
-    """Number of periods of the perturbation equations, which do not see a sign, in one period."""
+def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:
+    """Number of periods of the perturbation equations in one: of ``odd`` laws they see no sign."""
     common = math.gcd(*harmonics)
-    return common * (2 if all(n // common % 2 for n in harmonics) else 1)
+    return common * (2 if odd and all(n // common % 2 for n in harmonics) else 1)
 
 
 def _intervals(
@@ -80,10 +81,10 @@ def _intervals(
 class _Perturbation:
     """Linear equations, by the angle, of a small perturbation of a given motion.
 
-    ``relative`` (n_contacts, n_components) is the given motion [m]; contacts ``stuck`` are springs,
-    those ``slipping`` stick at times. A series converges as on a disk of complex angles: by
-    Cauchy's estimate its terms fall by the radius of the disk over the length of the cell, from the
-    growth of the motion in the disk.
+    ``relative`` (n_rows, n_components) is the given motion [m]; rows ``stuck`` are those of
+    springs, those ``slipping`` of contacts that stick at times. A series converges as on a disk of
+    complex angles: by Cauchy's estimate its terms fall by the radius of the disk over the length of
+    the cell, from the growth of the motion in the disk.
     """
 
     def __init__(
@@ -100,25 +101,24 @@ class _Perturbation:
             getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
         )
         factor = np.linalg.cholesky(mass)
-        bent = np.flatnonzero(model.cubic_stiffness)
         directions = model.directions.toarray()
-        spring = model.contact_stiffness[:, None] * directions
+        sliders = model.sliders(frequency)
+        springs = np.zeros(len(directions))
+        springs[sliders.row] = sliders.stiffness
+        spring = springs[:, None] * directions
         stiffness = stiffness + directions[stuck].T @ spring[stuck]
+        pushed, bent, waves = _stiffening(problem, frequency, relative)
         self.spring, self.bent = spring[slipping], directions[bent]
-        parts = stiffness, directions[slipping].T, self.bent.T
+        parts = stiffness, directions[slipping].T, directions[pushed].T
         parts = (scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts)
         self.elastic, self.push, self.bend = parts
         self.viscous = scipy.linalg.cho_solve((factor, True), damping) / frequency
-
-        # More samples than the square has harmonics, twice those of the motion.
-        count = 4 * problem.basis.highest + 1
-        y = relative[bent] @ problem.basis.values(2 * np.pi * np.arange(count) / count).T
-        waves = np.fft.rfft(3 * model.cubic_stiffness[bent, None] * y**2) / count
         self.order = np.arange(waves.shape[1])
         self.waves = np.where(self.order == 0, 1, 2) * waves
 
         linear = _norm(factor, stiffness + directions[slipping].T @ self.spring)
-        rates = linear, _norm(factor, self.bent.T @ self.bent), _norm(factor, damping)
+        both = np.concatenate([directions[pushed], self.bent])
+        rates = linear, _norm(factor, both.T @ both) / 2, _norm(factor, damping)
         self._set_growth(frequency, *rates)
 
     def _set_growth(self, frequency: float, linear: float, bent: float, damping: float) -> None:
@@ -178,10 +178,44 @@ class _Perturbation:
         return series
 
     def _stiffening(self, start: float, width: float, count: int) -> FloatArray:
-        """``3 gamma y^2`` as powers of the share of a cell, (count, n_bent) [N/m]."""
+        """Stiffness of smooth laws as powers of the share of a cell, (count, n_pairs) [N/m]."""
         first = np.exp(1j * self.order * start)
         factor = 1j * width * self.order / np.arange(1, count)[:, None]
         return (np.cumprod(np.vstack([first, factor]), axis=0) @ self.waves.T).real
+
+
+def _stiffening(
+    problem: HarmonicBalance, frequency: float, relative: FloatArray
+) -> tuple[np.ndarray, np.ndarray, NDArray[np.complex128]]:
+    """Pairs of rows of smooth contacts, and the waves of the stiffness between them along a motion.
+
+    The row that is pushed and the one whose travel pushes, (n_pairs,), and (n_pairs, n_waves)
+    [N/m]. Raises ArithmeticError for laws that are neither smooth nor sliders.
+    """
+    basis, groups = problem.basis, curved(problem)
+    degree = 1
+    for group in groups:
+        if not isinstance(group.law, SmoothLaw):
+            raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
+        degree = max(degree, group.law.degree)
+    # More samples than twice the harmonics of the stiffness.
+    count = 2 * (degree - 1) * basis.highest + 1
+    at_sample = basis.values(2 * np.pi * np.arange(count) / count)
+    pushed, bent = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
+    waves = [np.zeros((0, count // 2 + 1), dtype=complex)]
+    for group in groups:
+        n, m = group.rows.shape
+        values = problem.model.values_of(group)
+        instants = relative[group.rows.ravel()] @ at_sample.T
+        instants = instants.reshape(n, m, count).transpose(2, 0, 1).reshape(count * n, m)
+        along = {name: np.tile(value, count) for name, value in values.items()}
+        assert isinstance(group.law, SmoothLaw)
+        slope = group.law.at_instants(instants, frequency, along)[1]
+        pairs = slope.reshape(count, n * m * m).T
+        waves.append(np.fft.rfft(pairs) / count)
+        pushed.append(np.repeat(group.rows, m, axis=1).ravel())
+        bent.append(np.tile(group.rows, (1, m)).ravel())
+    return np.concatenate(pushed), np.concatenate(bent), np.concatenate(waves)
 
 
 def _norm(factor: FloatArray, matrix: FloatArray) -> float:

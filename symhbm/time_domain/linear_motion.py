@@ -17,6 +17,7 @@ import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import positive_definite
+from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray
 
 DEGREE = 24
@@ -73,26 +74,27 @@ class LinearMotion:
     orders : (n_orders,), cosine, sine : (n_dof, n_orders)
         Harmonics of the force and their coefficients [N]; ``static`` (n_dof,) is its mean.
 
-    Raises ValueError for cubic springs and for a mass matrix that is not positive definite.
+    Raises ValueError for other contacts and for a mass matrix that is not positive definite.
     """
 
     def __init__(self, problem: HarmonicBalance, frequency: float):
         model = problem.model
-        if model.has_cubic_springs:
-            raise ValueError("cubic_stiffness: the exact motion is of friction contacts only")
+        self._check_contacts(problem)
         self.frequency = frequency
         self.n_dof, self.n_contacts = model.n_dof, model.n_contacts
         self.mass, self.damping, self.stiffness = (
             np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
             for name in ("mass", "damping", "stiffness")
         )
-        limit = model.slip_limit
-        self.sprung = np.asarray(model.contact_stiffness > 0)
-        self.active = np.flatnonzero((model.contact_stiffness > 0) & (limit > 0))
-        self.all_directions = model.directions.toarray()
+        contact, _, stiffness, limit = model.sliders(frequency)
+        self.sprung = np.zeros(self.n_contacts, dtype=bool)
+        self.sprung[contact] = stiffness > 0
+        carries = (stiffness > 0) & (limit > 0)
+        self.active = contact[carries]
+        first_rows = [rows[0] for rows in model.contact_rows]
+        self.all_directions = model.directions.toarray()[first_rows]
         self.directions = self.all_directions[self.active]
-        self.contact_stiffness = np.array(model.contact_stiffness[self.active])
-        self.limit = np.array(limit[self.active])
+        self.contact_stiffness, self.limit = stiffness[carries], limit[carries]
         self._set_force(problem)
         factor = positive_definite(self.mass)
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
@@ -105,6 +107,15 @@ class LinearMotion:
         viscous = np.linalg.solve(factor, viscous.T)
         self._viscous_norm = np.linalg.norm(viscous, 2)
         self._flows: dict[bytes, LinearFlow] = {}
+
+    def _check_contacts(self, problem: HarmonicBalance) -> None:
+        """Raise ValueError for contacts whose motion between events is not linear."""
+        laws = {repr(group.law) for group in curved(problem)}
+        if laws:
+            raise ValueError(
+                f"problem: expected contacts that are springs or sliders, got {', '.join(laws)}; "
+                "the exact motion is of friction contacts only"
+            )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
@@ -175,6 +186,18 @@ class LinearMotion:
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
         constant = self._static[:, 0] - self.push @ friction
         return flow.series @ np.concatenate([x, slope, constant, *waves])
+
+
+def curved(problem: HarmonicBalance) -> list[Group]:
+    """The groups whose contacts do something and are no springs with sliders."""
+    model = problem.model
+    return [
+        group
+        for group in model.groups
+        if group.n
+        and group.law.sliders(0.0, values := model.values_of(group)) is None
+        and group.law.acts(values).any()
+    ]
 
 
 def _transition(series: FloatArray, width: float, share: float) -> FloatArray:

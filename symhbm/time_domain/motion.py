@@ -6,6 +6,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import newton, solve_point
 from symhbm.numerics import FloatArray, by_harmonic, larger_set, unknowns_of
 from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
+from symhbm.time_domain.linear_motion import curved
 from symhbm.time_domain.periodic_orbit import state_of
 from symhbm.time_domain.shooting import shoot
 
@@ -18,11 +19,13 @@ def exact_motion_of(
 ) -> ExactMotion:
     """Find the periodic motion at an angular ``frequency`` [rad/s], exact for friction alone.
 
-    With cubic springs there may be several: it is the one close to the response ``near``, by
+    With other contacts there may be several: it is the one close to the response ``near``, by
     default to one that is solved for. Raises as `exact_motion` and `shoot`.
     """
-    if not problem.model.has_cubic_springs:
-        return exact_motion(problem, frequency, None if near is None else state_of(*near))
+    if not curved(problem):
+        return exact_motion(
+            problem, frequency, None if near is None else state_of(*near, frequency)
+        )
     if near is None:
         balance = problem.located()
         near = balance, solve_point(balance, frequency).unknowns

@@ -38,7 +38,7 @@ def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[
         unknowns = np.zeros(balance.n_unknowns)
         with contextlib.suppress(ArithmeticError):
             unknowns = solve(balance, linear.frequency).unknowns
-        yield linear.of_active(state_of(balance, unknowns))
+        yield linear.of_active(state_of(balance, unknowns, linear.frequency))
 
 
 def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
@@ -48,12 +48,15 @@ def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
     return newton(partial(balance.evaluate, frequency=frequency), unknowns)
 
 
-def state_of(balance: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
+def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
     """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
-    law, model = balance.locate(unknowns), balance.model
-    stick = np.einsum("cij,cj->ci", law.matrix, balance.relative(unknowns))
-    friction = model.contact_stiffness[:, None] * stick
-    friction += model.slip_limit[:, None] * law.vector
+    located, relative = balance.locate(unknowns, frequency), balance.relative(unknowns)
+    friction = np.zeros((balance.n_contacts, balance.basis.n_components))
+    for group in balance.groups:
+        if group.n and group.law.sliders(frequency, values := balance.values_of(group)) is not None:
+            motion, states = balance.motions(group, relative), located.groups[group.name]
+            at = motion, frequency, values
+            friction[group.contacts] = group.law.forces(balance.basis, states, *at)
     x, slope = (balance.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1))
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 

@@ -1,4 +1,4 @@
-"""The periodic motion with cubic springs by shooting.
+"""The periodic motion with smooth contact laws by shooting.
 
 Newton's method solves for the periodic state, with the variational equations for its derivative.
 The integrator (DOP853) keeps a tolerance, while motions with friction alone are exact to round-off.
@@ -15,10 +15,17 @@ import scipy
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.model.contacts import SmoothLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
-from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, extremes
+from symhbm.time_domain.linear_motion import (
+    DEGREE,
+    LinearFlow,
+    LinearMotion,
+    curved,
+    extremes,
+)
 from symhbm.time_domain.periodic_orbit import energy_scale, state_of
 
 INTEGRATION_TOLERANCE = 1e-12
@@ -57,26 +64,36 @@ class _Step(LinearFlow):
 
 
 class IntegratedMotion(LinearMotion):
-    """The motions of a problem with cubic springs at an angular ``frequency`` [rad/s], by steps.
+    """The motions of a problem with smooth laws at an angular ``frequency`` [rad/s], by steps.
 
     ``size`` [m] is that of the motion, for the tolerance. Raises ValueError for a mass matrix that
     is not positive definite.
     """
 
     def __init__(self, problem: HarmonicBalance, frequency: float, size: float):
-        super().__init__(problem.with_parameters(cubic_stiffness=0.0), frequency)
-        stiffness = problem.model.cubic_stiffness
-        springs = np.flatnonzero(stiffness)
-        self._springs = self.all_directions[springs]
+        super().__init__(problem, frequency)
+        model, self._smooth = problem.model, []
+        directions = model.directions.toarray()
         inertia = frequency**2 * self.mass
-        self._spring_push = np.linalg.solve(inertia, self._springs.T * stiffness[springs])
+        for group in curved(problem):
+            values = model.values_of(group)
+            rows = directions[group.rows.ravel()]
+            self._smooth.append((group.law, values, rows, np.linalg.solve(inertia, rows.T)))
         # One column is the motion, the others its derivatives as `LinearFlow.series` orders them.
         n_columns = 1 + 3 * self.n_dof
-        self._cube = np.append(1.0, np.full(n_columns - 1, 3.0))
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
         flow = super().flow(np.ones(len(self.active), dtype=bool))
         self._width = _FIRST * flow.width
+
+    def _check_contacts(self, problem: HarmonicBalance) -> None:
+        """Raise ValueError for contacts that are neither smooth nor sliders."""
+        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, SmoothLaw)}
+        if laws:
+            raise ValueError(
+                f"problem: the motion in time is known of smooth laws and of sliders, not of "
+                f"{', '.join(laws)}"
+            )
 
     def flow(self, stick: np.ndarray) -> LinearFlow:
         """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
@@ -132,14 +149,25 @@ class IntegratedMotion(LinearMotion):
 
         def acceleration(tau: float, values: FloatArray, slopes: FloatArray) -> FloatArray:
             phase = self.orders * tau
-            elongation = self._springs @ values
-            cubes = elongation[:, :1] ** 2 * elongation * self._cube
             result = constant - elastic @ values - self._viscous @ slopes
-            result -= self._spring_push @ cubes
+            for law, of_contacts, rows, push in self._smooth:
+                n, m = len(next(iter(of_contacts.values()))), len(law.directions)
+                moved = (rows @ values).reshape(n, m, -1)
+                force, slope = law.at_instants(moved[:, :, 0], self.frequency, of_contacts)
+                moved = slope @ moved
+                moved[:, :, 0] = force
+                result -= push @ moved.reshape(n * m, -1)
             result[:, 0] += self._cosine @ np.cos(phase) + self._sine @ np.sin(phase)
             return result
 
         return acceleration
+
+
+class _Bounded(LinearMotion):
+    """The motion without its smooth laws, which does not grow."""
+
+    def _check_contacts(self, problem: HarmonicBalance) -> None:
+        """Any."""
 
 
 def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> ExactMotion:
@@ -156,13 +184,14 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     integrator = IntegratedMotion(balance, frequency, size)
     even = coefficients[:, balance.basis.order % 2 == 0]
     integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
-    start = integrator.of_active(state_of(balance, unknowns))
+    start = integrator.of_active(state_of(balance, unknowns, frequency))
     try:
         state, iterations, status = _periodic_state(integrator, start)
         motion = describe_motion(integrator, state, iterations, status)
     except ArithmeticError:
-        bounded = LinearMotion(balance.with_parameters(cubic_stiffness=0.0), frequency)
-        motion = describe_motion(bounded, np.zeros_like(start), 0, Status.GROWS)
+        motion = describe_motion(
+            _Bounded(balance, frequency), np.zeros_like(start), 0, Status.GROWS
+        )
         return replace(motion, periodicity=np.inf)
     if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
         # The tolerance of motions exact to round-off is below that of the integrator.

@@ -11,8 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.model.contacts import SmoothLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.linear_motion import curved
 
 LARGEST_SIZE = 400
 """Number of unknowns above which exponents cost more than the branch."""
@@ -40,13 +42,16 @@ def growth_rate(
     """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
 
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
-    or too stiff, for condensed ones, and without a mass matrix that can be inverted.
+    or too stiff, for condensed ones, without a mass matrix that can be inverted, and with contacts
+    that are neither smooth nor sliders.
     """
     if problem.n_unknowns > LARGEST_SIZE or not problem.model.has_matrices:
         return np.nan
+    if not all(isinstance(group.law, SmoothLaw) for group in curved(problem)):
+        return np.nan
     try:
-        jacobian = _jacobian(problem, evaluation)
-        if _slides(problem, evaluation):
+        jacobian = _jacobian(problem, evaluation, frequency)
+        if _slides(problem, evaluation, frequency):
             values = multipliers(problem, frequency, unknowns)
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
@@ -69,19 +74,25 @@ def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
     return bool((beyond % 2 == 0) == (np.linalg.slogdet(jacobian)[0] > 0))
 
 
-def _jacobian(problem: HarmonicBalance, evaluation: Evaluation) -> FloatArray:
+def _jacobian(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> FloatArray:
     """Dense derivative of Eq. (9) by the unknowns, at given static forces of sticking contacts.
 
     Eq. (9) centres the undetermined force of a contact that never slips; perturbations do not
     change it.
     """
-    model, friction, jacobian = problem.model, evaluation.friction, evaluation.jacobian
+    jacobian = evaluation.jacobian
     matrix = jacobian.toarray() if sp.issparse(jacobian) else np.array(jacobian)
-    directions = model.directions.toarray()
+    directions = problem.model.directions.toarray()
     unit = np.eye(problem.basis.n_components)
-    for j in np.flatnonzero(~friction.slip if problem.basis.order[0] == 0 else []):
-        spring = model.contact_stiffness[j] * np.outer(directions[j], directions[j])
-        matrix += np.kron(spring, unit - friction.matrix[j])
+    for group in problem.groups if problem.basis.order[0] == 0 else ():
+        sliders = group.law.sliders(frequency, problem.values_of(group))
+        if sliders is None:
+            continue
+        located = evaluation.friction.groups[group.name]
+        for j in np.flatnonzero(~located.states[:, 0]):
+            direction = directions[group.rows[j, 0]]
+            spring = sliders.stiffness[j] * np.outer(direction, direction)
+            matrix += np.kron(spring, unit - located.details.matrix[j])
     return matrix
 
 
@@ -112,7 +123,8 @@ def verdict(rate: float, frequency: float) -> int:
     return int(rate < 0)
 
 
-def _slides(problem: HarmonicBalance, evaluation: Evaluation) -> bool:
-    friction, model = evaluation.friction, problem.model
-    limit = model.slip_limit
-    return bool(np.any(friction.slip & (model.contact_stiffness > 0) & (limit > 0)))
+def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
+    slides = np.zeros(problem.n_contacts, dtype=bool)
+    slides[problem.contacts_of_switches[evaluation.friction.slip]] = True
+    contact, _, stiffness, limit = problem.sliders(frequency)
+    return bool(np.any(slides[contact] & (stiffness > 0) & (limit > 0)))

@@ -6,9 +6,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
-from symhbm.balance.second_order import Expansion, SecondOrder, extreme_hessian
-from symhbm.model.contacts.coulomb_located import stick_intervals
-from symhbm.numerics.turning_points import turning_points
+from symhbm.balance.second_order import Expansion, SecondOrder
+from symhbm.model.contacts.coulomb.located import stick_intervals
+from symhbm.numerics.turning_points import turning_hessian, turning_points
 
 NAMES = ("mass", "damping", "stiffness", "contact_stiffness", "friction_coefficient")
 NAMES += ("normal_load", "force_amplitude")
@@ -37,7 +37,7 @@ def with_limits(problem, unknowns, shares):
     """The problem with limits of slip at these shares of what its contacts need to stick."""
     points = turning_points(problem.basis, problem.relative(unknowns))
     spread = points.value.max(axis=1) - points.value.min(axis=1)
-    limit = problem.contact_stiffness * spread / 2 * shares
+    limit = problem.sliders().stiffness * spread / 2 * shares
     return problem.with_parameters(normal_load=limit / problem.model.friction_coefficient)
 
 
@@ -120,7 +120,7 @@ def test_hessian_is_the_derivative_of_the_gradient(compiled, harmonics, springs,
     unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
     # One contact sticks, two slip, with small loops wherever harmonics above 1 lead.
     problem = with_limits(problem, unknowns, [1.5, share, 0.3])
-    assert problem.locate(unknowns).slip.tolist() == [False, True, True]
+    assert problem.locate(unknowns, 1.0).slip.tolist() == [False, True, True]
     error, doubt, _ = compare(problem, second_order, unknowns, rng)
     # Close to an onset second derivatives grow like the inverse root of the distance: where a step
     # comes across one, differences tell nothing.
@@ -135,14 +135,12 @@ def test_small_loops_are_among_the_motions(compiled, harmonics):
     for _ in range(20):
         unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
         here = with_limits(problem, unknowns, [0.1, 0.2, 0.3])
-        motion = here.relative(unknowns)
-        contact, begin, end = stick_intervals(
-            here.basis, motion, here.contact_stiffness, here.slip_limit
-        )
+        motion, (_, _, stiffness, limit) = here.relative(unknowns), here.sliders()
+        contact, begin, end = stick_intervals(here.basis, motion, stiffness, limit)
         change = np.einsum(
             "im,im->i", here.basis.values(end) - here.basis.values(begin), motion[contact]
         )
-        travel = here.contact_stiffness[contact] * change / here.slip_limit[contact]
+        travel = stiffness[contact] * change / limit[contact]
         # A run of stick ends on the other side of the limit, or, a loop closed, on the same.
         assert np.abs(np.abs(travel) - 2 * np.round(np.abs(travel) / 2)).max() < 1e-9
         same_side += int(np.sum(np.abs(travel) < 1))
@@ -222,7 +220,9 @@ def test_extremes_of_motions(seed, lowest):
     doubt = np.abs(fine - coarse).max()
     # Two extremes that change places, or a flat one: no derivative to compare.
     assume(doubt < 1e-4)
-    exact = extreme_hessian(basis, motion, lowest)[0] @ along[0]
+    points = turning_points(basis, motion)
+    angle = points.angle[:, points.lowest[0] if lowest else 0]
+    exact = turning_hessian(basis, motion, angle)[0] @ along[0]
     assert (
         np.abs(fine + (fine - coarse) / 3 - exact).max() < 1e-8 * (1 + np.abs(exact).max()) + doubt
     )

@@ -29,7 +29,7 @@ class System(NamedTuple):
 def system_of(problem: sh.HarmonicBalance, samples: int) -> System:
     """The equations of a problem, its friction marched over so many samples of a period."""
     model, order = problem.model, np.repeat(np.array(problem.harmonics), 2)
-    if order[0] == 0 or model.has_cubic_springs:
+    if order[0] == 0 or not model.unique:
         raise ValueError("expected friction alone and no harmonic 0")
     mass, damping, stiffness = (
         np.asarray(matrix.todense())

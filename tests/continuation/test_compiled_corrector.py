@@ -151,7 +151,7 @@ def test_resonances_below_are_counted(name):
     """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
     branch = branch_of(name)
     for point in branch.points:
-        friction = branch.curve.problem.locate(point.unknowns, point.slip)
+        friction = branch.curve.problem.locate(point.unknowns, point.value, point.slip)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
@@ -163,7 +163,7 @@ def test_modes_of_a_condensed_structure_are_counted(harmonics):
     problem = condensed(harmonics)
     branch = Branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
     for point in branch.points:
-        friction = problem.locate(point.unknowns, point.slip)
+        friction = problem.locate(point.unknowns, point.value, point.slip)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)

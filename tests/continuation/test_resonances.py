@@ -39,21 +39,22 @@ def test_negative_eigenvalues(size, kind):
 def springs(problem, unknowns, friction):
     """Those of the contacts in each harmonic above 0, written once more."""
     basis, relative = problem.basis, problem.relative(unknowns)
+    law, (_, _, springs, limits) = friction.groups["friction"].details, problem.sliders()
     rows = []
     for n in problem.harmonics:
         if n == 0:
             continue
         row = []
         for j, y in enumerate(relative):
-            stiffness, cubic = problem.contact_stiffness[j], problem.cubic_stiffness[j]
+            stiffness, cubic = springs[j], problem.model.cubic_stiffness[j]
             both = np.flatnonzero(basis.order == n)
-            force = stiffness * friction.matrix[j] @ y
-            force += problem.slip_limit[j] * friction.vector[j]
+            force = stiffness * law.matrix[j] @ y
+            force += limits[j] * law.vector[j]
             square, total = y[both] @ y[both], y @ y
             if square > total / 2:
                 spring = force[both] @ y[both] / square
             else:
-                spring = stiffness * np.trace(friction.matrix[j][np.ix_(both, both)]) / 2
+                spring = stiffness * np.trace(law.matrix[j][np.ix_(both, both)]) / 2
             rest = total - square
             row.append(np.clip(spring, 0, stiffness) + cubic * (0.75 * square + 1.5 * rest))
         rows.append(row)
@@ -98,7 +99,7 @@ def test_resonances_below_are_counted(size, harmonics):
                 rng.choice(natural) * rng.uniform(0.5, 2) / rng.choice([n for n in harmonics if n])
             )
             slip = rng.random(3) < 0.5 if rng.random() < 0.7 else None
-            friction = problem.locate(unknowns, slip)
+            friction = problem.locate(unknowns, omega, slip)
             expected = []
             moving = [n for n in harmonics if n]
             for n, spring in zip(moving, springs(problem, unknowns, friction), strict=True):
@@ -117,7 +118,7 @@ def test_a_structure_without_contacts(harmonics):
     count, unknowns = ResonanceCount(curve), np.ones(4 * len(harmonics))
     for omega in (0.2, 0.5, 1.5, 2.5):
         expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
-        assert count.below(unknowns, omega, curve.problem.locate(unknowns)) == expected
+        assert count.below(unknowns, omega, curve.problem.locate(unknowns, omega)) == expected
 
 
 def test_motions_without_inertia_add_none():
@@ -133,7 +134,7 @@ def test_motions_without_inertia_add_none():
     )
     curve = FrequencyProblem(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)))
     count, unknowns = ResonanceCount(curve), np.full(8, 1e-3)
-    friction = curve.problem.locate(unknowns)
+    friction = curve.problem.locate(unknowns, 1.0)
     natural = np.sqrt(2e4)
     for share, expected in ((0.3, (0, 0)), (0.4, (0, 1)), (0.9, (0, 1)), (1.1, (1, 1))):
         assert count.below(unknowns, share * natural, friction) == expected
@@ -163,7 +164,7 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
     several = set()
     for omega in omegas:
         unknowns = 1e-4 * rng.normal(size=problem.n_unknowns)
-        friction = problem.locate(unknowns, rng.random(problem.n_contacts) < 0.5)
+        friction = problem.locate(unknowns, omega, rng.random(problem.n_contacts) < 0.5)
         expected = []
         for n, spring in zip(harmonics, springs(problem, unknowns, friction), strict=True):
             wave = np.exp(-1j * TURN * symmetry.wave(n) * np.arange(13) / 13)
@@ -201,8 +202,8 @@ def test_points_of_a_path_count_the_modes_they_have(name):
     branch = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
     assert len(branch.points) > 5
     for point in branch.points:
-        problem, _ = curve.at(point.value)
-        friction = problem.locate(point.unknowns, point.slip)
+        problem, omega = curve.at(point.value)
+        friction = problem.locate(point.unknowns, omega, point.slip)
         natural_modes = resonances.modes(curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == tuple(np.count_nonzero(natural_modes.detuning < 0, axis=1))

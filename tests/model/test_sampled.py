@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from symhbm.model.contacts.coulomb_located import locate
-from symhbm.model.contacts.coulomb_sampled import _monotone_branches, locate_sampled
+from symhbm.model.contacts.coulomb.located import locate
+from symhbm.model.contacts.coulomb.sampled import _monotone_branches, locate_sampled
 from symhbm.numerics.fourier import FourierBasis
 
 HARMONICS = [(1,), (0, 1), (1, 3, 5), (0, 1, 2, 3), (2, 5, 10)]

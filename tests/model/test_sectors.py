@@ -245,4 +245,4 @@ def test_a_sector_refuses_parameters_that_differ():
     ):
         with pytest.raises(ValueError, match=next(iter(bad))):
             sector.with_parameters(**bad)
-    assert sector.with_parameters(normal_load=3.0).slip_limit == pytest.approx([1.5])
+    assert sector.with_parameters(normal_load=3.0).sliders().limit == pytest.approx([1.5])

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
-from symhbm.model.contacts import coulomb_located, coulomb_two_reversals
-from symhbm.model.contacts.coulomb import ContactState
+from symhbm.model.contacts.coulomb import located as coulomb_located
+from symhbm.model.contacts.coulomb import two_reversals as coulomb_two_reversals
+from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.numerics import roots
 from symhbm.numerics.fourier import FourierBasis
 

@@ -308,7 +308,7 @@ def test_a_minimum_is_refused():
             if not (level[i] < level[i - 1] and level[i] < level[i + 1]):
                 continue
             point = branch.points[i]
-            slip = problem.locate(point.unknowns).slip
+            slip = problem.locate(point.unknowns, point.value).slip
             start = Maximum(problem, MaximumKind.SMOOTH, dof, point.unknowns, point.value, slip)
             conditions = Conditions(second_order, start)
             for _ in range(20):

@@ -11,8 +11,8 @@ from scipy.optimize import brentq, minimize_scalar
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.model.contacts.coulomb_located import locate
-from symhbm.model.contacts.coulomb_sampled import locate_sampled
+from symhbm.model.contacts.coulomb.located import locate
+from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.numerics.fourier import FourierBasis
 
 TWO_PI = 2 * np.pi

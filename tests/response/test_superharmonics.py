@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.model.contacts.coulomb_located import locate
+from symhbm.model.contacts.coulomb.located import locate
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.response.accuracy.superharmonics import friction_beyond
 

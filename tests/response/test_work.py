@@ -46,9 +46,10 @@ def compiled(monkeypatch):
     made = []
 
     class Counted(Equations):
-        def __init__(self, model, basis, cubic=False, symmetry=None):
-            made.append((basis.harmonics, cubic, symmetry is not None))
-            super().__init__(model, basis, cubic, symmetry)
+        def __init__(self, model, basis, groups, symmetry=None):
+            names = tuple(group.name for group in groups)
+            made.append((basis.harmonics, names, symmetry is not None))
+            super().__init__(model, basis, groups, symmetry)
 
     monkeypatch.setattr(harmonic_balance, "Equations", Counted)
     return made
@@ -57,7 +58,7 @@ def compiled(monkeypatch):
 def test_a_sector_is_compiled_once_for_all_copies(compiled):
     problem = disk()
     first = sh.frf(problem, BAND, progress=False)
-    assert compiled == [((1,), False, False), ((1,), False, True)]
+    assert compiled == [((1,), ("friction",), False), ((1,), ("friction",), True)]
     assert int(first.n_sectors) == 5
     xr.testing.assert_identical(sh.frf(problem, BAND, progress=False), first)
     sh.frf(problem, BAND, over={"normal_load": [1.0, 2.0]}, progress=False)

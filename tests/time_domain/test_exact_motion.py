@@ -618,7 +618,7 @@ def test_undamped_resonance_is_singular():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="cubic"):
+    with pytest.raises(ValueError, match="Cubic"):
         exact_motion(blade(cubic_stiffness=1.0), 100.0)
     with pytest.raises(ValueError, match="frequency"):
         exact_motion(blade(), 0.0)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import symhbm as sh
 from symhbm.continuation.newton import newton
 from symhbm.continuation.start import linear_response
-from symhbm.model.contacts.coulomb_located import locate, stick_intervals
+from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain import floquet
 from symhbm.time_domain.exact_motion import exact_motion
@@ -255,7 +255,8 @@ def test_friction_beside_a_cubic_spring_against_differences(omega):
     )
     problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
     unknowns = solution(problem, omega)
-    law, basis = problem.locate(unknowns), problem.basis
+    law = problem.locate(unknowns, omega).groups["friction"].details
+    basis = problem.basis
     friction = (law.matrix[0] @ unknowns + 0.15 * law.vector[0]) @ basis.values(0.0)
     x, slope = (basis.values(0.0, d) @ unknowns for d in (0, 1))
     state = np.array([x, omega * slope, np.clip(friction, -0.15, 0.15)])
@@ -300,7 +301,7 @@ def test_no_friction_motion_lets_a_small_one_grow(case, omega):
     problem, rng = case
     unknowns = rng.normal(size=problem.n_unknowns)
     computed = multipliers(problem, omega, unknowns)
-    n_slipping = np.count_nonzero(problem.locate(unknowns).slip)
+    n_slipping = np.count_nonzero(problem.locate(unknowns, omega).slip)
     assert computed.shape == (2 * problem.model.n_dof + n_slipping,)
     assert np.abs(computed).max() <= 1 + 1e-9
 

@@ -6,9 +6,10 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from symhbm.cli.arguments import archive_argument, select_option
+from symhbm.cli.arguments import archive_argument, law_option, select_option
 from symhbm.cli.picture import draw, kinds
 from symhbm.cli.terminal import check_place, final_name, opened
+from symhbm.model.contacts import ContactLaw
 
 _PICTURES = ("png", "pdf", "svg")
 """Formats of pictures."""
@@ -48,6 +49,7 @@ class _Kind(click.ParamType):
     metavar="FILE",
     help=f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE.",
 )
+@law_option
 def plot(
     archive: Path,
     kind: str | None,
@@ -55,6 +57,7 @@ def plot(
     dof: int | None,
     contact: int | None,
     output: Path | None,
+    laws: list[ContactLaw],
 ) -> None:
     """Draw a picture of ARCHIVE and print its path.
 
@@ -78,7 +81,7 @@ def plot(
     check_place(output)
     with opened(archive) as dataset:
         options = {k: v for k, v in (("dof", dof), ("contact", contact)) if v is not None}
-        kind, figure = draw(dataset, kind, choices, options)
+        kind, figure = draw(dataset, kind, choices, options, laws)
     output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
     figure.savefig(output)
     figure.clear()

@@ -8,9 +8,10 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument
+from symhbm.cli.arguments import archive_argument, law_option
 from symhbm.cli.blocks import completeness
 from symhbm.cli.terminal import final_name, opened
+from symhbm.model.contacts import ContactLaw
 from symhbm.results.archive import SUFFIX
 from symhbm.workers import attend
 
@@ -24,7 +25,8 @@ from symhbm.workers import attend
     help="Processes that compute; by default one for each core.",
 )
 @click.option("--no-progress", is_flag=True, help="Show no bar.")
-def resume(archive: Path, workers: int | None, no_progress: bool) -> None:
+@law_option
+def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[ContactLaw]) -> None:
     """Finish the interrupted run that should have become ARCHIVE.
 
     Whatever was complete is kept, the other curves are computed as they would have been. ARCHIVE
@@ -50,7 +52,7 @@ def resume(archive: Path, workers: int | None, no_progress: bool) -> None:
     progress = not no_progress and sys.stderr.isatty()
     pool = ProcessPoolExecutor(count, initializer=attend) if count > 1 else None
     try:
-        with sh.resume(target, executor=pool, progress=progress) as dataset:
+        with sh.resume(target, laws=laws, executor=pool, progress=progress) as dataset:
             _, left, failed = completeness(dataset)
     except KeyboardInterrupt as interrupt:
         if not hasattr(interrupt, "__notes__"):

@@ -6,8 +6,9 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument
+from symhbm.cli.arguments import archive_argument, law_option
 from symhbm.cli.terminal import BROKEN, bound, check_place, number, opened
+from symhbm.model.contacts import ContactLaw
 from symhbm.response import FIGURES, summary
 from symhbm.results import Description
 
@@ -38,6 +39,7 @@ from symhbm.results import Description
     help="Write the archive with the figures of every point to this file.",
 )
 @click.option("--overwrite", is_flag=True, help="Replace an existing file.")
+@law_option
 def verify(
     archive: Path,
     points: str,
@@ -45,6 +47,7 @@ def verify(
     bounds: tuple[str, ...],
     output: Path | None,
     overwrite: bool,
+    laws: list[ContactLaw],
 ) -> int:
     """Recompute every point and every peak of ARCHIVE from itself alone.
 
@@ -71,6 +74,7 @@ def verify(
             points=number(points),  # type: ignore[arg-type]
             bounds=limits,
             exact=number(exact),  # type: ignore[arg-type]
+            laws=laws,
             progress=sys.stderr.isatty(),
         )
         if output is not None:

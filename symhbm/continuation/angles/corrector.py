@@ -90,7 +90,8 @@ class AngleCorrector(Corrector):
         """Solution at a value near ``unknowns``, in the contact states of its own motion."""
         solves_before = self.solves
         point = np.append(unknowns, value)
-        slip = self.curve.at(value)[0].locate(unknowns).slip
+        problem, frequency = self.curve.at(value)
+        slip = problem.locate(unknowns, frequency).slip
         status = Status.NO_CONVERGENCE
         for _ in range(2 + len(slip)):
             scale = self.curve.scale(point)
@@ -125,13 +126,13 @@ class AngleCorrector(Corrector):
             unknowns = np.zeros(problem.n_unknowns)
             evaluation = problem.evaluate(unknowns, frequency)
             return NewtonResult(unknowns, evaluation, 1, Status.SYSTEM_SINGULAR)
-        slip_margin = problem.locate(stuck).slip_margin
+        slip_margin = problem.locate(stuck, frequency).slip_margin
         slip_margin = slip_margin[np.isfinite(slip_margin)]
         result = self.free(stuck, value)
         if result.converged or not slip_margin.size or slip_margin.max() <= 0:
             return result
         curve = ParameterProblem(problem, "force_amplitude", frequency)
-        frictionless = linear_response(problem.with_parameters(normal_load=0.0), frequency)
+        frictionless = linear_response(problem.released(), frequency)
         starts = [(stuck, _WEAK * np.exp(-slip_margin.max()))]
         if frictionless is not None:
             starts.append((frictionless, _STRONG * np.exp(-slip_margin.min())))
@@ -172,7 +173,8 @@ class AngleCorrector(Corrector):
             return False
         problem, _ = self.curve.at(float(point[-1]))
         past_limit = crossed(evaluation.friction.slip_margin, slip)
-        slides = slip & (problem.slip_limit > 0) & (problem.contact_stiffness > 0)
+        _, _, stiffness, limit = problem.sliders()
+        slides = slip & (limit > 0) & (stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles
         unknowns = np.concatenate([point[:-1], theta_0, rho])

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd
+from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles, check_odd, friction_of
 from symhbm.continuation.newton import ACCEPTED, newton
 from symhbm.continuation.start import solve_point
 from symhbm.numerics import DENSE_LIMIT, FloatArray, check
@@ -101,6 +101,7 @@ def check_angles(problem: HarmonicBalance, solver: str) -> None:
         raise ValueError(
             f"problem: samples={problem.samples}, expected None: a sampled law has no angles"
         )
+    friction_of(problem)
     check_odd(problem.basis.harmonics)
 
 
@@ -216,7 +217,8 @@ def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, Flo
     coefficients, _, rho = angles.split(unknowns)
     response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
     balance = np.full(len(coefficients), magnitude or 1.0)
-    spring = problem.contact_stiffness * np.abs(problem.relative(coefficients)).sum(axis=1)
+    _, rows, stiffness, _ = problem.sliders()
+    spring = stiffness * np.abs(problem.relative(coefficients)[rows]).sum(axis=1)
     turning = np.where(slip, spring, 1.0)
     # In gross slip the forces of Eq. (11) are small. Relative to them the equation loses digits,
     # relative to the spring force theta_star does: their geometric mean suits both.

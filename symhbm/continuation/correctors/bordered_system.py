@@ -12,7 +12,7 @@ from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
 from symhbm.continuation.correctors.constraints import BEYOND
 from symhbm.continuation.problem import WEAKEST
-from symhbm.model.contacts import layout, slip_limit, spring_kernel
+from symhbm.model.contacts import graph_of
 from symhbm.numerics import constant
 
 SCALARS = 6
@@ -32,25 +32,27 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     ``imposed`` contact states, ``scale`` of unknowns and frequency. Outputs: ``matrix`` and
     ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
     residual, value of the constraint, amplification, distance from the guess, twice the resonances
-    below (-1 where they are not counted), whether a contact is beyond its limit, slip margin and
-    stiffness of all; ``limits``, the derivatives of the slip margins by the scaled unknowns
-    (n_contacts, n_unknowns).
+    below (-1 where they are not counted), whether a contact is beyond its limit, margins of all
+    switches and springs of all contacts; ``limits``, the derivatives of the margins by the scaled
+    unknowns and frequency (n_switches, n_unknowns + 1).
     """
     sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
-    n, n_contacts = sizes[0], len(equations.contacts)
+    n, n_switches = sizes[0], sizes[-1]
     lengths = dict(parameters=sum(sizes[2:-1]), point=n + 1, guess=n + 1, normal=n + 1)
-    lengths |= dict(anchor=n + 1, limit=n_contacts, imposed=n_contacts, scale=2)
+    lengths |= dict(anchor=n + 1, limit=n_switches, imposed=n_switches, scale=2)
     symbolic: Any = ca.SX if structure is None else ca.MX
     symbol: dict[str, Any] = {name: symbolic.sym(name, length) for name, length in lengths.items()}
     point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
     starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
     parameters = ca.vertsplit(symbol["parameters"], starts)
     arguments = [point[:n], point[n], *parameters]
-    balance, magnitude, jacobian, by_frequency, events = equations.closed_form(
+    balance, magnitude, jacobian, by_frequency, *packed = equations.closed_form(
         *arguments, symbol["imposed"]
     )
+    groups = equations.closed_groups(packed)
     amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
-    springs = _springs(equations, point[:n], parameters, events)
+    events = {group.name: parts[0] for group, parts in groups}
+    springs = _springs(equations, point[:n], point[n], parameters, events)
     if structure is None:
         conservative, inertia = equations.conservative(*arguments)
         inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
@@ -63,19 +65,20 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         jacobian, by_frequency = jacobian + stiffness, by_frequency + slopes
         exciting, below = amplitude * structure.largest, -1
 
-    size = n // len(equations.dofs)
-    rows = layout(size)
-    spread = constant(equations.directions)
-    slip_margin = events[rows["slip_margin"], :].T
-    gradients = [
-        symbolic(column).T for column in ca.horzsplit(events[rows["slip_margin_gradient"], :])
-    ]
-    limits = ca.mtimes(ca.diagcat(*gradients), spread) * scale[0] if n_contacts else symbolic(0, n)
+    margins, gradients = symbolic(0, 1), [symbolic(0, n)]
+    by_omega = symbolic(0, 1)
+    for group, (_, _, group_margins, by_motion, by_group_frequency, _) in groups:
+        q, spread = len(group.law.switches), constant(equations.spreads(group)[0])
+        margins = ca.vertcat(margins, ca.vec(group_margins))
+        rows = [ca.reshape(symbolic(column), q, -1) for column in ca.horzsplit(by_motion)]
+        gradients.append(ca.mtimes(ca.diagcat(*rows), spread))
+        by_omega = ca.vertcat(by_omega, ca.vec(by_group_frequency))
+    limits = ca.horzcat(ca.vertcat(*gradients) * scale[0], by_omega * scale[1])
 
     scales = ca.vertcat(ca.repmat(scale[0], n), scale[1])
     value = ca.dot(normal, (point - symbol["anchor"]) / scales)
-    value += ca.sum1(ca.if_else(limit > 0, slip_margin, 0))
-    row = normal.T + ca.horzcat(ca.mtimes(limit.T, limits), 0)
+    value += ca.sum1(ca.if_else(limit > 0, margins, 0))
+    row = normal.T + ca.mtimes(limit.T, limits)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
     right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(symbolic(n, 1), 1))
@@ -87,12 +90,12 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
         _distance(equations, point / scales, symbol["guess"] / scales),
         below,
-        _crosses(slip_margin, symbol["imposed"]),
-        slip_margin,
-        springs.T,
+        _crosses(margins, symbol["imposed"]),
+        margins,
+        springs,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if structure is None and n_contacts <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
+    if structure is None and n_switches <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
         outputs = ca.cse(outputs)
     names = ["matrix", "right", "values", "limits"]
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
@@ -116,18 +119,28 @@ def _distance(equations: Equations, point: Any, other: Any) -> Any:
     return ca.sqrt(ca.sum1(difference**2) + (point[-1] - other[-1]) ** 2)
 
 
-def _springs(equations: Equations, unknowns: Any, parameters: list[Any], events: Any) -> Any:
-    """Stiffness of the contacts in their harmonic motion, (1, n_contacts)."""
-    size = equations.basis.n_components
-    parameter = dict(zip(equations.parameter_names, parameters, strict=True))
-    motion = ca.reshape(ca.mtimes(constant(equations.directions), unknowns), size, -1)
-    limit = slip_limit(parameter["friction_coefficient"], parameter["normal_load"])
-    kernel, rows, stiffness = spring_kernel(equations.basis), layout(size), []
-    for j, packed in enumerate(ca.horzsplit(events)):
-        matrix = ca.reshape(packed[rows["matrix"]], size, size)
-        arguments = motion[:, j], matrix, packed[rows["vector"]]
-        stiffness.append(kernel(*arguments, parameter["contact_stiffness"][j], limit[j], 0)[0])
-    return ca.horzcat(*stiffness)
+def _springs(
+    equations: Equations,
+    unknowns: Any,
+    frequency: Any,
+    parameters: list[Any],
+    located: dict[str, Any],
+) -> Any:
+    """Stiffness of the contacts in their harmonic motion, (m^2) of each, group by group."""
+    inputs = dict(zip(equations.parameter_names, parameters, strict=True))
+    stiffness = [type(unknowns)(0, 1)]
+    for group in equations.groups:
+        if not group.n:
+            continue
+        motion = ca.mtimes(constant(equations.spreads(group)[0]), unknowns)
+        motions = ca.horzsplit(ca.reshape(motion, -1, group.n))
+        values = ca.horzsplit(equations.values(group, inputs))
+        nothing = ca.DM(0, group.n)
+        events = ca.horzsplit(located.get(group.name, nothing))
+        springs = graph_of(group.law, equations.basis).springs
+        for of_contact in zip(motions, values, events, strict=True):
+            stiffness.append(springs(of_contact[0], frequency, *of_contact[1:])[0])
+    return ca.vertcat(*stiffness)
 
 
 def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:
@@ -136,11 +149,20 @@ def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> 
     This is the number of negative pivots of the dynamic stiffness (Sylvester).
     """
     dynamic = conservative
-    if len(equations.contacts):
-        spread = constant(equations.directions)
-        mean = ca.SX(equations.basis.n_components - 2, springs.shape[1])
-        by_component = ca.vertcat(mean, springs, springs)
-        dynamic += ca.mtimes([spread.T, ca.diag(ca.vec(by_component)), spread])
+    first = 0
+    for group in equations.groups:
+        if not group.n:
+            continue
+        m = group.rows.shape[1]
+        spread = constant(equations.spreads(group)[0])
+        # By direction, and within it by component.
+        in_harmonic = ca.diag(ca.vertcat(ca.SX(equations.basis.n_components - 2, 1), 1, 1))
+        blocks = [
+            ca.kron(ca.reshape(block, m, m), in_harmonic)
+            for block in ca.vertsplit(springs[first : first + group.n * m * m], m * m)
+        ]
+        dynamic += ca.mtimes([spread.T, ca.diagcat(*blocks), spread])
+        first += group.n * m * m
     moving = np.flatnonzero(np.tile(equations.basis.order > 0, len(equations.dofs))).tolist()
     dynamic = dynamic[moving, moving]
     dynamic = (dynamic + dynamic.T) / 2

@@ -35,7 +35,7 @@ class CompiledCorrector:
         )
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
-        self._n_contacts = curve.problem.n_contacts
+        self._n_switches = len(self._tangent.inputs[3])
         self._count = ResonanceCount(curve)
 
     def correct(
@@ -84,11 +84,14 @@ class CompiledCorrector:
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        slip_margin, springs, rate = values[SCALARS:].reshape(3, self._n_contacts).copy()
+        n = self._n_switches
+        slip_margin, springs, rate = np.split(
+            values[SCALARS:].copy(), [n, len(values) - SCALARS - n]
+        )
         sign = 1 if direction[-1] >= 0 else -1
         at_contacts = slip_margin, rate, crosses > 0
         resonances_below = (
-            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[None], point[-1])
+            (int(below) // 2,) if below >= 0 else self._count.below_with(springs, point[-1])
         )
         return Corrected(
             point, direction, sign, norm, amplification, error, *at_contacts, resonances_below

@@ -47,13 +47,11 @@ class AtLimit:
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
         """The slip margin of the contact, and its gradient."""
-        friction = evaluation.friction
         row = np.zeros(len(self.scale))
-        gradient = friction.slip_margin_gradient[self.contact]
-        row[:-1] = self.curve.problem.expand(self.contact, gradient)
-        explicit = np.broadcast_to(evaluation.slip_margin_by_parameter, friction.slip.shape)
-        row[-1] = explicit[self.contact]
-        return float(friction.slip_margin[self.contact]), row * self.scale
+        margins = evaluation.friction.slip_margin
+        row[:-1] = self.curve.problem.margin_gradient(evaluation.friction, self.contact)
+        row[-1] = np.broadcast_to(evaluation.slip_margin_by_parameter, margins.shape)[self.contact]
+        return float(margins[self.contact]), row * self.scale
 
 
 class Corrected(NamedTuple):
@@ -103,6 +101,5 @@ def slip_margin_rate(
     curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
 ) -> FloatArray:
     """Derivative of the slip margins along a direction of the path, (n_contacts,)."""
-    relative = curve.problem.relative(direction[:-1])
-    rate: NDArray = np.einsum("cm,cm->c", evaluation.friction.slip_margin_gradient, relative)
+    rate = curve.problem.margin_rate(evaluation.friction, direction[:-1])
     return rate + evaluation.slip_margin_by_parameter * direction[-1]

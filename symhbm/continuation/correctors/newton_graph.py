@@ -60,7 +60,7 @@ def tangent(system: ca.Function) -> ca.Function:
     )
     along = ca.solve(matrix, right[:, 1], _solver(system))
     direction = along / ca.norm_2(along)
-    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction[:-1])))
+    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction)))
     inputs = [parameters, point, normal, imposed, settings]
     return ca.Function("tangent", inputs, [direction, values])
 
@@ -78,7 +78,7 @@ def _iteration(system: ca.Function, data: list[ca.MX]) -> ca.Function:
     matrix, right, values, limits = system(
         parameters, iterate, guess, normal, anchor, limit, imposed, scale
     )
-    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction[:-1])))
+    values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction)))
     previous_values = ca.MX.sym("previous_values", values.shape[0])
     state = [iterate, direction, progress, last_step, previous_values]
     idle = ca.Function("idle", [*state, *data], state)

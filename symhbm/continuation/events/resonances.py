@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import ContactStates, HarmonicBalance, contact_springs
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.continuation.resonance_count import LARGEST_SIZE, springs_of, structure_matrices
-from symhbm.model.contacts import ContactState
-from symhbm.numerics import FloatArray
+from symhbm.continuation.resonance_count import LARGEST_SIZE, structure_matrices
+from symhbm.numerics import FloatArray, weighted
 
 _FELT = 2.0
 """Distance from a resonance ahead, in half widths, up to which it changes the path."""
@@ -47,7 +46,7 @@ class Modes(NamedTuple):
 
 
 def modes(
-    curve: ContinuationProblem, unknowns: FloatArray, value: float, friction: ContactState
+    curve: ContinuationProblem, unknowns: FloatArray, value: float, friction: ContactStates
 ) -> Modes | None:
     """Modes of the structure at a point of a curve, None for one too large or without inertia."""
     problem, frequency = curve.at(value)
@@ -57,7 +56,7 @@ def modes(
     by_harmonic = []
     limit = _largest_contact_force(problem, size, friction)
     harmonics = [n for n in problem.harmonics if n > 0]
-    springs = springs_of(problem, unknowns, friction)
+    springs = contact_springs(problem, unknowns, frequency, friction)
     for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
         if not problem.model.has_matrices:
@@ -104,11 +103,14 @@ def _without_matrices(
 
 
 def _largest_contact_force(
-    problem: HarmonicBalance, size: float, friction: ContactState
+    problem: HarmonicBalance, size: float, friction: ContactStates
 ) -> FloatArray:
-    """Bound of the contact forces in other harmonics (n_contacts,) [N], 0 where none slips."""
-    spring = problem.contact_stiffness * friction.slip.any()
-    return size * (spring + problem.cubic_stiffness * size**2)
+    """Bound of the contact forces in other harmonics (n_rows,) [N], 0 where none slips."""
+    result, switched = np.zeros(problem.compiled[0].n_rows), bool(friction.slip.any())
+    for group in problem.compiled[0].groups:
+        largest = group.law.largest_force(problem.values_of(group), size, switched)
+        result[group.rows] += largest[:, None]
+    return result
 
 
 def _modal_force(by_force: NDArray, contact_motion: NDArray, limit: FloatArray) -> FloatArray:
@@ -160,7 +162,8 @@ class ResonanceFinder:
             if np.array_equal(cached_state, state):
                 return at_state
         value = float(state[-1])
-        friction = self._curve.at(value)[0].locate(state[:-1], slip)
+        problem, frequency = self._curve.at(value)
+        friction = problem.locate(state[:-1], frequency, slip)
         at_state = modes(self._curve, state[:-1], value, friction)
         # The end of a step starts the next one, or a shorter step starts at the same point.
         self._cached = [(state, at_state), *self._cached[:2]]
@@ -171,15 +174,15 @@ class Reduced(NamedTuple):
     """Matrices, contact directions and force in coordinates of unit mass.
 
     ``inverse`` transforms to these coordinates: ``inverse @ mass @ inverse^H`` is the unit matrix.
-    ``stiffest`` is the highest natural frequency with all contacts stuck [rad/s], infinite with
-    cubic springs.
+    ``stiffest`` is the highest natural frequency with all contacts stuck [rad/s], infinite where
+    their stiffness has no bound.
     """
 
     stiffness: NDArray
     damping: NDArray
     springs: NDArray
     force: NDArray
-    contact_stiffness: FloatArray
+    stuck_springs: FloatArray
     inverse: NDArray
     stiffest: float
 
@@ -208,10 +211,11 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     highest = np.inf
-    if not problem.model.has_cubic_springs:
-        stuck = stiffness + (springs * problem.contact_stiffness) @ springs.conj().T
+    stuck_springs = problem.stuck_springs
+    if problem.model.bounded:
+        stuck = stiffness + (springs * stuck_springs) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(stuck)[-1]))
-    return Reduced(stiffness, damping, springs, force, problem.contact_stiffness, inverse, highest)
+    return Reduced(stiffness, damping, springs, force, stuck_springs, inverse, highest)
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
@@ -223,9 +227,9 @@ def _resonances(
 ) -> tuple[FloatArray, FloatArray, NDArray]:
     """Natural frequencies, half widths [rad/s] and shapes with the contacts in one harmonic."""
     springs = structure.springs
-    stiffness = structure.stiffness + (springs * spring) @ springs.conj().T
+    stiffness = structure.stiffness + weighted(springs, spring) @ springs.conj().T
     squares, shapes = np.linalg.eigh(stiffness)
     natural = np.sqrt(np.maximum(squares, 1e-300))
-    viscous = structure.damping + (springs * loss / frequency) @ springs.conj().T
+    viscous = structure.damping + weighted(springs, loss / frequency) @ springs.conj().T
     width = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes).real / 2
     return natural, width, shapes

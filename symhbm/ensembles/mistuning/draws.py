@@ -18,7 +18,7 @@ from symhbm.ensembles.mistuning.samples import (
     labelled_samples,
     nominal_values,
 )
-from symhbm.model import PARAMETERS, Structure, dims_of
+from symhbm.model import Structure, dims_of
 from symhbm.numerics import FloatArray, check
 
 Sampling = Literal["random", "sobol", "latin_hypercube"]
@@ -182,6 +182,7 @@ def explicit(
         For bad arguments and values out of range.
     """
     nominal = nominal_values(problem, values)
+    values = dict(zip(nominal, values.values(), strict=True))
     relative = check.flag("relative", relative)
     samples: dict[str, FloatArray] = {}
     labels: dict[str, list[str]] = {}
@@ -195,7 +196,7 @@ def explicit(
             shape = ", ".join(["n_samples", *map(str, expected)])
             raise ValueError(f"{name}: expected values of shape ({shape}), got {array.shape}")
         samples[name] = check.array(
-            name, array * nominal[name] if relative else array, PARAMETERS[name].bound
+            name, array * nominal[name] if relative else array, problem.about(name).bound
         )
     for expectation, by_name in {
         "as many samples of each parameter": {name: len(array) for name, array in samples.items()},
@@ -204,7 +205,7 @@ def explicit(
         if any(value != next(iter(by_name.values())) for value in by_name.values()):
             raise ValueError(f"values: expected {expectation}, got {check.shown(by_name)}")
     drawn = {"distribution": "explicit", "relative": relative}
-    result = labelled_samples(samples, dict.fromkeys(samples, drawn))
+    result = labelled_samples(problem, samples, dict.fromkeys(samples, drawn))
     for names in labels.values():
         result = result.assign_coords(pattern=("sample", np.array(names, dtype=object)))
         result["pattern"].attrs = {"long_name": "name of the pattern", "units": "1"}
@@ -252,16 +253,19 @@ def _draw(
     spreads: dict[str, ArrayLike],
 ) -> xr.Dataset:
     nominal = nominal_values(problem, spreads)
+    spreads = dict(zip(nominal, spreads.values(), strict=True))
     n_samples = check.integer("n_samples", n_samples, minimum=1)
     seed = check.integer("seed", seed, minimum=0)
     widths = {
-        name: _spread(name, spread, nominal[name], distribution) for name, spread in spreads.items()
+        name: _spread(name, spread, nominal[name], distribution, problem.about(name).bound)
+        for name, spread in spreads.items()
     }
     sizes = {name: values.size for name, values in nominal.items()}
     copula = Copula(sizes, correlation, between)
     model = problem if isinstance(problem, Structure) else problem.model
     counts = {"dof": model.n_dof, "contact": model.n_contacts, "": 1}
     streams = {name: counts["".join(dims_of(name))] for name in DRAWABLE}
+    streams |= {name: nominal[name].size for name in nominal if name not in streams}
     shares = copula.couple(unit_samples(sampling, seed, n_samples, sizes, streams))
     settings = {
         "cut": distribution.cut,
@@ -278,16 +282,15 @@ def _draw(
         values[name] = nominal[name] * factor.reshape(n_samples, *nominal[name].shape)
         law = {"distribution": distribution.name, distribution.spread: _plain(spreads[name])}
         drawn[name] = law | settings
-    return labelled_samples(values, drawn)
+    return labelled_samples(problem, values, drawn)
 
 
 def _spread(
-    name: str, spread: ArrayLike, nominal: FloatArray, distribution: _Distribution
+    name: str, spread: ArrayLike, nominal: FloatArray, distribution: _Distribution, bound: str
 ) -> FloatArray:
     """One spread per blade or contact; ValueError if values could leave their range."""
     size = nominal.size
     width = check.one_or_each(name, spread, size, "blade or contact", "non-negative")
-    bound = PARAMETERS[name].bound
     lowest = 1 - distribution.reach * width
     low = lowest <= 0 if bound == "positive" else lowest < 0
     if bound != "any" and np.any(low):

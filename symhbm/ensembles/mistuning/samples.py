@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Structure, dims_of
+from symhbm.model import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, Structure
 from symhbm.numerics import FloatArray, check
 from symhbm.results import DRAWN, SCHEMA_VERSION
 
@@ -27,22 +27,27 @@ def nominal_values(
     """
     if not isinstance(problem, Structure | HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a Model or a HarmonicBalance")
-    allowed = [name for name in problem.parameters if name in DRAWABLE]
+    allowed = [name for name in problem.parameters if name != "engine_order"]
     if not names:
         raise ValueError(f"expected at least one parameter by name of {', '.join(allowed)}")
-    for name in names:
+    own = [name if name in allowed else problem.parameter_name(name) for name in names]
+    for name in own:
         check.known(name, allowed, "parameter that can be drawn")
-    return {name: np.asarray(problem.parameters[name], dtype=float) for name in names}
+    return {name: np.asarray(problem.parameters[name], dtype=float) for name in own}
 
 
-def labelled_samples(values: dict[str, FloatArray], drawn: dict[str, dict[str, Any]]) -> xr.Dataset:
+def labelled_samples(
+    problem: Structure | HarmonicBalance,
+    values: dict[str, FloatArray],
+    drawn: dict[str, dict[str, Any]],
+) -> xr.Dataset:
     """Dataset of samples (n_samples, ...) by parameter, and the description of each draw."""
     n_samples = len(next(iter(values.values())))
     variables = {}
     for name, array in values.items():
-        units, long_name = PARAMETERS[name][:2]
+        units, long_name = problem.about(name)[:2]
         attributes = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
-        variables[name] = (("sample", *dims_of(name)), array, attributes)
+        variables[name] = (("sample", *problem.dims_of(name)), array, attributes)
     sample = ("sample", np.arange(n_samples), {"long_name": "sample", "units": "1"})
     attributes = {
         "title": "Draws of mistuned parameters",

@@ -9,7 +9,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from symhbm.continuation import Status
-from symhbm.model import PARAMETERS
 from symhbm.numerics import check
 from symhbm.results import MATRICES, Description, without
 from symhbm.results.archive import check_schema
@@ -55,7 +54,8 @@ def slices(size: int, item_bytes: int, most: int = BLOCK) -> Iterator[slice]:
 
 def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
     """The parameters and the problem behind a dataset, without those along some dimensions."""
-    stems = (*PARAMETERS, *(f"{name}_{part}" for name in MATRICES for part in _ENTRIES))
+    stems = [*Description(dataset).records]
+    stems += [f"{name}_{part}" for name in MATRICES for part in _ENTRIES]
     names = [name for stem in stems for name in (stem, f"{stem}_nominal")]
     chosen = [
         name

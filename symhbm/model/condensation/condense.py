@@ -124,7 +124,7 @@ def condense(
     interior = Interior(model, masters, patterns[others])
     bands = [CondensedModel.band(n, band) for n in basis.harmonics if n]
     touched = model.directions[:, masters].toarray()
-    springs = (touched.T * model.contact_stiffness) @ touched
+    springs = (touched.T * model.stuck_springs) @ touched
     reduced, certificate = reduce(interior, bands, springs)
     _check_error(certificate, tolerance)
     condensed = CondensedStiffness(
@@ -159,7 +159,7 @@ def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
     kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in dofs}
-    kept |= {dof for contact in model.contacts for dof in contact}
+    kept |= model.touched
     if not kept:
         raise ValueError("dofs=(): expected at least one for a structure without contacts")
     if len(kept) == model.n_dof:

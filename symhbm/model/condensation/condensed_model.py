@@ -12,7 +12,6 @@ from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.matrices import Model
-from symhbm.model.parameters import CONTACT_PARAMETERS
 from symhbm.model.structure import NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
 
@@ -73,10 +72,12 @@ class CondensedModel(Structure):
         certificate: Certificate,
     ):
         position = {int(dof): i for i, dof in enumerate(dofs)}
-        attributes: dict[str, Any] = {name: getattr(structure, name) for name in CONTACT_PARAMETERS}
-        attributes["contacts"] = tuple(
-            tuple(position[dof] for dof in c) for c in structure.contacts
-        )
+        attributes: dict[str, Any] = {
+            name: getattr(structure, name) for name in structure.contact_parameters
+        }
+        attributes["contacts"] = _renumbered(structure.contacts, position)
+        attributes["row_pairs"] = _renumbered(structure.row_pairs, position)
+        attributes["groups"] = structure.groups
         attributes |= dict(
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
         )
@@ -241,3 +242,10 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def _renumbered(ends: Any, position: dict[int, int]) -> Any:
+    """Degrees of freedom, in tuples of tuples, as the condensed structure numbers them."""
+    if isinstance(ends, tuple):
+        return tuple(_renumbered(end, position) for end in ends)
+    return position[ends]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.structure import NearModes
-from symhbm.numerics import FloatArray, negative_eigenvalues
+from symhbm.numerics import FloatArray, negative_eigenvalues, weighted
 
 _NEAR_POLE = 1e-9
 """Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""
@@ -47,8 +47,8 @@ def modes_near(
     of the fixed-interface structure around it; that of a mode far away is halfway between them, its
     width that of the narrower of them.
 
-    ``spring`` and ``loss`` (n_contacts,) are the stiffness and the loss stiffness of the contacts
-    in this harmonic [N/m].
+    ``spring`` and ``loss`` (n_rows,) or (n_rows, n_rows) are the stiffness and the loss stiffness
+    of the contacts in this harmonic [N/m].
     """
     exciting, n_dof = harmonic * frequency, model.n_dof
     fixed, fixed_width = model.condensed.fixed_frequencies, model.fixed_widths
@@ -125,4 +125,4 @@ def _symmetric(matrix: NDArray) -> FloatArray:
 
 
 def _contact_matrix(directions: FloatArray, factors: FloatArray) -> FloatArray:
-    return (directions.T * factors) @ directions
+    return weighted(directions.T, factors) @ directions

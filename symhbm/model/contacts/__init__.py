@@ -1,39 +1,50 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
-from symhbm.model.contacts.coulomb import ContactState, friction_kernel, slip_limit
-from symhbm.model.contacts.coulomb_hysteresis import HysteresisLoop, hysteresis_loops
-from symhbm.model.contacts.coulomb_located import locate, on_loop, stick_intervals
-from symhbm.model.contacts.coulomb_loops import Loop, loops_near_limit
-from symhbm.model.contacts.coulomb_one_harmonic import (
-    FREE,
-    layout,
-    one_harmonic_kernel,
-    packed_size,
-    unpack,
+from symhbm.model.contacts.coulomb import (
+    ContactState,
+    Coulomb,
+    HysteresisLoop,
+    Loop,
+    SampledCoulomb,
+    hysteresis_loops,
+    locate,
+    located_of,
+    loops_near_limit,
+    on_loop,
+    slip_limit,
+    stick_intervals,
+    travel,
 )
-from symhbm.model.contacts.coulomb_sampled import locate_sampled
-from symhbm.model.contacts.cubic_spring import cubic_kernel
-from symhbm.model.contacts.equivalent_springs import ContactSprings, contact_springs, spring_kernel
+from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.group import Contacts, Group, check_pairs, named
+from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.smooth import SmoothLaw
 
 __all__ = [
     "FREE",
-    "ContactSprings",
+    "ContactLaw",
     "ContactState",
+    "Contacts",
+    "Coulomb",
+    "CubicSpring",
+    "Group",
     "HysteresisLoop",
+    "Located",
     "Loop",
-    "contact_springs",
-    "cubic_kernel",
-    "friction_kernel",
+    "Parameter",
+    "SampledCoulomb",
+    "SmoothLaw",
+    "Switch",
+    "check_pairs",
+    "graph_of",
     "hysteresis_loops",
-    "layout",
     "locate",
-    "locate_sampled",
+    "located_of",
     "loops_near_limit",
+    "named",
     "on_loop",
-    "one_harmonic_kernel",
-    "packed_size",
     "slip_limit",
-    "spring_kernel",
     "stick_intervals",
-    "unpack",
+    "travel",
 ]

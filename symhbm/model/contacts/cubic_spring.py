@@ -1,35 +1,57 @@
-"""The cubic spring ``f = gamma y^3``, a smooth contact law.
+"""The cubic spring ``f = gamma y^3``."""
 
-The cube of a motion of highest harmonic ``h`` holds harmonics up to ``3 h``. Sums over more than
-``4 h`` samples separate those from the harmonics of the basis, so that they are the exact
-Fourier integrals.
-"""
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from symhbm.numerics import FourierBasis
+from symhbm.model.contacts.coulomb import leading
+from symhbm.model.contacts.law import Values
+from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.numerics import FloatArray, FourierBasis
 
 
-def cubic_kernel(basis: FourierBasis) -> ca.Function:
-    """CasADi function of one cubic spring: Fourier coefficients of its force.
+class CubicSpring(SmoothLaw):
+    """A spring of force ``gamma y^3``, ``gamma`` of any sign."""
 
-    Inputs: ``coefficients`` (n_components) [m] and ``cubic_stiffness`` [N/m^3]. Outputs: ``force``
-    (n_components) [N] and ``magnitude`` (n_components) [N], what round-off of the force scales
-    with.
-    """
-    n_samples = 4 * basis.highest + 1
-    synthesis = basis.values(2 * np.pi * np.arange(n_samples) / n_samples)
-    analysis = 2 * np.pi / n_samples * (synthesis * basis.norm).T
-    y = ca.SX.sym("coefficients", basis.n_components)
-    stiffness = ca.SX.sym("cubic_stiffness")
-    force = stiffness * ca.mtimes(ca.DM(analysis), ca.mtimes(ca.DM(synthesis), y) ** 3)
-    largest = ca.mtimes(ca.DM(np.abs(synthesis)), ca.fabs(y)) ** 3
-    magnitude = ca.fabs(stiffness) * ca.mtimes(ca.DM(np.abs(analysis)), largest)
-    return ca.Function(
-        "cubic_spring",
-        [y, stiffness],
-        [force, magnitude],
-        ["coefficients", "cubic_stiffness"],
-        ["force", "magnitude"],
-    )
+    parameters: ClassVar = {
+        "cubic_stiffness": Parameter(
+            "N m-3", "stiffness of the cubic spring", r"$\gamma$", "N/m³", "contact", "any", "any"
+        )
+    }
+    degree = 3
+    drawn_as = "cubic"
+
+    def force_at(self, displacement: Any, frequency: Any, values: Values) -> Any:
+        """``gamma y^3``."""
+        return values["cubic_stiffness"] * displacement**3
+
+    def holds(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have any stiffness."""
+        return np.asarray(values["cubic_stiffness"]) != 0
+
+    def acts(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have any stiffness."""
+        return self.holds(values)
+
+    def springs(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
+    ) -> tuple[list[Any], list[Any]]:
+        """In the mean over the motion where a harmonic leads it, else for a small one beside it."""
+        total, stiffness = ca.sumsqr(motion), values["cubic_stiffness"]
+        springs = []
+        for a in np.flatnonzero(~basis.is_sine & (basis.order > 0)).tolist():
+            square = leading(motion, a)[1]
+            # The mean stiffness of a cube to its own motion is half that to a motion beside it.
+            springs.append(stiffness * (0.75 * square + 1.5 * (total - square)))
+        return springs, [ca.SX(0)] * len(springs)
+
+    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
+        """``gamma`` times the cube of the size."""
+        return np.asarray(values["cubic_stiffness"]) * size**3
+
+    def stiffest(self, values: Values) -> FloatArray:
+        """Without bound, where there is any."""
+        return np.where(self.holds(values), np.inf, 0.0)

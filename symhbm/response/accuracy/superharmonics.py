@@ -45,15 +45,22 @@ def superharmonics(
     """
     if not problems or problems[0].n_dof > LARGEST_SIZE:
         return None
-    relative = np.concatenate([p.relative(u) for p, u in zip(problems, unknowns, strict=True)])
-    stiffness = np.concatenate([problem.contact_stiffness for problem in problems])
-    limit = np.concatenate([problem.slip_limit for problem in problems])
-    force, share = friction_beyond(problems[0].basis, relative, stiffness, limit, harmonics)
+    sliders = [p.sliders(omega) for p, omega in zip(problems, frequencies, strict=True)]
+    rows, n_rows = sliders[0].row, problems[0].compiled[0].n_rows
+    relative = [p.relative(u)[rows] for p, u in zip(problems, unknowns, strict=True)]
+    stiffness = np.concatenate([of_point.stiffness for of_point in sliders])
+    limit = np.concatenate([of_point.limit for of_point in sliders])
+    basis = problems[0].basis
+    of_friction = friction_beyond(basis, np.concatenate(relative), stiffness, limit, harmonics)
+    # Other contacts count as springs that nothing excites.
+    force = np.zeros((len(problems), n_rows, len(harmonics)), complex)
+    share = np.ones(force.shape)
+    for whole, part in zip((force, share), of_friction, strict=True):
+        whole[:, rows] = part.reshape(len(problems), len(rows), -1)
     symmetry = problems[0].symmetry
     wave = np.array([0 if symmetry is None else symmetry.wave(int(n)) for n in harmonics])
-    count, results = len(problems), []
-    forces, shares = np.split(force, count), np.split(share, count)
-    by_point = zip(problems, frequencies, references, forces, shares, strict=True)
+    results = []
+    by_point = zip(problems, frequencies, references, force, share, strict=True)
     for problem, omega, size, point_force, point_share in by_point:
         detuning = np.empty((len(harmonics), problem.n_dof))
         response = np.empty_like(detuning)
@@ -121,7 +128,7 @@ def _modes(
     corrected to first order for each harmonic.
     """
     springs = structure.springs
-    stiffness = structure.contact_stiffness[:, None] * share
+    stiffness = structure.stuck_springs[:, None] * share
     mean = stiffness.mean(axis=1)
     squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.conj().T)
     travel = springs.conj().T @ vectors

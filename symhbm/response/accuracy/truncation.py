@@ -151,7 +151,8 @@ def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
     while running := [search for search in searches if search.running]:
         try:
             motions = [search.start + search.change for search in running]
-            located = locate_each([search.larger for search in running], motions)
+            omegas = np.array([search.frequency for search in running])
+            located = locate_each([search.larger for search in running], motions, omegas)
         except ArithmeticError:
             break  # a step that overflows
         for search, friction in zip(running, located, strict=True):

@@ -3,7 +3,7 @@
 import os
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,18 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
 from symhbm.results import Description, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
-from symhbm.results.provenance import SCHEMA_VERSION, DatasetParts, describe_problem
+from symhbm.results.provenance import (
+    SCHEMA_VERSION,
+    DatasetParts,
+    MissingLawError,
+    describe_problem,
+)
 from symhbm.results.schema import label, recall
 from symhbm.results.variables import TEXTS
 
@@ -193,26 +199,32 @@ def bytes_of(call: xr.Dataset) -> bytes:
             raise ArchiveError(f"over: cannot be archived ({error.__cause__})") from error
 
 
-def rebuild(dataset: xr.Dataset) -> HarmonicBalance:
+def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBalance:
     """Rebuild the problem that a dataset of this library was computed from.
 
     Swept parameters have their nominal values; select one set first to get its values, as in
-    ``rebuild(dataset.sel(normal_load=3))``.
+    ``rebuild(dataset.sel(normal_load=3))``. ``laws`` are the contact laws of your own: a dataset
+    holds their names alone.
 
     Raises
     ------
     TypeError
-        If ``dataset`` is no Dataset.
+        If ``dataset`` is no Dataset, or one of the laws is none.
     ArchiveError
-        If it does not describe a problem.
+        If it does not describe a problem, or a contact law is missing.
     """
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, "dataset")
+    for law in laws:
+        if not isinstance(law, ContactLaw):
+            raise TypeError(f"laws: expected contact laws, got {check.shown(law)}")
     try:
         description = Description(dataset)
         incomplete = description.condensed or description.structure
-        problem = None if incomplete else describe_problem(dataset)
+        problem = None if incomplete else describe_problem(dataset, laws)
+    except MissingLawError as error:
+        raise ArchiveError(f"dataset: {error}") from error
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"

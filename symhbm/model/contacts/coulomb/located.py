@@ -10,10 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, slip_margins
-from symhbm.model.contacts.coulomb_loops import Loop, apart, images
-from symhbm.model.contacts.coulomb_one_harmonic import locate_one_harmonic
-from symhbm.model.contacts.coulomb_two_reversals import locate_two_reversals
+from symhbm.model.contacts.coulomb.loops import Loop, apart, images
+from symhbm.model.contacts.coulomb.one_harmonic import locate_one_harmonic
+from symhbm.model.contacts.coulomb.state import (
+    SMALLEST_MOTION,
+    ContactState,
+    full_stick,
+    slip_margins,
+)
+from symhbm.model.contacts.coulomb.two_reversals import locate_two_reversals
 from symhbm.numerics import (
     FloatArray,
     FourierBasis,

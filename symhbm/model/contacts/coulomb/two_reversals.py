@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import ContactState
-from symhbm.model.contacts.coulomb_one_harmonic import FREE, packed_size, unpack
+from symhbm.model.contacts.coulomb.one_harmonic import FREE, packed_size, unpack
+from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.numerics import MACHINE, Cells, Compiled, FloatArray, FourierBasis, Motions, constant
 
 _STEPS_TO_EXTREME, _STEPS_TO_ONSET = 2, 3

@@ -11,7 +11,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import SMALLEST_MOTION, ContactState, full_stick, slip_margins
+from symhbm.model.contacts.coulomb.state import (
+    SMALLEST_MOTION,
+    ContactState,
+    full_stick,
+    slip_margins,
+)
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 

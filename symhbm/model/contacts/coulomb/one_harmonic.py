@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import ContactState
+from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 FREE = -1.0
@@ -53,6 +53,11 @@ def layout(size: int) -> dict[str, slice]:
 def packed_size(size: int) -> int:
     """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
     return layout(size)["stick_end"].stop
+
+
+def details_of(packed: Any, size: int) -> dict[str, Any]:
+    """The parts of one column that the kernel gives."""
+    return {name: packed[place] for name, place in layout(size).items()}
 
 
 def unpack(packed: FloatArray, size: int) -> ContactState:
@@ -123,7 +128,7 @@ def one_harmonic_kernel(size: int) -> ca.Function:
             sticking = float(i == j) if inside else 0
             entry = _where(state, slipping, sticking)
             matrix[i, j] = _where(still, 0, entry)
-    vector[-2:] = push * slides
+    vector[-2:] = push * pulls
     gradient[-2:] = ca.vertcat(c, s) / safe * moves
     turns = 2 * np.pi
     theta_star = theta_0 + stick

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb_located import stick_intervals
+from symhbm.model.contacts.coulomb.located import stick_intervals
 from symhbm.numerics import FloatArray, FourierBasis
 
 

@@ -1,0 +1,69 @@
+"""Contacts as springs and dampers of each harmonic: what the modes of a structure feel of them."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.harmonic_balance import HarmonicBalance
+from symhbm.model.contacts import ContactLaw, graph_of
+from symhbm.numerics import Compiled, FloatArray, FourierBasis
+
+
+class ContactSprings(NamedTuple):
+    """Stiffness and loss of all contacts [N/m], by harmonic above 0.
+
+    (n_harmonics, n_rows) each, or (n_harmonics, n_rows, n_rows) where a law couples displacements.
+    """
+
+    stiffness: FloatArray
+    loss: FloatArray
+
+
+def contact_springs(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, contacts: ContactStates
+) -> ContactSprings:
+    """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`."""
+    n_harmonics = sum(n > 0 for n in problem.harmonics)
+    relative = problem.relative(unknowns)
+    parts: list[list[FloatArray]] = [[np.zeros((n_harmonics, 0))] for _ in range(2)]
+    for group in problem.compiled[0].groups:
+        if not group.n:
+            continue
+        values = problem.values_of(group)
+        given = (
+            problem.motions(group, relative).ravel(),
+            np.full(group.n, frequency),
+            np.array([values[name] for name in group.law.parameters]).T.ravel(),
+            contacts.groups[group.name].events.ravel(),
+        )
+        springs = _each(group.law, problem.basis, group.n)(*given)
+        for part, found in zip(parts, springs, strict=True):
+            # Contact by contact, and by harmonic within.
+            by_contact = found.reshape(group.n, n_harmonics, -1)
+            part.append(by_contact.transpose(1, 0, 2).reshape(n_harmonics, -1))
+    return ContactSprings(*(by_row(problem, np.concatenate(part, axis=1)) for part in parts))
+
+
+def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
+    """Springs (n_harmonics, m^2 of each contact) as those of `ContactSprings`."""
+    equations = problem.compiled[0]
+    n_rows, couples = equations.n_rows, any(g.rows.shape[1] > 1 for g in equations.groups)
+    result = np.zeros((len(springs), n_rows, n_rows) if couples else (len(springs), n_rows))
+    first = 0
+    for group in equations.groups:
+        n, m = group.rows.shape
+        own = springs[:, first : first + n * m * m]
+        first += n * m * m
+        if not couples:
+            result[:, group.rows[:, 0]] += own
+            continue
+        rows, columns = np.repeat(group.rows, m, axis=1), np.tile(group.rows, (1, m))
+        result[:, rows.ravel(), columns.ravel()] += own
+    return result
+
+
+@lru_cache(maxsize=64)
+def _each(law: ContactLaw, basis: FourierBasis, n_contacts: int) -> Compiled:
+    return Compiled(graph_of(law, basis).springs.map(n_contacts))

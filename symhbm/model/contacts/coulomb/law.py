@@ -1,0 +1,399 @@
+"""Dry friction: a spring in series with a Coulomb slider, Eqs. (2)-(8).
+
+The force is ``k_d y`` while the contact sticks, and at most ``g = mu F_n`` in size. With its
+switching angles located the coefficients of the force are the closed form of
+`symhbm.model.contacts.coulomb.state`.
+"""
+
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.model.contacts.coulomb.located import locate
+from symhbm.model.contacts.coulomb.moving_angles import moving_angles
+from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
+from symhbm.model.contacts.coulomb.sampled import locate_sampled
+from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
+from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Values
+from symhbm.model.contacts.parameter import Parameter
+from symhbm.numerics import Compiled, FloatArray, FourierBasis, turning_hessian, turning_points
+
+LEADING = 0.5
+"""Share of a harmonic in the square of a motion from which it leads."""
+
+
+class Coulomb(ContactLaw):
+    """Spring ``k_d`` in series with a slider of limit ``mu F_n``: one direction, constant load.
+
+    The force of `slip_limit` may be another one, of more parameters and of the frequency: derive
+    from this class, and name all parameters.
+
+    Examples
+    --------
+    A damper that centrifugal force presses against its blades:
+
+    >>> import symhbm as sh
+    >>> class PressedDamper(sh.Coulomb):
+    ...     parameters = sh.Coulomb.parameters | {
+    ...         "damper_mass": sh.Parameter("kg", "mass of the damper")
+    ...     }
+    ...     def slip_limit(self, frequency, values):
+    ...         speed = frequency / 3  # of engine order 3
+    ...         load = values["normal_load"] + 0.4 * values["damper_mass"] * speed**2
+    ...         return values["friction_coefficient"] * load
+    >>> group = sh.Contacts(
+    ...     PressedDamper(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5,
+    ...     normal_load=0, damper_mass=0.02,
+    ... )
+    >>> blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.frf(problem, (10, 30), progress=False).n_peaks.item()
+    1
+    """
+
+    parameters: ClassVar = {
+        "contact_stiffness": Parameter(
+            "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
+        ),
+        "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
+        "normal_load": Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True),
+    }
+    switches = (Switch("slip", "onset of slip", "end of slip"),)
+    drawn_as = "friction"
+    samples: int | None = None
+    """Samples of the period that the slider is marched over, None where events are located."""
+
+    def slip_limit(self, frequency: Any, values: Values) -> Any:
+        """``g`` [N] at an angular frequency [rad/s], of arrays or of symbols."""
+        return slip_limit(values["friction_coefficient"], values["normal_load"])
+
+    @property
+    def margins_move(self) -> bool:
+        """Whether the limit depends on the frequency."""
+        return _limit_moves(self)
+
+    def monotone(self, values: Values) -> bool:
+        """That responses are unique: with dissipative damping and a load that motion leaves."""
+        return True
+
+    def acts(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have a spring and a limit."""
+        stiffness, limit = self.sliders(1.0, values)
+        return (stiffness > 0) & (limit > 0)
+
+    def sampled(self, samples: int) -> "SampledCoulomb":
+        """The same over samples of the period."""
+        return SampledCoulomb(samples, self)
+
+    def sliders(self, frequency: Any, values: Values) -> Sliders:
+        """Stiffness and limit of the contacts."""
+        limit = self.slip_limit(frequency, values)
+        return Sliders(np.asarray(values["contact_stiffness"]), np.asarray(limit, dtype=float))
+
+    def n_events(self, basis: FourierBasis) -> int:
+        """``A``, ``b``, and the share of the period that a contact sticks which also slips."""
+        return basis.n_components**2 + basis.n_components + 1
+
+    def force(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
+    ) -> Any:
+        """``k_d A y + g b``, Eqs. (6)-(8)."""
+        matrix, vector, _ = _split(basis, events)
+        limit = self.slip_limit(frequency, values)
+        return values["contact_stiffness"] * ca.mtimes(matrix, motion) + limit * vector
+
+    def terms(
+        self,
+        basis: FourierBasis,
+        motion: Any,
+        travel: Any,
+        frequency: Any,
+        values: Values,
+        events: Any,
+    ) -> tuple[Any, Any]:
+        """Of the force, and of a stretch of stick: ``k_d`` times where it begins and ends.
+
+        Their difference is the force: where a contact slips far, two large terms.
+        """
+        matrix, vector, sticking = (ca.fabs(part) for part in _split(basis, events))
+        stiffness, limit = values["contact_stiffness"], self.slip_limit(frequency, values)
+        largest = 2 * stiffness * ca.mmax(travel) * sticking
+        return stiffness * ca.mtimes(matrix, travel) + limit * vector, largest
+
+    def locate(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        held: NDArray[np.bool_] | None = None,
+    ) -> Located:
+        """Switching angles of the motion, see `symhbm.model.contacts.coulomb.located.locate`."""
+        stiffness, limit = self.sliders(frequency, values)
+        state = self.find(basis, motion, stiffness, limit, None if held is None else held[:, 0])
+        # Without a spring nothing pulls the slider, whatever its limit.
+        return located_of(state, np.where(stiffness[:, None] > 0, state.vector, 0.0))
+
+    def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
+        """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
+        return locate(basis, *motion)
+
+    def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))`` at a given motion."""
+        by_frequency, by_values, _ = self.limit_slopes(frequency, values)
+        return by_frequency[:, None], by_values[:, :, None]
+
+    def limit_slopes(
+        self, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Derivatives of ``ln(k_d / g)``: by frequency (n,), by values (p, n), and second ones.
+
+        The second derivatives are by frequency and values, (n, 1 + p, 1 + p); all are 0 where
+        there is nothing to pass.
+        """
+        array = np.array([values[name] for name in self.parameters])
+        n_values, n = array.shape
+        first, second = _limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
+        first = first.reshape(n, 1 + n_values)
+        curvature = second.reshape(n, 1 + n_values, 1 + n_values)
+        return first[:, 0], first[:, 1:].T, curvature
+
+    def margin_expansion(
+        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """The logarithm of the travel between highest and lowest point over ``2 g / k_d``."""
+        points = turning_points(basis, motion[None])
+        return self.travel_expansion(
+            basis, motion, frequency, values, points.angle[0, [0, points.lowest[0]]]
+        )
+
+    def travel_expansion(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float,
+        values: Values,
+        angle: FloatArray,
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """The same for the travel between two turning points, at the angles (2,) [rad]."""
+        spread, gradient, curvature = travel(basis, motion, angle)
+        each = {name: np.reshape(value, 1) for name, value in values.items()}
+        stiffness, limit = (float(part[0]) for part in self.sliders(frequency, each))
+        by_frequency, by_values, second = self.limit_slopes(frequency, each)
+        size = len(motion)
+        slopes = np.concatenate([gradient / spread, by_frequency, by_values[:, 0]])
+        whole = np.zeros((len(slopes), len(slopes)))
+        whole[:size, :size] = curvature / spread - np.outer(gradient / spread, gradient / spread)
+        whole[size:, size:] = second[0]
+        return float(np.log(stiffness * spread / (2 * limit))), slopes, whole
+
+    def event_graph(self, basis: FourierBasis) -> ca.Function | None:
+        """All angles under one harmonic."""
+        if basis.highest != 1:
+            return None
+        motion, frequency = ca.SX.sym("motion", basis.n_components), ca.SX.sym("frequency")
+        values, held = ca.SX.sym("values", len(self.parameters)), ca.SX.sym("held")
+        by_name = dict(zip(self.parameters, ca.vertsplit(values), strict=True))
+        limit = self.slip_limit(frequency, by_name)
+        kernel = one_harmonic_kernel(basis.n_components)
+        packed = kernel(motion, by_name["contact_stiffness"], limit, held)
+        part = details_of(packed, basis.n_components)
+        events = ca.vertcat(part["matrix"], part["vector"], part["slip"] * part["stick_fraction"])
+        slope = ca.jacobian(limit, frequency)
+        if slope.nnz():
+            slope = ca.if_else(limit > 0, -slope / ca.if_else(limit > 0, limit, 1), 0)
+        outputs = [events, part["slip"], part["slip_margin"], part["slip_margin_gradient"].T]
+        outputs += [slope, packed]
+        return ca.Function("events", [motion, frequency, values, held], outputs)
+
+    def unpack(self, basis: FourierBasis, parts: list[FloatArray]) -> Located:
+        """What `event_graph` gives."""
+        events, states, margins, by_motion, packed = parts
+        state = unpack(packed, basis.n_components)
+        return Located(events, states > 0, margins, by_motion, state)
+
+    def springs(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
+    ) -> tuple[list[Any], list[Any]]:
+        """In the mean over its motion where a harmonic leads it, else for a small one beside it.
+
+        What the other harmonics make a contact do is a force, and no stiffness.
+        """
+        matrix, _, _ = _split(basis, events)
+        stiffness = values["contact_stiffness"]
+        force = self.force(basis, motion, frequency, values, events)
+        springs, losses = [], []
+        for a in np.flatnonzero(~basis.is_sine & (basis.order > 0)).tolist():
+            leads, square = leading(motion, a)
+            safe = ca.if_else(leads, square, 1)
+            in_phase = ca.dot(force[a : a + 2], motion[a : a + 2]) / safe
+            out_of_phase = (force[a] * motion[a + 1] - force[a + 1] * motion[a]) / safe
+            beside = stiffness / 2 * (matrix[a, a] + matrix[a + 1, a + 1])
+            turned = stiffness / 2 * (matrix[a, a + 1] - matrix[a + 1, a])
+            share = ca.if_else(leads, in_phase, beside)
+            springs.append(ca.fmin(ca.fmax(share, 0), stiffness))
+            losses.append(ca.fmax(ca.if_else(leads, out_of_phase, turned), 0))
+        return springs, losses
+
+    def released(self) -> dict[str, float]:
+        """Without friction."""
+        return {"friction_coefficient": 0.0}
+
+    def forces(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """The closed form of `force`."""
+        stiffness, limit = self.sliders(frequency, values)
+        state = located.details
+        force = stiffness[:, None] * np.einsum("cij,cj->ci", state.matrix, motion)
+        return force + limit[:, None] * state.vector
+
+    def results(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+    ) -> dict[str, FloatArray]:
+        """State, angles, reversals, share of stick, and dissipated energy [J]."""
+        state = located.details
+        force = self.forces(basis, located, motion, frequency, values)
+        velocity = motion @ basis.derivative_matrix.T / basis.norm
+        rubs = np.asarray(values["contact_stiffness"]) > 0
+        return dict(
+            theta_0=state.theta_0,
+            theta_star=state.theta_star,
+            stick_fraction=state.stick_fraction,
+            dissipation=np.einsum("ci,ci->c", force, velocity),
+            contact_state=np.where(rubs, state.slip, -1),
+            reversals=state.reversals,
+        )
+
+    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
+        """The spring's, of contacts that slip: those that stick are linear."""
+        return np.asarray(values["contact_stiffness"]) * switched * size
+
+    def stiffest(self, values: Values) -> FloatArray:
+        """The spring's."""
+        return np.asarray(values["contact_stiffness"])
+
+    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
+        """Motion, ``k_d`` and ``g``."""
+        limit = self.slip_limit(frequency, values)
+        return ca.vertcat(motion, values["contact_stiffness"], limit)
+
+    def moving_events(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float,
+        values: Values,
+        weights: FloatArray,
+    ) -> FloatArray:
+        """See `moving_angles`."""
+        spring = self.sliders(frequency, values)
+        return moving_angles(basis, motion, *spring, weights, located.states[:, 0], located.details)
+
+
+class SampledCoulomb(Coulomb):
+    """The same friction marched over equidistant samples of the period: a cross-check.
+
+    ``of`` is the law that tells the limit.
+    """
+
+    def __init__(self, samples: int, of: Coulomb):
+        self.samples, self._of = samples, of
+        self.parameters = of.parameters  # type: ignore[misc]
+
+    def slip_limit(self, frequency: Any, values: Values) -> Any:
+        """That of the law that is sampled."""
+        return self._of.slip_limit(frequency, values)
+
+    def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
+        """Events by marching, see `symhbm.model.contacts.coulomb.sampled.locate_sampled`."""
+        assert self.samples is not None
+        return locate_sampled(basis, *motion, samples=self.samples)
+
+    def event_graph(self, basis: FourierBasis) -> None:
+        """None: samples are marched step by step."""
+
+    def __repr__(self) -> str:
+        return f"{self._of!r} over {self.samples} samples"
+
+
+def travel(
+    basis: FourierBasis, motion: FloatArray, angle: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Travel of a motion between two turning points [m], and its first and second derivatives."""
+    high, low = basis.values(angle)
+    bend_high, bend_low = turning_hessian(basis, np.stack([motion, motion]), angle)
+    return float((high - low) @ motion), high - low, bend_high - bend_low
+
+
+class _Parts(NamedTuple):
+    matrix: Any
+    vector: Any
+    sticking: Any
+
+
+def _split(basis: FourierBasis, events: Any) -> _Parts:
+    """``A``, ``b``, and the share of stick of a contact that slips, of packed events."""
+    size = basis.n_components
+    matrix = ca.reshape(events[: size * size], size, size)
+    return _Parts(matrix, events[size * size : size * size + size], events[-1])
+
+
+def located_of(state: ContactState, vector: FloatArray) -> Located:
+    """What the equations take of friction contacts."""
+    n, size = vector.shape
+    # CasADi stores columns one after the other.
+    matrix = state.matrix.transpose(0, 2, 1).reshape(n, size * size)
+    sticking = np.where(state.slip, state.stick_fraction, 0.0)
+    events = np.concatenate([matrix, vector, sticking[:, None]], axis=1)
+    margins, slopes = state.slip_margin[:, None], state.slip_margin_gradient[:, None]
+    return Located(events, state.slip[:, None], margins, slopes, state)
+
+
+def leading(motion: Any, a: int) -> tuple[Any, Any]:
+    """Whether the harmonic of the components ``a`` and ``a + 1`` leads a motion, its square."""
+    square = ca.sumsqr(motion[a : a + 2])
+    return square > LEADING * ca.sumsqr(motion), square
+
+
+@lru_cache(maxsize=64)
+def _limit_moves(law: Coulomb) -> bool:
+    frequency = ca.SX.sym("frequency")
+    values = {name: ca.SX.sym(name) for name in law.parameters}
+    return bool(ca.jacobian(law.slip_limit(frequency, values), frequency).nnz())
+
+
+@lru_cache(maxsize=64)
+def _limit_slopes(law: Coulomb, n_contacts: int) -> Compiled:
+    """First and second derivatives of ``ln(k_d / g)`` of each contact by frequency and values."""
+    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    stiffness, limit = by_name["contact_stiffness"], law.slip_limit(frequency, by_name)
+    pulled, bounded = stiffness > 0, limit > 0
+    variables = ca.vertcat(frequency, values)
+    parts = []
+    for value, sign, where in ((stiffness, 1, pulled), (limit, -1, bounded)):
+        first = ca.densify(ca.jacobian(value, variables)).T
+        second = ca.densify(ca.hessian(value, variables)[0])
+        safe = ca.if_else(where, value, 1)
+        slope = first / safe
+        parts.append(
+            [ca.if_else(where, sign * part, 0) for part in (slope, second / safe - slope @ slope.T)]
+        )
+    (first, second), (other_first, other_second) = parts
+    outputs = [first + other_first, ca.vec(second + other_second)]
+    return Compiled(ca.Function("limit_slopes", [frequency, values], outputs).map(n_contacts))

@@ -1,0 +1,26 @@
+"""What a named parameter is: the record that bounds, labels, sweeps, draws and archives read."""
+
+from typing import Literal, NamedTuple
+
+
+class Parameter(NamedTuple):
+    """A named number of a model, of a contact law or of an excitation.
+
+    ``units`` as datasets have them, UDUNITS; ``symbol`` of pictures, with the ``unit`` there, by
+    default its name and units; ``per``, what has one value each, None for one in all; ``bound`` of
+    its values, "positive", "non-negative" or "any", and ``followed``, that of a band it is followed
+    over; ``designed``, whether designs may vary it.
+    """
+
+    units: str
+    meaning: str
+    symbol: str = ""
+    unit: str | None = None
+    per: Literal["dof", "contact"] | None = "contact"
+    bound: str = "non-negative"
+    followed: str = "non-negative"
+    designed: bool = False
+
+    def shown_as(self, name: str) -> tuple[str, str]:
+        """Symbol and unit of pictures."""
+        return self.symbol or name.replace("_", " "), self.units if self.unit is None else self.unit

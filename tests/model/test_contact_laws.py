@@ -1,0 +1,411 @@
+"""Contact laws of a user's own, and groups of contacts by name, through every verb."""
+
+import pickle
+
+import casadi as ca
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.numerics import RADIANS
+from symhbm.results.archive import ArchiveError
+
+
+class SoftStop(sh.SmoothLaw):
+    """Two displacements in one potential, a / 4 (u^2 + v^2)^2: each stiffens the other."""
+
+    directions = ("tangential", "normal")
+    parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}  # noqa: RUF012
+    degree = 3
+
+    def force_at(self, displacement, frequency, values):
+        return values["stop_stiffness"] * ca.sumsqr(displacement) * displacement
+
+
+class PressedDamper(sh.Coulomb):
+    """A damper of engine order 3 that centrifugal force presses against its blades."""
+
+    parameters = sh.Coulomb.parameters | {
+        "damper_mass": sh.Parameter("kg", "mass of the damper", "$m_d$", designed=True)
+    }
+
+    def slip_limit(self, frequency, values):
+        load = values["normal_load"] + 0.4 * values["damper_mass"] * (frequency / 3) ** 2
+        return values["friction_coefficient"] * load
+
+
+def stopped(harmonics=(1, 3), stiffness=1e7, amplitude=2.0):
+    model = sh.Model(
+        np.eye(2),
+        np.diag([2.0, 3.0]),
+        np.array([[1e4, 1e3], [1e3, 1.5e4]]),
+        contacts={"stop": sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=stiffness)},
+    )
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+
+
+def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
+    damper = sh.Contacts(
+        PressedDamper(),
+        [(0, 1)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.3,
+        normal_load=load,
+        damper_mass=mass,
+    )
+    root = sh.Contacts(
+        sh.Coulomb(),
+        [(0,), (1,)],
+        contact_stiffness=4e3,
+        friction_coefficient=0.4,
+        normal_load=[30.0, 35.0],
+    )
+    model = sh.Model(
+        np.eye(2),
+        0.5 * np.eye(2),
+        np.diag([1e4, 1.2e4]),
+        contacts={"damper": damper, "root": root},
+    )
+    return sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+
+
+PROBLEMS = {"stop": stopped, "damper": pressed}
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5), (0, 1, 2)])
+def test_coupled_force_against_samples(harmonics):
+    problem, rng = stopped(harmonics), np.random.default_rng(0)
+    unknowns = 1e-2 * rng.normal(size=problem.n_unknowns)
+    without = problem.with_parameters(stop_stiffness=0.0)
+    omega = 90.0
+    force = problem.evaluate(unknowns, omega).residual - without.evaluate(unknowns, omega).residual
+    tau = 2 * np.pi * np.arange(512) / 512
+    functions = problem.basis.values(tau)
+    x = functions @ problem.coefficients(unknowns).T
+    sampled = 1e7 * (x**2).sum(axis=1, keepdims=True) * x
+    expected = 2 * np.pi / 512 * (functions * problem.basis.norm).T @ sampled
+    np.testing.assert_allclose(problem.coefficients(force), expected.T, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
+@pytest.mark.parametrize("kind", PROBLEMS)
+@pytest.mark.parametrize("size", [1e-4, 3e-3], ids=["stick", "slip"])
+def test_derivatives_against_differences(kind, harmonics, size):
+    problem, rng = PROBLEMS[kind](harmonics), np.random.default_rng(1)
+    unknowns, omega = size * rng.normal(size=problem.n_unknowns), 100.0
+    exact = problem.evaluate(unknowns, omega)
+
+    def residual(change, name):
+        if name == "unknowns":
+            return problem.evaluate(unknowns + change, omega).residual
+        if name == "frequency":
+            return problem.evaluate(unknowns, omega + change).residual
+        values = problem.with_parameters(**{name: problem.parameters[name] + change})
+        return values.evaluate(unknowns, omega).residual
+
+    def difference(name, step):
+        return (residual(step, name) - residual(-step, name)) / (2 * np.max(np.abs(step)))
+
+    along = rng.normal(size=problem.n_unknowns)
+    along /= np.abs(along).max()
+    level = np.abs(exact.residual).max()
+    np.testing.assert_allclose(
+        difference("unknowns", 1e-7 * along), exact.jacobian @ along, atol=1e-3 * level, rtol=1e-5
+    )
+    np.testing.assert_allclose(
+        difference("frequency", 1e-3), exact.by_parameter, atol=1e-7 * level, rtol=1e-6
+    )
+    for name in problem.differentiable:
+        inputs = problem.arguments(unknowns, omega)
+        slopes = np.asarray(problem.derivative(name)(**inputs)["jacobian"].full())
+        value = problem.parameters[name]
+        step = 1e-5 * float(np.max(np.abs(value)))
+        expected = slopes @ np.ones(np.size(value))
+        scale = level / float(np.max(np.abs(value)))
+        np.testing.assert_allclose(difference(name, step), expected, atol=1e-5 * scale, rtol=1e-5)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+@pytest.mark.parametrize("kind", PROBLEMS)
+def test_from_response_to_picture(kind, harmonics, tmp_path):
+    """Through every step without a line of the library that knows the law."""
+    problem = PROBLEMS[kind](harmonics)
+    swept, values = {
+        "stop": ("stop_stiffness", [1e6, 1e7]),
+        "damper": ("root.normal_load", [20.0, 40.0]),
+    }[kind]
+    laws = [SoftStop(), PressedDamper()]
+    response = sh.frf(problem, (10, 30), over={swept: values}, progress=False)
+    assert {str(status) for status in response.status.values} == {"the end of the band was reached"}
+    sh.save(response, tmp_path / "law.nc")
+    loaded = sh.load(tmp_path / "law.nc")
+    again = sh.rebuild(loaded.isel({swept: 0}), laws=laws)
+    assert again.parameters[swept] == pytest.approx(values[0])
+    point = loaded.isel({swept: 0, "peak": 0})
+    solved = sh.solve(again, float(point.peak_frequency))
+    amplitude = solved.amplitude.values[int(point.peak_dof)]
+    assert amplitude == pytest.approx(float(point.peak_amplitude), rel=1e-8)
+    verified = sh.verify(loaded, laws=laws, exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert verified.energy_error.max() < 1e-9
+    assert float(verified.contact_mismatch.max()) < 1e-9
+    slopes = sh.sensitivity(loaded, laws=laws)
+    name = {"stop": "stop_stiffness", "damper": "damper_mass"}[kind]
+    value = values[0] if name == swept else float(problem.parameters[name][0])
+    step = 1e-3 * value
+    ends = sh.frf(
+        problem.with_parameters(**{swept: values[0]}),
+        (10, 30),
+        over={name: [value - step, value + step]},
+        progress=False,
+    )
+    for of in ("peak_amplitude", "peak_frequency"):
+        for peak in range(int(response.n_peaks[0])):
+            exact = slopes[f"{of}_by_{name}"].isel({swept: 0, "peak": peak}).values
+            exact = exact[np.isfinite(exact)].ravel()
+            low, high = ends[of].values[:, peak]
+            assert exact.size >= 1
+            assert exact[0] == pytest.approx((high - low) / (2 * step), rel=2e-3, abs=1e-12)
+    for figure in (sh.plot.response(loaded), sh.plot.model(again)):
+        figure.savefig(tmp_path / "law.png")
+        mpl.pyplot.close(figure)
+
+
+def test_the_limit_of_a_damper_follows_its_speed():
+    """At each frequency the response is that of the same element with its load there."""
+    problem = pressed()
+    response = sh.frf(problem, (14, 24), at=np.linspace(14, 24, 9), progress=False)
+    for point in response.transpose("frequency", ...).frequency.values:
+        omega = RADIANS * point
+        load = 1.0 + 0.4 * 4e-3 * (omega / 3) ** 2
+        plain = problem.with_parameters(**{"damper_mass": 0.0, "damper.normal_load": load})
+        expected = sh.solve(plain, point).amplitude.values
+        amplitude = response.amplitude.sel(frequency=point).values.ravel()[: len(expected)]
+        np.testing.assert_allclose(amplitude, expected, rtol=1e-9)
+
+
+def test_events_of_a_moving_limit():
+    """Where its slip ends the damper is on the limit that it has at that very frequency."""
+    problem = pressed((1,))
+    response = sh.frf(problem, (12, 30), progress=False)
+    of_damper = (response.event_contact == 0).values
+    frequencies = response.event_frequency.values[of_damper]
+    assert len(frequencies) >= 2
+    for frequency in frequencies:
+        x = sh.solve(problem, frequency).coefficient.values[:, 0]
+        radius = np.hypot(*(x[0] - x[1]))
+        load = 1.0 + 0.4 * 4e-3 * (RADIANS * frequency / 3) ** 2
+        assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_a_law_is_followed_in_its_own_parameter(harmonics):
+    problem = pressed(harmonics)
+    path = sh.follow(problem, "damper_mass", (1e-4, 2e-2), frequency=19.0, progress=False)
+    assert str(path.status.values) == "the end of the band was reached"
+    assert path.damper_mass.attrs["units"] == "kg"
+    assert path.event_kind.size >= 1
+    for i in (0, path.sizes["point"] // 2, -1):
+        point = path.isel(point=i)
+        there = problem.with_parameters(damper_mass=float(point.damper_mass))
+        expected = sh.solve(there, 19.0).amplitude.values
+        np.testing.assert_allclose(point.amplitude.values, expected, rtol=1e-9)
+
+
+def test_a_smooth_law_is_followed_in_its_own_parameter():
+    problem = stopped()
+    path = sh.follow(problem, "stop_stiffness", (1e6, 1e7), frequency=14.0, progress=False)
+    assert str(path.status.values) == "the end of the band was reached"
+    last = problem.with_parameters(stop_stiffness=float(path.stop_stiffness[-1]))
+    again = last.evaluate(sh_unknowns(last, path.isel(point=-1)), RADIANS * 14.0)
+    assert again.norm < 1e-10
+
+
+def sh_unknowns(problem, point):
+    """Stored coefficients as unknowns."""
+    values = point.coefficient.transpose("dof", "harmonic", "component").values
+    columns = [values[:, i, :] for i in range(len(problem.harmonics))]
+    return np.concatenate(columns, axis=1).ravel()
+
+
+def test_exact_motion_of_a_coupled_law():
+    """By shooting, against a balance of many harmonics."""
+    problem = stopped((1, 3, 5, 7, 9), stiffness=1e6)
+    motion = sh.periodic_motion(problem, 15.0)
+    assert bool(motion.converged)
+    expected = sh.solve(problem, 15.0).amplitude.values
+    np.testing.assert_allclose(motion.amplitude.values, expected, rtol=1e-6)
+    response = sh.frf(problem, (14, 15), stability=True, progress=False)
+    assert np.all(response.stability.values == 1)
+    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
+    rate = float(response.growth_rate.values[-1])
+    assert float(np.log(largest) * 15.0) == pytest.approx(rate, rel=1e-3)
+
+
+def test_groups_are_the_short_form_with_names():
+    """A ring whose contacts are in two groups, against the same in one."""
+    rng = np.random.default_rng(2)
+    stiffness, load = rng.uniform(5e3, 2e4, 6), rng.uniform(1, 5, 6)
+    mass, damping, matrix = np.eye(6), 0.5 * np.eye(6), 1e4 * np.diag(1 + 0.02 * rng.normal(size=6))
+    pairs = [(j, (j + 1) % 6) for j in range(6)]
+    values = dict(contact_stiffness=stiffness, friction_coefficient=0.5, normal_load=load)
+    whole = sh.Model(mass, damping, matrix, contacts=pairs, **values)
+    groups = {}
+    for name, part in {"even": slice(0, 6, 2), "odd": slice(1, 6, 2)}.items():
+        chosen = {k: v[part] if np.ndim(v) else v for k, v in values.items()}
+        groups[name] = sh.Contacts(sh.Coulomb(), pairs[part], **chosen)
+    split = sh.Model(mass, damping, matrix, contacts=groups)
+    order = [0, 2, 4, 1, 3, 5]
+    for harmonics in ((1,), (1, 3)):
+        one, two = (
+            sh.frf(sh.HarmonicBalance(m, sh.EngineOrder(1), harmonics), (12, 30), progress=False)
+            for m in (whole, split)
+        )
+        assert int(one.linear_solves) == int(two.linear_solves)
+        # The digits beyond the accepted residual depend on the order of sums.
+        np.testing.assert_allclose(two.amplitude, one.amplitude, rtol=1e-8)
+        np.testing.assert_allclose(
+            two.dissipation.values, one.dissipation.values[..., order], rtol=1e-6, atol=1e-12
+        )
+        np.testing.assert_allclose(two.peak_frequency, one.peak_frequency, rtol=1e-12)
+        assert two.event_kind.values.tolist() == one.event_kind.values.tolist()
+        assert [order[j] for j in two.event_contact.values] == one.event_contact.values.tolist()
+
+
+def test_a_name_of_several_groups_is_refused():
+    problem = pressed()
+    assert "damper.normal_load" in problem.parameters
+    assert "normal_load" not in problem.parameters
+    both = "several groups; say damper.normal_load or root.normal_load"
+    calls = (
+        lambda: problem.with_parameters(normal_load=3.0),
+        lambda: sh.frf(problem, (10, 30), over={"normal_load": [1, 2]}, progress=False),
+        lambda: sh.follow(problem, "normal_load", (1, 10), frequency=19, progress=False),
+        lambda: sh.minimise_peak(problem, "normal_load", frequency=(10, 30), bounds=(1, 10)),
+        lambda: sh.mistuning.uniform(problem, 3, seed=0, normal_load=0.1),
+    )
+    for call in calls:
+        with pytest.raises(KeyError, match=both):
+            call()
+    # The name with its group may be said where it need not be.
+    assert problem.with_parameters(**{"damper.damper_mass": 1e-3}).parameters["damper_mass"] == 1e-3
+    swept = sh.frf(problem, (18, 20), over={"damper.damper_mass": [1e-3]}, progress=False)
+    assert "damper_mass" in swept.coords
+
+
+def test_draws_and_designs_of_groups():
+    problem = pressed((1,))
+    draws = sh.mistuning.uniform(
+        problem, 3, seed=0, **{"root.normal_load": 0.1, "damper_mass": 0.2}
+    )
+    assert draws["root.normal_load"].dims == ("sample", "root_contact")
+    assert draws["damper_mass"].dims == ("sample", "damper_contact")
+    curves = sh.frf(problem, (15, 25), over=draws, progress=False)
+    assert curves["root.normal_load"].shape == (3, 2)
+    third = sh.frf(
+        problem.with_parameters(
+            **{name: draws[name].values[2] for name in ("root.normal_load", "damper_mass")}
+        ),
+        (15, 25),
+        progress=False,
+    )
+    np.testing.assert_allclose(curves.peak_amplitude[2, 0], third.peak_amplitude[0], rtol=1e-10)
+    best = sh.minimise_peak(problem, "damper_mass", frequency=(12, 30), bounds=(1e-4, 2e-2))
+    lowest = float(best.design_amplitude)
+    for factor in (0.9, 1.1):
+        mass = factor * float(best.design_value[0])
+        beside = sh.frf(problem.with_parameters(damper_mass=mass), (12, 30), progress=False)
+        assert float(beside.amplitude.max()) >= lowest * (1 - 1e-9)
+
+
+def test_an_archive_names_the_law_it_lacks(tmp_path):
+    response = sh.frf(stopped((1,)), (14, 15), progress=False)
+    sh.save(response, tmp_path / "law.nc")
+    loaded = sh.load(tmp_path / "law.nc")
+    for call in (sh.rebuild, sh.sensitivity, lambda d: sh.verify(d, progress=False)):
+        with pytest.raises(ArchiveError, match=r"computed with SoftStop \(group 'stop'\)"):
+            call(loaded)
+
+    class Other(SoftStop):
+        parameters = {"else": sh.Parameter("N", "something else")}  # noqa: RUF012
+
+    Other.__name__ = "SoftStop"
+    with pytest.raises(ArchiveError, match="expected SoftStop with the parameters stop_stiffness"):
+        sh.rebuild(loaded, laws=[Other()])
+    with pytest.raises(TypeError, match="laws: expected contact laws, got"):
+        sh.rebuild(loaded, laws=[SoftStop])
+
+
+def test_laws_are_equal_by_class_and_pickle():
+    problem = pressed()
+    again = pickle.loads(pickle.dumps(problem))
+    assert again.model.groups[0].law == problem.model.groups[0].law
+    assert sh.Coulomb() == sh.Coulomb()
+    assert sh.Coulomb() != PressedDamper()
+    unknowns = 1e-3 * np.ones(problem.n_unknowns)
+    one, two = (p.evaluate(unknowns, 100.0).residual for p in (problem, again))
+    np.testing.assert_array_equal(one, two)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "text"),
+    [
+        (
+            lambda: sh.Contacts("Coulomb", [(0,)]),
+            TypeError,
+            "law='Coulomb': expected a",
+        ),
+        (lambda: sh.Contacts(SoftStop(), [(0,)]), ValueError, "tangential, normal, got 1"),
+        (lambda: sh.Contacts(sh.Coulomb(), [(0,)]), ValueError, "expected a value"),
+        (
+            lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
+            KeyError,
+            "is no parameter of SoftStop",
+        ),
+        (
+            lambda: sh.Contacts(SoftStop(), [(0,)], [(0,), (1,)], stop_stiffness=1.0),
+            ValueError,
+            "expected as many in each direction",
+        ),
+        (
+            lambda: sh.Model([[1]], [[1]], [[1]], contacts={"a": [(0,)]}),
+            TypeError,
+            r"contacts\['a'\]",
+        ),
+        (
+            lambda: sh.Model(
+                [[1]],
+                [[1]],
+                [[1]],
+                contacts={"a": sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=1.0)},
+            ),
+            ValueError,
+            "from 0 to 0",
+        ),
+        (
+            lambda: sh.Model(
+                [[1]],
+                [[1]],
+                [[1]],
+                contacts={"a b": sh.Contacts(SoftStop(), [(0,)], [(0,)], stop_stiffness=1.0)},
+            ),
+            ValueError,
+            "'a b' is no name",
+        ),
+        (
+            lambda: sh.Model(
+                [[1]],
+                [[1]],
+                [[1]],
+                contacts={"a": sh.Contacts(SoftStop(), [(0,)], [(0,)], stop_stiffness=1.0)},
+                normal_load=3,
+            ),
+            ValueError,
+            "normal_load: expected the values of named groups",
+        ),
+    ],
+)
+def test_bad_groups_say_what_is_expected(make, error, text):
+    with pytest.raises(error, match=text):
+        make()
