@@ -91,7 +91,7 @@ def periodic_motion(
     if status == Status.NO_MOTION and not is_held(problem):
         status = Status.NOT_HELD
     motion = _describe(problem, motion, orders, n_angles)
-    result = schema.label_motion(problem, frequency, motion, orders, str(status))
+    result = schema.label_point(problem, frequency, motion, str(status), harmonics=orders)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
     return result
