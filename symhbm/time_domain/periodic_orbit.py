@@ -130,7 +130,6 @@ def periodic_state(
 def _newton_step(
     linear: LinearMotion, current: _Trial, sign: float, scale: FloatArray
 ) -> FloatArray | None:
-    assert current.run.jacobian is not None
     unit = np.eye(len(scale))
     matrix, right = sign * current.run.jacobian - unit, -current.residual
     rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof

@@ -215,7 +215,6 @@ def _shot(integrator: IntegratedMotion, state: FloatArray, scale: FloatArray) ->
     n, state = 2 * integrator.n_dof, state.copy()
     state[n:] = np.clip(state[n:], -integrator.limit, integrator.limit)
     run = march(integrator, state, length)
-    assert run.jacobian is not None
     residual, matrix = sign * run.end - state, sign * run.jacobian - np.eye(len(state))
     if not integrator.antiperiodic:
         for contact in np.flatnonzero(~run.slipped):
@@ -242,6 +241,5 @@ def _middle(
     gradient = np.zeros(len(state))
     for extreme in (np.argmax(samples), np.argmin(samples)):
         jacobian = march(integrator, state, tau[extreme]).jacobian
-        assert jacobian is not None
         gradient += jacobian[2 * integrator.n_dof + contact] / 2
     return float((high + low)[0] / 2), gradient
