@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.linear_motion import norm_by_mass
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -117,9 +118,8 @@ class _Perturbation:
         self.order = np.arange(waves.shape[1])
         self.waves = np.where(self.order == 0, 1, 2) * waves
 
-        linear = _norm(factor, stiffness + directions[slipping].T @ self.spring)
-        rates = linear, _norm(factor, self.bent.T @ self.bent), _norm(factor, damping)
-        self._set_growth(frequency, *rates)
+        parts = stiffness + directions[slipping].T @ self.spring, self.bent.T @ self.bent, damping
+        self._set_growth(frequency, *(norm_by_mass(factor, part) for part in parts))
 
     def _set_growth(self, frequency: float, linear: float, bent: float, damping: float) -> None:
         """Bound the growth on disks: the generator has the norm of its frequencies."""
@@ -182,9 +182,3 @@ class _Perturbation:
         first = np.exp(1j * self.order * start)
         factor = 1j * width * self.order / np.arange(1, count)[:, None]
         return (np.cumprod(np.vstack([first, factor]), axis=0) @ self.waves.T).real
-
-
-def _norm(factor: FloatArray, matrix: FloatArray) -> float:
-    """Norm of ``L^-1 matrix L^-T`` with ``M = L L^T``."""
-    half = np.linalg.solve(factor, matrix)
-    return float(np.linalg.norm(np.linalg.solve(factor, half.T), 2))
