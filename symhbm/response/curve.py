@@ -21,7 +21,7 @@ from symhbm.model import Symmetry, find_symmetry
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Solution, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
-from symhbm.results import CurveTable, Request
+from symhbm.results import CurveTable, Request, tables
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -269,14 +269,8 @@ class _Computation:
 
 
 def _put(table: Table, at: np.ndarray, rows: Table) -> None:
-    """Put rows into a table.
-
-    Coefficients of harmonics that the rows lack are 0, or NaN where all others are.
-    """
+    """Put rows into a table, with coefficients of the harmonics that they lack."""
     for name, values in rows.items():
         if name.endswith("coefficient"):
-            whole = np.zeros((len(at), *table[name].shape[1:]))
-            whole[np.isnan(values).all(axis=(1, 2, 3))] = np.nan
-            whole[:, :, : values.shape[2]] = values
-            values = whole
+            values = tables.widened(values, table[name].shape[-2])
         table[name][at] = values

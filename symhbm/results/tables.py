@@ -98,10 +98,7 @@ def n_bytes(layout: Layout) -> int:
 
 
 def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
-    """Stack ``count`` ragged tables, padded at the end with NaN, -1, False or an empty text.
-
-    Coefficients of harmonics that a curve leaves out are 0, or NaN where its others are.
-    """
+    """Stack ``count`` ragged tables, padded at the end with NaN, -1, False or an empty text."""
     result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
     for number, table in enumerate(tables):
         for name, stacked in result.items():
@@ -109,7 +106,7 @@ def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
                 continue  # written by a version without this variable
             array = table[name]
             if name.endswith("coefficient"):
-                array = _widened(array, stacked.shape[-2])
+                array = widened(array, stacked.shape[-2])
             stacked[(number, ..., *map(slice, array.shape))] = array
     return result
 
@@ -119,7 +116,8 @@ def blank(dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
     return np.full(shape, _FILL[dtype.kind], dtype=dtype)
 
 
-def _widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
+def widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
+    """Coefficients (..., n_harmonics, 2), with 0 for harmonics left out, NaN where others are."""
     n_missing = n_harmonics - array.shape[-2]
     if not n_missing:
         return array
