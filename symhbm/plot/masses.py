@@ -27,6 +27,8 @@ COLORS = {
 }
 MOST_VALUES = 4
 """Largest number of elements side by side that have their values beside them."""
+WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
+"""What each kind of contact is called."""
 _NAMES = {
     "spring": "$k$",
     "damper": "$c$",
@@ -62,6 +64,7 @@ def draw_symbols(
     named: set[str] = set()
     texts = _values_beside(model)
     middle = layout.positions.mean(axis=0)
+    names = range(model.n_dof) if model.kept is None else model.kept
     for (i, j), elements in between.items():
         start, end = layout.positions[i], layout.positions[j]
         along = (end - start) / np.linalg.norm(end - start)
@@ -91,12 +94,11 @@ def draw_symbols(
             zorder=4,
         )
         ax.add_patch(box)
-        label = "$m$" if alone else str(_name(model, i))
+        label = "$m$" if alone else str(names[i])
         ax.text(centre[0], centre[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
         if not alone and texts.get(("blade", i)):
-            _write(
-                ax, centre + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
-            )
+            outward = layout.outward[i]
+            _write(ax, centre + 0.42 * outward, outward, texts["blade", i], "0.2")
 
 
 def _draw_elements(
@@ -195,23 +197,20 @@ def draw_dots(
             dots.set_rasterized(model.n_dof > 5000)
             ax.add_line(dots)
             handles.append(Line2D([], [], markersize=5, label=label, **style))
-    words = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
-    for kind in words:
+    for kind, words in WORDS.items():
         numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
         joins = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 2])
         alone = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 1])
         if len(joins):
-            look: Any = dict(
-                colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
-            )
-            ax.add_collection(LineCollection(list(positions[joins]), **look))
-            label = f"{words[kind]} between, {len(joins)}"
+            look: Any = dict(colors=COLORS[kind], linewidths=1.0 if kind == "cubic" else 2.2)
+            ax.add_collection(LineCollection(list(positions[joins]), zorder=3, **look))
+            label = f"{words} between, {len(joins)}"
             handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
         if len(alone):
             mark = "v" if kind != "cubic" else "1"
             style = dict(marker=mark, linestyle="", color=COLORS[kind], markersize=7)
             ax.add_line(Line2D(*positions[alone[:, 0]].T, zorder=4, **style))
-            label = f"{words[kind]} to the ground, {len(alone)}"
+            label = f"{words} to the ground, {len(alone)}"
             handles.append(Line2D([], [], label=label, **style))
     ax.legend(handles=handles, **OUTSIDE)
 
@@ -219,15 +218,15 @@ def draw_dots(
 def draw_hub(ax: Axes, layout: Layout, label: str) -> None:
     """The circle in the middle that masses stand around."""
     assert layout.hub is not None
-    ax.add_patch(
-        Circle((0, 0), layout.hub, facecolor="0.94", edgecolor="0.25", linewidth=0.9, zorder=0)
-    )
+    look: Any = dict(facecolor="0.94", edgecolor="0.25", linewidth=0.9, zorder=0)
+    ax.add_patch(Circle((0, 0), layout.hub, **look))
     ax.text(0, 0, label, ha="center", va="center", fontsize=9, color="0.25")
 
 
 def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> None:
     """Arrows as long as the force on each degree of freedom (n_dof,) is large."""
     top = size.max(initial=0.0) or 1.0
+    arrow = dict(arrowstyle="-|>", color=COLORS["force"], linewidth=1.3, shrinkA=0, shrinkB=0)
     for i in np.flatnonzero(size):
         out, on = layout.outward[i], layout.onward[i]
         if np.array_equal(out, on):
@@ -235,20 +234,8 @@ def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> N
         away = HALF + 0.1 if detailed else 0.1
         start = layout.positions[i] + away * out - 0.22 * on
         end = start + (0.45 * size[i] / top) * on
-        ax.annotate(
-            "",
-            xy=end.tolist(),
-            xytext=start.tolist(),
-            arrowprops=dict(
-                arrowstyle="-|>", color=COLORS["force"], linewidth=1.3, shrinkA=0, shrinkB=0
-            ),
-            zorder=6,
-        )
+        ax.annotate("", end.tolist(), start.tolist(), arrowprops=arrow, zorder=6)
         ax.update_datalim([start, end])
-
-
-def _name(model: Structure, dof: int) -> int:
-    return dof if model.kept is None else int(model.kept[dof])
 
 
 def number(value: float) -> str:
@@ -257,6 +244,5 @@ def number(value: float) -> str:
 
 
 def _add(ax: Axes, lines: Lines, color: str, width: float) -> None:
-    ax.add_collection(
-        LineCollection(lines, colors=color, linewidths=width, zorder=3, capstyle="round")
-    )
+    look: Any = dict(colors=color, linewidths=width, zorder=3, capstyle="round")
+    ax.add_collection(LineCollection(lines, **look))

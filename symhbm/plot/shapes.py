@@ -1,7 +1,7 @@
 """Operating deflection shapes of disks."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -258,21 +258,15 @@ def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarr
     outline = np.stack([r * along + side * half * across for r, side in corners], axis=1)
     blades = PolyCollection(list(outline), facecolors=colors, edgecolors="0.25", linewidths=0.7)
     ax.add_collection(blades)
-    arcs = np.stack(
-        [
-            (TIP + sign * OFFSET * amplitude[:, None]) * along + side * half * across
-            for sign in (-1, 1)
-            for side in (-1, 1)
-        ],
-        axis=1,
-    ).reshape(-1, 2, 2)
-    ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
+    for sign in (-1, 1):
+        middle = (TIP + sign * OFFSET * amplitude[:, None]) * along
+        arcs = np.stack([middle - half * across, middle + half * across], axis=1)
+        ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
     closed = np.append(np.arange(n_blades), 0)
     tips = radius[:, None] * along
     ax.plot(*tips[closed].T, color="black", linewidth=0.8, zorder=4)
-    ax.add_patch(
-        Circle((0, 0), TIP, fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
-    )
+    rest: Any = dict(fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
+    ax.add_patch(Circle((0, 0), TIP, **rest))
     ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.25", linewidth=0.8, zorder=2))
     limit = TIP + OFFSET + 0.24
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
