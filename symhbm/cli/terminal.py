@@ -12,7 +12,7 @@ import click
 import xarray as xr
 
 from symhbm.numerics import check
-from symhbm.results.archive import SUFFIX, load
+from symhbm.results.archive import SUFFIX, load, working_file
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""
@@ -81,7 +81,7 @@ def opened(archive: Path) -> Iterator[xr.Dataset]:
     """An archive whose variables are read on demand."""
     if archive.is_dir():
         raise ValueError(f"ARCHIVE {archive}: a directory, expected a file")
-    working = archive.with_name(archive.name + SUFFIX)
+    working = working_file(archive)
     if not archive.exists() and working.exists():
         raise ValueError(f"ARCHIVE {archive}: no such file, but an unfinished run {working}")
     with load(archive, lazy=True) as dataset:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symhbm.cli.arguments import archive_argument, select_option
+from symhbm.cli.arguments import archive_argument, output_option, select_option
 from symhbm.cli.blocks import completeness
 from symhbm.cli.selection import select
 from symhbm.cli.table import TABLES, rows, write
@@ -30,12 +30,7 @@ from symhbm.cli.terminal import check_place, opened, say, whole
     help="Variables to write. By default all that belong to the rows but the Fourier "
     "coefficients; all means these as well.",
 )
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="File to write, whole or not at all; by default standard output.",
-)
+@output_option("File to write, whole or not at all; by default standard output.")
 def export(
     archive: Path,
     table: str,

@@ -11,7 +11,7 @@ import symhbm as sh
 from symhbm.cli.arguments import archive_argument
 from symhbm.cli.blocks import completeness
 from symhbm.cli.terminal import final_name, opened
-from symhbm.results.archive import SUFFIX
+from symhbm.results.archive import working_file
 from symhbm.workers import attend
 
 
@@ -37,7 +37,7 @@ def resume(archive: Path, workers: int | None, no_progress: bool) -> None:
       symhbm resume disk.nc.partial --workers 4
     """
     target = archive.with_name(final_name(archive))
-    working = target.with_name(target.name + SUFFIX)
+    working = working_file(target)
     if not working.exists():
         if not target.exists():
             raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")
