@@ -70,14 +70,13 @@ def _rows(
     dataset = selection.dataset
     inner = {name: _inner(dataset, name) for name in names}
     yield [title for name in names for title in _titles(dataset, name, inner[name])]
-    sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-    width = sum(int(np.prod([sizes[dim] for dim in dims])) for dims in inner.values())
-    for block in blocks(sizes, along, width):
-        part = dataset[[*needed]].isel(block)
+    whole = dataset[[*needed]]
+    width = sum(int(np.prod([whole.sizes[dim] for dim in dims])) for dims in inner.values())
+    for block in blocks(whole.sizes, along, width):
+        part = whole.isel(block, missing_dims="ignore")
         for dim in along:
             if dim not in part.variables and dim in part.dims:
-                start = block[dim].start if dim in block else 0
-                part[dim] = (dim, start + np.arange(part.sizes[dim]))
+                part[dim] = (dim, block[dim].start + np.arange(part.sizes[dim]))
         part = selection.limited(part.load())
         shape = tuple(part.sizes.get(dim, 1) for dim in along)
         kept = np.ones(shape, dtype=bool)

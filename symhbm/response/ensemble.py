@@ -16,7 +16,7 @@ from typing import Any
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.response.curve import compute_curve, continuation_problem_of
-from symhbm.results import CurveTable, Encoded, Request, Sweep, encode, flat, reduced
+from symhbm.results import CurveTable, Request, Sweep, tables
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
@@ -32,9 +32,9 @@ _SMALL = 2**14
 _CACHED = 8
 """Problems that each worker keeps."""
 
-NumberedTables = Sequence[tuple[int, Encoded]]
+NumberedTables = Sequence[tuple[int, tables.Encoded]]
 """Numbers of parameter sets and their tables."""
-Outcome = Encoded | str
+Outcome = tables.Encoded | str
 """The table of a curve, or the status that tells why it could not be computed."""
 
 
@@ -60,9 +60,10 @@ def compute(
             yield [(number, _table(blank, outcome)) for number, outcome in finished]
 
 
-def _table(blank: CurveTable, outcome: Outcome) -> Encoded:
-    failed = isinstance(outcome, str)
-    return encode(flat(replace(blank, status=outcome))) if failed else outcome
+def _table(blank: CurveTable, outcome: Outcome) -> tables.Encoded:
+    if isinstance(outcome, str):
+        return tables.encode(tables.flat(replace(blank, status=outcome)))
+    return outcome
 
 
 def _outcomes(
@@ -229,7 +230,7 @@ def _computed(
 def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:
     try:
         curve = compute_curve(problem.with_parameters(**chosen), request)
-        return encode(flat(reduced(curve, request)))
+        return tables.encode(tables.flat(tables.reduced(curve, request)))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return f"{Status.COMPUTATION_FAILED} ({why})"

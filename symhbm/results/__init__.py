@@ -1,6 +1,7 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import schema, tables, variables
+from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description
 from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
@@ -17,7 +18,6 @@ from symhbm.results.request import (
 )
 from symhbm.results.schema import check_present, left_out, recall, without
 from symhbm.results.sweep import Sweep, parse
-from symhbm.results.tables import Encoded, encode, flat, reduced
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 
 __all__ = [
@@ -31,7 +31,6 @@ __all__ = [
     "Angles",
     "CurveTable",
     "Description",
-    "Encoded",
     "Peaks",
     "Request",
     "Sweep",
@@ -41,13 +40,11 @@ __all__ = [
     "check_keep",
     "check_parameter",
     "check_present",
-    "encode",
-    "flat",
+    "consecutive_blocks",
     "left_out",
     "meaning",
     "parse",
     "recall",
-    "reduced",
     "schema",
     "tables",
     "variables",
