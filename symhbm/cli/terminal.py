@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
 import xarray as xr
@@ -86,18 +86,6 @@ def opened(archive: Path) -> Iterator[xr.Dataset]:
         raise ValueError(f"ARCHIVE {archive}: no such file, but an unfinished run {working}")
     with load(archive, lazy=True) as dataset:
         yield dataset
-
-
-@contextmanager
-def whole(path: Path) -> Iterator[TextIO]:
-    """A text file that appears once it is complete."""
-    part = path.with_name(f".symhbm-{os.getpid()}.part")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            yield file
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def check_place(output: Path | None) -> None:

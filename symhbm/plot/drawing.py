@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
-from symhbm.numerics import check
-from symhbm.results import Description, check_present, meaning
+from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
+from symhbm.results import Description, check_dataset, check_present, meaning
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -80,8 +80,7 @@ def figure_of(ax: Axes) -> Figure:
 
 def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError unless it is a dataset, KeyError for the first missing variable."""
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    check_dataset("dataset", dataset)
     check_present(dataset, *names)
 
 
@@ -125,6 +124,13 @@ def one_solution(dataset: xr.Dataset) -> xr.Dataset:
             "select one first, for example dataset.isel(solution=0)"
         )
     return dataset.isel(solution=0)
+
+
+def motions_of(dataset: xr.Dataset, coefficient: FloatArray) -> tuple[FourierBasis, FloatArray]:
+    """The basis of a dataset, and motions (n, n_components) from (n, n_harmonics, 2)."""
+    harmonics = tuple(dataset["harmonic"].values.tolist())
+    basis = FourierBasis(harmonics)
+    return basis, unknowns_of(basis, harmonics, coefficient).reshape(len(coefficient), -1)
 
 
 class Moving(NamedTuple):

@@ -8,14 +8,8 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from symhbm.numerics import (
-    FloatArray,
-    FourierBasis,
-    amplitude_between,
-    largest_displacement,
-    unknowns_of,
-)
-from symhbm.plot.drawing import Moving, decibel
+from symhbm.numerics import FloatArray, amplitude_between, largest_displacement
+from symhbm.plot.drawing import Moving, decibel, motions_of
 
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
@@ -210,13 +204,11 @@ def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
     if parameter.per_dof or "peak_coefficient" not in curve.variables:
         return [peak for _, peak in peaks]
     coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
-    harmonics = tuple(curve["harmonic"].values.tolist())
-    basis, result = FourierBasis(harmonics), []
+    result = []
     for i, peak in peaks:
         tied = [peak.dof]
         if np.isfinite(coefficient[i]).all():
-            motions = unknowns_of(basis, harmonics, coefficient[i])
-            amplitude = largest_displacement(basis, motions.reshape(len(coefficient[i]), -1))[0]
+            amplitude = largest_displacement(*motions_of(curve, coefficient[i]))[0]
             tied = np.flatnonzero(amplitude >= (1 - _TIED) * peak.amplitude).tolist() or tied
         result += [peak._replace(dof=dof) for dof in tied]
     return result

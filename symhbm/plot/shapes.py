@@ -1,7 +1,7 @@
 """Operating deflection shapes of disks."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from symhbm.numerics import FloatArray, FourierBasis, check, largest_displacement, unknowns_of
+from symhbm.numerics import FloatArray, check, largest_displacement
 from symhbm.plot.drawing import (
     SYMBOLS,
     canvas,
@@ -20,6 +20,7 @@ from symhbm.plot.drawing import (
     check_variables,
     colorbar,
     figure_of,
+    motions_of,
     moving,
     nothing_to_draw,
     one_solution,
@@ -35,11 +36,8 @@ DOMINANT = 0.5
 """Share of the motion from which a nodal diameter is named."""
 
 
-class _Shape(NamedTuple):
-    """Coefficients (n_blades, n_harmonics, 2) [m] of one response, and its text."""
-
-    coefficient: FloatArray
-    text: str
+_Shape = tuple[FloatArray, str]
+"""Coefficients (n_dof, n_harmonics, 2) [m] of one response, and its text."""
 
 
 def disk(
@@ -83,11 +81,9 @@ def disk(
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")
     chosen, names = _blades(dataset, blades)
-    shape = _pick(dataset, frequency, peak)
-    harmonics = tuple(dataset["harmonic"].values.tolist())
-    coefficient = shape.coefficient[chosen]
-    basis = FourierBasis(harmonics)
-    motions = unknowns_of(basis, harmonics, coefficient).reshape(len(chosen), -1)
+    coefficient, text = _pick(dataset, frequency, peak)
+    coefficient = coefficient[chosen]
+    basis, motions = motions_of(dataset, coefficient)
     amplitude, when = largest_displacement(basis, motions)
     ahead = amplitude >= (1 - _TIE) * amplitude.max()
     leading = int(np.argmax(ahead))
@@ -102,7 +98,7 @@ def disk(
         colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
         who = "all blades alike" if ahead.all() else f"blade {names[leading]} leads"
         ax.set_title(
-            f"{shape.text}, {_diameter(coefficient)}\n"
+            f"{text}, {_diameter(coefficient)}\n"
             f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
             rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad",
             fontsize=9,
@@ -211,7 +207,7 @@ def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Sh
     else:
         at = finite[np.argmax(np.abs(coefficient[finite]).max(axis=(1, 2, 3)))]
         note = ", largest point" if is_curve else ""
-    return _Shape(coefficient[at], _text(dataset, name, float(value[at])) + note)
+    return coefficient[at], _text(dataset, name, float(value[at])) + note
 
 
 def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
@@ -237,7 +233,7 @@ def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
         if at not in finite:
             raise ValueError(f"peak={peak}: expected a bounded peak, this one has no shape")
         note = f"peak {at}"
-    return _Shape(coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}")
+    return coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}"
 
 
 def _text(dataset: xr.Dataset, name: str, value: float) -> str:

@@ -10,12 +10,11 @@ from symhbm.numerics import (
     Factorisation,
     FloatArray,
     by_harmonic,
-    check,
     largest_displacement,
     length_of,
     unknowns_of,
 )
-from symhbm.results import meaning
+from symhbm.results import check_dataset, meaning
 
 
 def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
@@ -51,8 +50,7 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     check_problem(problem)
     if not isinstance(problem.model, CondensedModel):
         raise TypeError("problem: expected one of a condensed structure; others have all responses")
-    if not isinstance(point, xr.Dataset):
-        raise TypeError(f"point={check.shown(point)}: expected an xarray Dataset")
+    check_dataset("point", point)
     unknowns, frequency = _unknowns(problem, point)
     stored = {
         name: point[name].values

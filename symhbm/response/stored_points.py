@@ -8,7 +8,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
-from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_difference, unknowns_of
+from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
 from symhbm.results.archive import ArchiveError, rebuild
@@ -23,8 +23,6 @@ def verifiable_points(dataset: xr.Dataset) -> list["StoredPoints"]:
 
     Raises TypeError for anything else, and ArchiveError where there are neither.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     problem = rebuild(dataset)
     prefixes = [
         prefix

@@ -16,7 +16,7 @@ from symhbm.results.request import (
     check_keep,
     check_parameter,
 )
-from symhbm.results.schema import check_present, left_out, recall, without
+from symhbm.results.schema import check_dataset, check_present, left_out, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 
@@ -35,6 +35,7 @@ __all__ = [
     "Request",
     "Sweep",
     "check_band",
+    "check_dataset",
     "check_grid",
     "check_index",
     "check_keep",

@@ -60,6 +60,12 @@ def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
     return f"{words}; {', '.join(by_keep)} left out by keep=" if by_keep else words
 
 
+def check_dataset(name: str, value: object) -> None:
+    """Raise a TypeError that names the argument unless it is a dataset."""
+    if not isinstance(value, xr.Dataset):
+        raise TypeError(f"{name}={check.shown(value)}: expected an xarray Dataset")
+
+
 def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") -> None:
     """Raise KeyError for the first variable a dataset does not hold, with the reason."""
     for name in names:

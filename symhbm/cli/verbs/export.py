@@ -11,7 +11,8 @@ from symhbm.cli.arguments import archive_argument, output_option, select_option
 from symhbm.cli.blocks import completeness
 from symhbm.cli.selection import select
 from symhbm.cli.table import TABLES, rows, write
-from symhbm.cli.terminal import check_place, opened, say, whole
+from symhbm.cli.terminal import check_place, opened, say
+from symhbm.results.archive import draft_of
 
 
 @click.command()
@@ -59,7 +60,7 @@ def export(
         if output is None:
             written = write(lines, sys.stdout)
         else:
-            with whole(output) as file:
+            with draft_of(output) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 written = write(lines, file)
             click.echo(output)
         complete, waiting, failed = completeness(selection.dataset)
