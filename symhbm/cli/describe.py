@@ -91,7 +91,7 @@ def _problem(dataset: xr.Dataset) -> Lines:
     on = [str(force["harmonic"])] if "harmonic" in force else []
     on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
     harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
-    yield "excitation", kinds.get(force["type"], force["type"]) + harmonic
+    yield "excitation", f"{kinds.get(force['type'], force['type'])}{harmonic}"
     for name in _OF_FORCE:
         if name in dataset.variables:
             yield f"  {name}", _parameter(dataset, name, body)

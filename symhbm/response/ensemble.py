@@ -202,29 +202,23 @@ def _work(
     None for a problem that this worker does not know. Each worker compiles a problem once, from the
     ``payload``; threads share none. An interrupt ends all pieces of the same ``call``.
     """
-    with at_work(call):
-        return _computed(key, payload, chosen)
-
-
-def _computed(
-    key: str, payload: bytes | None, chosen: list[dict[str, Any]]
-) -> tuple[float, list[Outcome]] | None:
     cache = _cache.__dict__
-    if key not in cache:
-        if payload is None:
-            return None
-        problem, request = pickle.loads(payload)
-        continuation_problem_of(request, problem)
-        while len(cache) >= _CACHED:
-            del cache[next(iter(cache))]
-        cache[key] = problem, request
-    problem, request = cache[key]
-    outcomes: list[Outcome] = []
-    start, seconds = time.perf_counter(), 0.0
-    while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
-        outcomes.append(_outcome(problem, request, chosen[len(outcomes)]))
-        seconds = time.perf_counter() - start
-    return seconds / len(outcomes), outcomes
+    with at_work(call):
+        if key not in cache:
+            if payload is None:
+                return None
+            problem, request = pickle.loads(payload)
+            continuation_problem_of(request, problem)
+            while len(cache) >= _CACHED:
+                del cache[next(iter(cache))]
+            cache[key] = problem, request
+        problem, request = cache[key]
+        outcomes: list[Outcome] = []
+        start, seconds = time.perf_counter(), 0.0
+        while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
+            outcomes.append(_outcome(problem, request, chosen[len(outcomes)]))
+            seconds = time.perf_counter() - start
+        return seconds / len(outcomes), outcomes
 
 
 def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:

@@ -62,6 +62,12 @@ def _axes(moving: str, prefix: str) -> dict[str, str]:
     return {"frequency": "frequency"} | {moving: prefix + moving}
 
 
+def not_checked(bound: float | None) -> dict[str, Any]:
+    """JSON entries of a figure that was not computed: it does not pass."""
+    empty = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
+    return empty | {"broken": bound is not None}
+
+
 class StoredPoints:
     """The points of a dataset and their problems; an index has one entry per dimension.
 
@@ -223,9 +229,7 @@ class StoredPoints:
 
     def worst(self, values: FloatArray, bound: float | None) -> dict[str, Any]:
         """Largest value, the point it is at, and whether it breaks its bound, as JSON entries."""
-        entry: dict[str, Any] = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
-        # A figure that was not computed does not pass.
-        entry["broken"] = bound is not None
+        entry = not_checked(bound)
         if np.isnan(values).all():
             return entry
         index = np.unravel_index(int(np.nanargmax(values)), values.shape)

@@ -50,7 +50,8 @@ def multipliers(
     slipping, contact = np.unique(active[contact], return_inverse=True)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
-    repeats = _repeats(problem.harmonics)
+    # The equations of the perturbation do not see the sign of the motion.
+    repeats = problem.basis.divisor * (2 if problem.basis.reduced.mirrors else 1)
     edge, stick = _intervals(contact, begin, end, len(slipping), 2 * np.pi / repeats)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
@@ -59,12 +60,6 @@ def multipliers(
         variation = motion.carry(variation, left, right, sticks)
     values = np.linalg.eigvals(variation) ** repeats
     return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
-
-
-def _repeats(harmonics: tuple[int, ...]) -> int:
-    """Number of periods of the perturbation equations, which do not see a sign, in one period."""
-    common = math.gcd(*harmonics)
-    return common * (2 if all(n // common % 2 for n in harmonics) else 1)
 
 
 def _intervals(
