@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import PARAMETERS
-from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
+from symhbm.results import DRAWN, MATRICES, VARIABLES, Description
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -43,8 +43,9 @@ def _lines(dataset: xr.Dataset) -> Lines:
         yield from _problem(dataset)
     if "status" in dataset.variables:
         yield from findings(dataset)
-    if left_out(dataset):
-        yield "left out by keep=", ", ".join(left_out(dataset))
+    left_out = Description(dataset).left_out
+    if left_out:
+        yield "left out by keep=", ", ".join(left_out)
     yield from _others(dataset)
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, blocks, moving, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
-from symhbm.results import Description, check_present, left_out
+from symhbm.results import Description, check_present
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}
@@ -123,10 +123,9 @@ def _along(dataset: xr.Dataset, table: str) -> list[str]:
     if table in inner_axes:
         missing = [dim for dim in inner_axes[table] if dim not in dataset.dims]
         if missing or "status" not in dataset.variables:
-            kept = not any(
-                name.startswith(f"{inner_axes[table][0]}_") for name in left_out(dataset)
-            )
-            why = "" if kept else ", they were left out by keep="
+            names = Description(dataset).left_out
+            left_out = any(name.startswith(f"{inner_axes[table][0]}_") for name in names)
+            why = ", they were left out by keep=" if left_out else ""
             raise ValueError(f"--table {table}: the archive has no {table}{why}")
         return [*sets, *inner_axes[table]]
     if "status" in dataset.variables:

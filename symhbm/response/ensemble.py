@@ -10,13 +10,13 @@ import uuid
 from collections import deque
 from collections.abc import Collection, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
-from dataclasses import replace
 from typing import Any
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.numerics import Table
 from symhbm.response.curve import compute_curve, continuation_problem_of
-from symhbm.results import CurveTable, Request, Sweep, tables
+from symhbm.results import Request, Sweep, tables
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
@@ -42,7 +42,7 @@ def compute(
     problem: HarmonicBalance,
     sweep: Sweep,
     request: Request,
-    blank: CurveTable,
+    blank: Table,
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
@@ -60,10 +60,9 @@ def compute(
             yield [(number, _table(blank, outcome)) for number, outcome in finished]
 
 
-def _table(blank: CurveTable, outcome: Outcome) -> tables.Encoded:
-    if isinstance(outcome, str):
-        return tables.encode(tables.flat(replace(blank, status=outcome)))
-    return outcome
+def _table(blank: Table, outcome: Outcome) -> tables.Encoded:
+    failed = isinstance(outcome, str)
+    return tables.encode(tables.failed(blank, outcome)) if failed else outcome
 
 
 def _outcomes(
@@ -224,7 +223,7 @@ def _work(
 def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:
     try:
         curve = compute_curve(problem.with_parameters(**chosen), request)
-        return tables.encode(tables.flat(tables.reduced(curve, request)))
+        return tables.encode(tables.reduced(curve, request))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return f"{Status.COMPUTATION_FAILED} ({why})"

@@ -10,7 +10,7 @@ from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
-from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
+from symhbm.results import OF_PEAKS, VARIABLES, Description, without
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import exact_motion_of
 
@@ -31,7 +31,7 @@ def verifiable_points(dataset: xr.Dataset) -> list["StoredPoints"]:
     ]
     if not prefixes:
         lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
-        if {*lacking} <= {*left_out(dataset)}:
+        if {*lacking} <= {*Description(dataset).left_out}:
             raise ArchiveError(
                 f"dataset: nothing to verify, {', '.join(missing(dataset))} were left out by "
                 "keep=; with verifiable=True its peaks can be verified"
@@ -48,7 +48,7 @@ def missing(dataset: xr.Dataset) -> list[str]:
     wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
     # A dataset without peaks lacks their variables although none was left out.
     absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
-    return [n for n in absent if n in left_out(dataset) or n in _OF_POINTS]
+    return [n for n in absent if n in (*_OF_POINTS, *Description(dataset).left_out)]
 
 
 def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import xarray as xr
 from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
 from symhbm.response.stored_points import StoredPoints, missing, not_checked, verifiable_points
-from symhbm.results import Description, left_out
+from symhbm.results import Description
 from symhbm.workers import progress_bar
 
 
@@ -184,8 +184,8 @@ def summary(dataset: xr.Dataset) -> str:
     else:
         lines.append(f"{peaks[0]}, {exact}")
     for by_keep, reason in ((True, "left out by keep="), (False, "not in the dataset")):
-        absent = report.get("missing", [])
-        names = [name for name in absent if (name in left_out(dataset)) == by_keep]
+        absent, left_out = report.get("missing", []), Description(dataset).left_out
+        names = [name for name in absent if (name in left_out) == by_keep]
         if names:
             lines.append(f"not verified for want of {', '.join(names)}: {reason}")
     return "\n".join(lines)

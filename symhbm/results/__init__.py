@@ -7,7 +7,6 @@ from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSIO
 from symhbm.results.request import (
     OF_PEAKS,
     Angles,
-    CurveTable,
     Peaks,
     Request,
     check_band,
@@ -16,7 +15,7 @@ from symhbm.results.request import (
     check_keep,
     check_parameter,
 )
-from symhbm.results.schema import check_dataset, check_present, left_out, recall, without
+from symhbm.results.schema import check_dataset, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 
@@ -29,7 +28,6 @@ __all__ = [
     "SCHEMA_VERSION",
     "VARIABLES",
     "Angles",
-    "CurveTable",
     "Description",
     "Peaks",
     "Request",
@@ -42,7 +40,6 @@ __all__ = [
     "check_parameter",
     "check_present",
     "consecutive_blocks",
-    "left_out",
     "meaning",
     "parse",
     "recall",

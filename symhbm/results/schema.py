@@ -45,15 +45,10 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
     return Sweep.of(values), Request.of(description.request, at)
 
 
-def left_out(dataset: xr.Dataset) -> list[str]:
-    """Names of results that were computed and not kept."""
-    return Description(dataset).left_out
-
-
 def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
     """Text that names missing variables, and those of them that were computed and not kept."""
     lacking = list(names)
-    by_keep = [name for name in lacking if name in left_out(dataset)]
+    by_keep = [name for name in lacking if name in Description(dataset).left_out]
     words = f"without {', '.join(lacking)}"
     if by_keep == lacking:
         return f"{words}, left out by keep="
@@ -69,7 +64,7 @@ def check_dataset(name: str, value: object) -> None:
 def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") -> None:
     """Raise KeyError for the first variable a dataset does not hold, with the reason."""
     for name in names:
-        if name in left_out(dataset) and name not in dataset.variables:
+        if name in Description(dataset).left_out and name not in dataset.variables:
             raise KeyError(f"{name!r} was left out by keep=; compute with keep=[..., {name!r}]")
         check.known(name, [str(held) for held in dataset.variables], f"variable of the {container}")
 

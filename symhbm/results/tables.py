@@ -1,19 +1,24 @@
-"""Curve tables as flat tables of arrays: reduced to the names kept, encoded, and stacked."""
+"""Tables of response curves: reduced to the names kept, encoded, and stacked.
+
+A table holds the arrays of a curve by the names of the dataset. Those of points, peaks and events
+have the point, peak or event as their first axis; points on a grid where the curve may fold have
+the solution as the second. ``value`` is the moving parameter, ``harmonics`` are those of the
+coefficients; counts and the status are single numbers and a text.
+"""
 
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from symhbm.numerics import Table
-from symhbm.results.request import CurveTable, Request
+from symhbm.results.request import Request
 
-ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
-"""Variables of points that are kept whatever was asked for: they tell which points are valid."""
+_VALIDITY = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
+"""Variables that tell which points are valid."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
 Encoded = tuple[str, bytes]
@@ -28,27 +33,21 @@ def name_of(key: str, request: Request) -> str:
     return (names | {"peak_value": f"peak_{request.name}"}).get(key, key)
 
 
-def reduced(curve: CurveTable, request: Request) -> CurveTable:
-    """The curve with nothing but what the request keeps."""
+def reduced(curve: Table, request: Request) -> Table:
+    """The curve with what the request keeps, its single numbers, and what tells valid points."""
     if request.keep is None:
         return curve
-    kept = {
-        table: {
-            key: array
-            for key, array in getattr(curve, table).items()
-            if key in ALWAYS or name_of(key, request) in request.keep
-        }
-        for table in ("points", "peaks", "events")
+    kept = {*request.keep, *_VALIDITY, "harmonics"}
+    return {
+        key: array
+        for key, array in curve.items()
+        if not array.ndim or key in kept or name_of(key, request) in kept
     }
-    return replace(curve, **kept)
 
 
-def flat(curve: CurveTable) -> Table:
-    """All of a curve as one table; texts are objects."""
-    counts = {name: np.array(count) for name, count in curve.counts.items()}
-    status = np.array(curve.status, dtype=object)
-    scalars = counts | dict(harmonics=np.array(curve.harmonics), status=status)
-    return curve.points | curve.peaks | curve.events | scalars
+def failed(blank: Table, status: str) -> Table:
+    """A ``blank`` curve with a status that tells why nothing was computed."""
+    return blank | {"status": np.array(status, dtype=object)}
 
 
 def encode(table: Table) -> Encoded:

@@ -164,8 +164,7 @@ def _finished_part(file: Path) -> xr.Dataset:
     with Store(file, write=False) as store:
         call = call_of(store)
         [(_, encoded)] = store.read(-1, -1)
-        blank = tables.decode(*encoded)
-        blank["status"] = np.array(str(Status.NOT_STARTED), dtype=object)
+        blank = tables.failed(tables.decode(*encoded), str(Status.NOT_STARTED))
         layouts = [encoded[0], *(layout for _, layout in store.layouts())]
         layout = tables.common(map(tables.stored_layout, layouts))
         results = tables.stack(_filled(store, blank), store.n_sets, layout)
