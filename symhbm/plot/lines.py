@@ -88,13 +88,9 @@ class Line:
             amplitude[peak.dof] = peak.amplitude
             slope[peak.dof] = 0.0 if peak.kind == "smooth" else np.nan
         unstable = self.unstable[i - 1] | self.unstable[i]
-        return Line(
-            np.insert(self.value, i, value),
-            np.insert(self.amplitude, i, amplitude, axis=0),
-            np.insert(self.before, i, slope, axis=0),
-            np.insert(self.after, i, slope, axis=0),
-            np.insert(self.unstable, i, unstable),
-        )
+        added = value, amplitude, slope, slope, unstable
+        parts = zip(vars(self).values(), added, strict=True)
+        return Line(*(np.insert(part, i, new, axis=0) for part, new in parts))
 
     def _between(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
         """Amplitudes (n, n_dof) at shares (n,) of segments (n,), numbered by their first points."""
@@ -162,9 +158,8 @@ def line_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
     columns = slice(None) if dof is None else slice(dof, dof + 1)
 
     def of_points(name: str) -> FloatArray:
-        return (
-            curve[name].transpose(parameter.along, "dof").values[inside][:, columns].astype(float)
-        )
+        values = curve[name].transpose(parameter.along, "dof").values
+        return values[inside][:, columns].astype(float)
 
     unstable = np.zeros(int(inside.sum()), dtype=bool)
     if "stability" in curve.variables:
