@@ -1,6 +1,7 @@
 """Tables from datasets: one row per point, peak, event or parameter set, a column per number."""
 
 import csv
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
@@ -91,11 +92,9 @@ def _rows(
         columns = []
         for name in names:
             values = _spread(part, name, along, shape, inner[name])[kept]
-            for column in values.T:
-                numbers = column.tolist()
-                if column.dtype.kind == "f":
-                    numbers = [None if number != number else number for number in numbers]
-                columns.append(numbers)
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), np.array(None), values)
+            columns += values.T.tolist()
         yield from zip(*columns, strict=True)
 
 
@@ -107,13 +106,9 @@ def _spread(
     inner: Sequence[str],
 ) -> np.ndarray:
     """Values of a variable over all dimensions of the rows, its inner entries along the last."""
-    variable = part[name].variable
-    present = [dim for dim in along if dim in variable.dims]
-    values = variable.transpose(*present, *inner).values
-    values = values.reshape(
-        *(part.sizes[dim] if dim in present else 1 for dim in along), -1 if values.size else 0
-    )
-    return np.broadcast_to(values, (*shape, values.shape[-1]))
+    sizes = dict(zip(along, shape, strict=True)) | {dim: part.sizes[dim] for dim in inner}
+    values = part[name].variable.set_dims(sizes).transpose(*sizes).values
+    return values.reshape(*shape, math.prod(values.shape[len(shape) :]))
 
 
 def _along(dataset: xr.Dataset, table: str) -> list[str]:

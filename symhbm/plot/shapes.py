@@ -114,10 +114,8 @@ def nodal_shares(coefficient: FloatArray) -> FloatArray:
     """
     wave = np.fft.fft(coefficient[..., 0] - 1j * coefficient[..., 1], axis=0)
     power = (np.abs(wave) ** 2).sum(axis=1)
-    n_blades = len(power)
-    folded = np.zeros(n_blades // 2 + 1)
-    number = np.arange(n_blades)
-    np.add.at(folded, np.minimum(number, n_blades - number), power)
+    number = np.arange(len(power))
+    folded = np.bincount(np.minimum(number, len(power) - number), power)
     return folded / (folded.sum() or 1.0)
 
 
