@@ -28,7 +28,7 @@ SMALLEST = 1e-3
 
 
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """The response curve of one problem, see `symhbm.results.tables`."""
+    """The response curve of one problem."""
     return _Computation(problem, request).table()
 
 
@@ -112,33 +112,35 @@ class _Computation:
             counts["angles_share"] = share
             if self._status in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
-        rest = dict(
+        table = dict(
             event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
             event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
             event_contact=np.array([event.contact for _, event in events], dtype=int),
-            **{name: np.array(count) for name, count in counts.items()},
-            harmonics=np.array(self._problem(self._highest_level).harmonics),
-            status=np.array(status, dtype=object),
         )
-        return points | peaks | rest
+        table |= {name: np.array(count) for name, count in counts.items()}
+        harmonics = np.array(self._problem(self._highest_level).harmonics)
+        table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
+        return points | peaks | table
 
     def _problem(self, level: int) -> HarmonicBalance:
         return self._refinement.equations(level).problem
 
     def _path(self, solutions: list[Solution]) -> Table:
-        table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
+        table = self._described(solutions)
         values = [self._request.shown(solution.value) for solution in solutions]
         return {"value": np.array(values, dtype=float)} | table
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""
         solutions = [self._at(self._request.unit * float(value)) for value in at]
-        n_solutions = np.array([len(several) for several in solutions], dtype=np.int32)
-        shape = len(at), int(n_solutions.max())
-        rows = np.flatnonzero(np.arange(shape[1]) < n_solutions[:, None])
+        shape = len(at), max(map(len, solutions))
+        rows = [
+            i * shape[1] + k for i, several in enumerate(solutions) for k in range(len(several))
+        ]
         table = self._described([s for several in solutions for s in several], shape, rows)
         if not self._request.may_fold:
             return {"value": at} | {name: values[:, 0] for name, values in table.items()}
+        n_solutions = np.array([len(several) for several in solutions], dtype=np.int32)
         return {"value": at, "n_solutions": n_solutions} | table
 
     def _at(self, value: float) -> list[Solution]:
@@ -157,9 +159,17 @@ class _Computation:
         return solutions
 
     def _described(
-        self, solutions: list[Solution], shape: tuple[int, ...], at: np.ndarray
+        self,
+        solutions: list[Solution],
+        shape: tuple[int, ...] | None = None,
+        rows: list[int] | None = None,
     ) -> Table:
-        """Results of solutions in arrays of a ``shape``, ``at`` their places among its entries."""
+        """Results of solutions in arrays of a ``shape``.
+
+        ``rows`` are their places in the flattened array, by default one after the other.
+        """
+        shape = (len(solutions),) if shape is None else shape
+        at = np.arange(len(solutions)) if rows is None else np.array(rows, dtype=int)
         size, highest = math.prod(shape), self._highest_level
         table = unsolved(self._problem(highest), size, self._request.stability)
         table |= self._truncation(size, highest)
@@ -233,15 +243,17 @@ class _Computation:
             for offset in offsets
         ]
         rows.sort(key=lambda row: (per_dof * row[0], self._request.shown(row[1].value)))
-        whole = self._problem(self._highest_level)
-        shape = len(rows), whole.model.n_dof, len(whole.harmonics), 2
+        shape = (
+            self._problem(self._highest_level).model.n_dof,
+            len(self._problem(self._highest_level).harmonics),
+        )
         table: Table = dict(
             peak_value=np.array([self._request.shown(peak.value) for _, peak, _, _ in rows], float),
             peak_amplitude=np.array([peak.amplitude for _, peak, _, _ in rows], float),
             peak_dof=np.array([dof for dof, _, _, _ in rows], np.int32),
             peak_kind=np.array([str(peak.kind) for _, peak, _, _ in rows], object),
             peak_residual_norm=np.array([peak.residual_norm for _, peak, _, _ in rows], float),
-            peak_coefficient=np.full(shape, np.nan),
+            peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
         )
         truncation = self._truncation(len(rows), self._highest_level)
         table |= {f"peak_{name}": values for name, values in truncation.items()}

@@ -17,8 +17,6 @@ from symhbm.numerics import (
 from symhbm.results import VARIABLES, tables
 from symhbm.time_domain import growth_rate, verdict
 
-_NUMBERS = ("coefficient", "amplitude", "theta_0", "theta_star", "stick_fraction", "dissipation")
-"""Results of degrees of freedom and of contacts that are no integers."""
 _BATCH = 1000
 """Degrees of freedom and contacts described at once: few calls, bounded memory."""
 
@@ -65,7 +63,9 @@ def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -
     model = problem.model
     sizes = {"dof": model.n_dof, "contact": model.n_contacts}
     sizes |= {"harmonic": len(problem.harmonics), "component": 2}
-    kinds: dict[str, type] = dict.fromkeys((*_NUMBERS, "residual_norm"), float)
+    kinds: dict[str, type] = dict.fromkeys(("coefficient", "amplitude"), float)
+    kinds |= dict.fromkeys(("theta_0", "theta_star", "stick_fraction", "dissipation"), float)
+    kinds["residual_norm"] = float
     if problem.samples is not None:
         kinds["sampling_error"] = float
     if stability:
