@@ -27,8 +27,6 @@ COLORS = {
 }
 MOST_VALUES = 4
 """Largest number of elements side by side that have their values beside them."""
-WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
-"""What each kind of contact is called."""
 _NAMES = {
     "spring": "$k$",
     "damper": "$c$",
@@ -197,20 +195,23 @@ def draw_dots(
             dots.set_rasterized(model.n_dof > 5000)
             ax.add_line(dots)
             handles.append(Line2D([], [], markersize=5, label=label, **style))
-    for kind, words in WORDS.items():
+    words = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
+    for kind in words:
         numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
         joins = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 2])
         alone = np.array([model.contacts[j] for j in numbers if len(model.contacts[j]) == 1])
         if len(joins):
-            look: Any = dict(colors=COLORS[kind], linewidths=1.0 if kind == "cubic" else 2.2)
-            ax.add_collection(LineCollection(list(positions[joins]), zorder=3, **look))
-            label = f"{words} between, {len(joins)}"
+            look: Any = dict(
+                colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
+            )
+            ax.add_collection(LineCollection(list(positions[joins]), **look))
+            label = f"{words[kind]} between, {len(joins)}"
             handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
         if len(alone):
             mark = "v" if kind != "cubic" else "1"
             style = dict(marker=mark, linestyle="", color=COLORS[kind], markersize=7)
             ax.add_line(Line2D(*positions[alone[:, 0]].T, zorder=4, **style))
-            label = f"{words} to the ground, {len(alone)}"
+            label = f"{words[kind]} to the ground, {len(alone)}"
             handles.append(Line2D([], [], label=label, **style))
     ax.legend(handles=handles, **OUTSIDE)
 

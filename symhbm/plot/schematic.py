@@ -12,7 +12,7 @@ from symhbm.model import EngineOrder, Excitation, HarmonicForce, PointForce, Str
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import SYMBOLS, canvas, figure_of
 from symhbm.plot.layout import layout_of
-from symhbm.plot.masses import WORDS, draw_dots, draw_forces, draw_hub, draw_symbols, number
+from symhbm.plot.masses import draw_dots, draw_forces, draw_hub, draw_symbols, number
 from symhbm.plot.network import Network, joined, kinds_of_contacts, network
 
 MOST_MASSES = 16
@@ -20,6 +20,7 @@ MOST_MASSES = 16
 MOST_BESIDE = 4
 """Largest number of contacts on one pair, or between one mass and the ground, with symbols."""
 _WRAP = 66
+_WORDS = {"friction": "friction damper", "cubic": "cubic spring", "opened": "open contact"}
 
 
 class _Force(NamedTuple):
@@ -198,7 +199,7 @@ def _contact_values(model: Structure, kinds: list[list[str]]) -> list[str]:
         ]
         if chosen:
             notes = f": {', '.join(texts)}" if texts else ", without force"
-            lines.append(_counted(len(chosen), WORDS[kind]) + notes)
+            lines.append(_counted(len(chosen), _WORDS[kind]) + notes)
     return lines
 
 

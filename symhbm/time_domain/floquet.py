@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import norm_by_mass
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -50,8 +49,7 @@ def multipliers(
     slipping, contact = np.unique(active[contact], return_inverse=True)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
-    # The equations of the perturbation do not see the sign of the motion.
-    repeats = problem.basis.divisor * (2 if problem.basis.reduced.mirrors else 1)
+    repeats = _repeats(problem.harmonics)
     edge, stick = _intervals(contact, begin, end, len(slipping), 2 * np.pi / repeats)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
@@ -60,6 +58,12 @@ def multipliers(
         variation = motion.carry(variation, left, right, sticks)
     values = np.linalg.eigvals(variation) ** repeats
     return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+
+
+def _repeats(harmonics: tuple[int, ...]) -> int:
+    """Number of periods of the perturbation equations, which do not see a sign, in one period."""
+    common = math.gcd(*harmonics)
+    return common * (2 if all(n // common % 2 for n in harmonics) else 1)
 
 
 def _intervals(
@@ -113,8 +117,9 @@ class _Perturbation:
         self.order = np.arange(waves.shape[1])
         self.waves = np.where(self.order == 0, 1, 2) * waves
 
-        parts = stiffness + directions[slipping].T @ self.spring, self.bent.T @ self.bent, damping
-        self._set_growth(frequency, *(norm_by_mass(factor, part) for part in parts))
+        linear = _norm(factor, stiffness + directions[slipping].T @ self.spring)
+        rates = linear, _norm(factor, self.bent.T @ self.bent), _norm(factor, damping)
+        self._set_growth(frequency, *rates)
 
     def _set_growth(self, frequency: float, linear: float, bent: float, damping: float) -> None:
         """Bound the growth on disks: the generator has the norm of its frequencies."""
@@ -177,3 +182,9 @@ class _Perturbation:
         first = np.exp(1j * self.order * start)
         factor = 1j * width * self.order / np.arange(1, count)[:, None]
         return (np.cumprod(np.vstack([first, factor]), axis=0) @ self.waves.T).real
+
+
+def _norm(factor: FloatArray, matrix: FloatArray) -> float:
+    """Norm of ``L^-1 matrix L^-T`` with ``M = L L^T``."""
+    half = np.linalg.solve(factor, matrix)
+    return float(np.linalg.norm(np.linalg.solve(factor, half.T), 2))

@@ -101,7 +101,9 @@ class LinearMotion:
         self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
         # In the coordinates of the factor the generator has the norm of its frequencies.
         self._factor = factor
-        self._viscous_norm = norm_by_mass(factor, self.damping) / frequency
+        viscous = np.linalg.solve(factor, self.damping) / frequency
+        viscous = np.linalg.solve(factor, viscous.T)
+        self._viscous_norm = np.linalg.norm(viscous, 2)
         self._flows: dict[bytes, LinearFlow] = {}
 
     def _set_force(self, problem: HarmonicBalance) -> None:
@@ -133,7 +135,9 @@ class LinearMotion:
         n, n_orders = self.n_dof, len(self.orders)
         springs = self.directions[stick] * self.contact_stiffness[stick, None]
         whole = self.stiffness + self.directions[stick].T @ springs
-        rate = np.sqrt(norm_by_mass(self._factor, whole)) / self.frequency + self._viscous_norm
+        norm = np.linalg.solve(self._factor, whole)
+        norm = np.linalg.solve(self._factor, norm.T)
+        rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
         elastic = (self._elastic + self.push[:, stick] @ springs) * width**2
         viscous = self._viscous * width
@@ -167,12 +171,6 @@ class LinearMotion:
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
         constant = self._static[:, 0] - self.push @ friction
         return flow.series @ np.concatenate([x, slope, constant, *waves])
-
-
-def norm_by_mass(factor: FloatArray, matrix: FloatArray) -> float:
-    """Norm of ``L^-1 matrix L^-T`` with ``M = L L^T``."""
-    half = np.linalg.solve(factor, matrix)
-    return float(np.linalg.norm(np.linalg.solve(factor, half.T), 2))
 
 
 def _transition(series: FloatArray, width: float, share: float) -> FloatArray:
