@@ -32,9 +32,8 @@ class Selection(NamedTuple):
             if label not in dataset.variables or axis not in dataset[label].dims:
                 continue
             inside = (dataset[label] >= self.low) & (dataset[label] <= self.high)
-            for key in [
-                key for key, variable in dataset.variables.items() if axis in variable.dims
-            ]:
+            along = [key for key, variable in dataset.variables.items() if axis in variable.dims]
+            for key in along:
                 nothing: Any = {"f": np.nan, "i": -1, "b": False, "O": ""}[dataset[key].dtype.kind]
                 dataset[key] = dataset[key].where(inside, nothing)
         return dataset

@@ -74,9 +74,8 @@ def response(
     """
     parameter, dof = check_curves(dataset, dof)
     check_anything(dataset, "amplitude")
-    swept = [
-        str(d) for d in dataset["amplitude"].dims if d not in (parameter.along, "dof", "solution")
-    ]
+    inner = parameter.along, "dof", "solution"
+    swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
     n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])
     with canvas(ax) as ax:

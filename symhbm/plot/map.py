@@ -1,5 +1,7 @@
 """Maps of the share of a period that contacts stick."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -179,6 +181,5 @@ def _outline(ax: Axes, x: FloatArray, y: FloatArray, table: FloatArray) -> None:
     level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
     lines = list(np.concatenate([upright, level]).reshape(-1, 2, 2))
     for color, width in (("white", 2.6), ("black", 1.0)):
-        ax.add_collection(
-            LineCollection(lines, colors=color, linewidths=width, capstyle="projecting")
-        )
+        look: Any = dict(colors=color, linewidths=width, capstyle="projecting")
+        ax.add_collection(LineCollection(lines, **look))

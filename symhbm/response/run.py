@@ -53,10 +53,9 @@ def run(
     call, whole = schema.describe(problem, sweep, request), blank_curve(problem, request)
     blank = tables.reduced(whole, request)
     names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
+    allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
     for name in request.keep or ():
-        check.known(
-            name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
-        )
+        check.known(name, allowed, "variable to keep")
     if request.keep is not None:
         kept = {tables.name_of(key, request) for key in blank}
         call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])

@@ -156,9 +156,8 @@ class StoredPoints:
         try:
             with np.errstate(all="ignore"):
                 problem, omega = self.problem_at(index)
-                same, larger = (
-                    self._with(problem, some) for some in (harmonics, larger_set(harmonics))
-                )
+                sets = harmonics, larger_set(harmonics)
+                same, larger = (self._with(problem, some) for some in sets)
                 figures |= point_figures(stored, same, larger, omega)
                 if "angles_difference" in figures:
                     figures["angles_difference"] = self._angles_difference(stored, same, omega)

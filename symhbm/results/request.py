@@ -79,9 +79,7 @@ class Request:
     def of(cls, entries: Mapping[str, Any], at: FloatArray | None) -> "Request":
         """The request of the entries that `to_json` gives, with values ``at`` a grid."""
         keys = {entry.name: _JSON_KEYS.get(entry.name, entry.name) for entry in fields(cls)}
-        values: dict[str, Any] = {
-            name: entries[key] for name, key in keys.items() if key in entries
-        }
+        values = {name: entries[key] for name, key in keys.items() if key in entries}
         for name in ("band", "keep"):
             values[name] = None if values[name] is None else tuple(values[name])
         values["at"] = at
