@@ -157,8 +157,7 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options["angles"] = angles
+    options: dict = dict(accuracy=accuracy, stability=stability, angles=angles, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
@@ -217,17 +216,13 @@ def follow(
 
     Raises
     ------
-    TypeError, ValueError, KeyError
-        For bad arguments, each named with its value and what is allowed.
-    ArchiveError
-        If the archive is one of another computation, is in use, or cannot be written.
-    SolveError
-        If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    TypeError, ValueError, KeyError, ArchiveError, SolveError, KeyboardInterrupt
+        As `frf`.
 
     Warns
     -----
     RuntimeWarning
-        If curves are incomplete, with their number and the most common reason.
+        As `frf`.
 
     Examples
     --------
@@ -254,8 +249,7 @@ def follow(
     problem.check_frequencies("frequency", axis["frequency"])
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options["angles"] = angles
+    options: dict = dict(accuracy=accuracy, stability=stability, angles=angles, peaks=peaks)
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 

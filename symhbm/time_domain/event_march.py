@@ -204,10 +204,9 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
             events += [(tau, j, slip[j]) for j in changing]
             if len(events) > _EVENTS_PER_CONTACT * len(limit):
                 raise ArithmeticError("the contacts change their states without end")
-    starts, widths, motions, forces, states = zip(*cells, strict=True)
     angle, contact, direction = zip(*events, strict=True) if events else ([], [], [])
     return March(
-        Cells(*(np.array(part) for part in (starts, widths, motions, forces, states))),
+        Cells(*map(np.array, zip(*cells, strict=True))),
         slipped,
         np.array(angle, dtype=float),
         np.array(contact, dtype=int),
