@@ -157,7 +157,8 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    options: dict = dict(accuracy=accuracy, stability=stability, angles=angles, peaks=peaks)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
@@ -249,7 +250,8 @@ def follow(
     problem.check_frequencies("frequency", axis["frequency"])
     if isinstance(over, Mapping) and parameter in over:
         raise ValueError(f"over: {parameter!r} is the parameter that is followed")
-    options: dict = dict(accuracy=accuracy, stability=stability, angles=angles, peaks=peaks)
+    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
+    options["angles"] = angles
     options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 

@@ -1,10 +1,9 @@
 """Periodic states: Newton's method on the map over a period, or over half a period."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -110,37 +109,28 @@ def periodic_state(
         step = _newton_step(linear, current, sign, scale)
         if step is None:
             return current.state, iteration, Status.SYSTEM_SINGULAR
-        trial = closer(attempt, current, step, near, _SHARES)
-        if trial is not None:
-            current = trial
-        elif near:
-            return current.state, iteration, Status.SUCCESS
-        elif (start := next(starts, None)) is not None:
-            current = begin(start)
+        for share in _SHARES[: 1 if near else None]:
+            with contextlib.suppress(ArithmeticError):
+                trial = attempt(current.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
+                    current = trial
+                    break
         else:
+            if near:
+                return current.state, iteration, Status.SUCCESS
+            start = next(starts, None)
+            if start is not None:
+                current = begin(start)
+                continue
             for _ in range(_PERIODS):
                 current = attempt(sign * current.run.end)
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def closer(
-    attempt: Callable[[FloatArray], Any], current: Any, step: FloatArray, near: Any, shares: Any
-) -> Any:
-    """The first attempt along a step whose norm is lower by enough, None without one.
-
-    The whole step alone counts where the motion is ``near`` enough.
-    """
-    for share in shares[: 1 if near else None]:
-        with contextlib.suppress(ArithmeticError):
-            trial = attempt(current.state + share * step)
-            if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
-                return trial
-    return None
-
-
 def _newton_step(
     linear: LinearMotion, current: _Trial, sign: float, scale: FloatArray
 ) -> FloatArray | None:
+    assert current.run.jacobian is not None
     unit = np.eye(len(scale))
     matrix, right = sign * current.run.jacobian - unit, -current.residual
     rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof

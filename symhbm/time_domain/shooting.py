@@ -6,6 +6,7 @@ Its steps are polynomials too: `symhbm.time_domain.event_march` locates the even
 contacts on them. Motions need not be unique: a response nearby selects one.
 """
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,7 @@ from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
 from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, extremes
-from symhbm.time_domain.periodic_orbit import closer, energy_scale, state_of
+from symhbm.time_domain.periodic_orbit import energy_scale, state_of
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -34,8 +35,6 @@ _SHORTEST = 1e-7
 """Step of the integrator [rad] below which the motion grows without bound."""
 _ITERATIONS = 40
 """Most steps of Newton's method."""
-_SHARES = 0.5 ** np.arange(8)
-"""Shares of a Newton step that are tried."""
 _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
 _SAMPLES = 4096
@@ -199,10 +198,14 @@ def _periodic_state(
             return current.state, iteration, Status.SUCCESS
         matrix = current.matrix * (scale[:, None] / scale)
         step = np.linalg.lstsq(matrix, -scale * current.residual, rcond=_SMALLEST)[0] / scale
-        trial = closer(attempt, current, step, near, _SHARES)
-        if trial is None:
+        for share in 0.5 ** np.arange(1 if near else 8):
+            with contextlib.suppress(ArithmeticError):
+                trial = attempt(current.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
+                    current = trial
+                    break
+        else:
             return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
-        current = trial
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
@@ -212,6 +215,7 @@ def _shot(integrator: IntegratedMotion, state: FloatArray, scale: FloatArray) ->
     n, state = 2 * integrator.n_dof, state.copy()
     state[n:] = np.clip(state[n:], -integrator.limit, integrator.limit)
     run = march(integrator, state, length)
+    assert run.jacobian is not None
     residual, matrix = sign * run.end - state, sign * run.jacobian - np.eye(len(state))
     if not integrator.antiperiodic:
         for contact in np.flatnonzero(~run.slipped):
@@ -238,5 +242,6 @@ def _middle(
     gradient = np.zeros(len(state))
     for extreme in (np.argmax(samples), np.argmin(samples)):
         jacobian = march(integrator, state, tau[extreme]).jacobian
+        assert jacobian is not None
         gradient += jacobian[2 * integrator.n_dof + contact] / 2
     return float((high + low)[0] / 2), gradient
