@@ -36,9 +36,11 @@ class Variable(NamedTuple):
     attributes: Mapping[str, Any] = MappingProxyType({})
 
 
-_FLAGS = {"flag_values": np.array([-1, 0, 1], dtype=np.int8)}
-_STATES = _FLAGS | {"flag_meanings": "none stick slip"}
-_STABILITY = _FLAGS | {"flag_meanings": "unknown unstable stable"}
+_STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
+_STABILITY = {
+    "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+    "flag_meanings": "unknown unstable stable",
+}
 
 VARIABLES = {
     "frequency": Variable((), "Hz", "excitation frequency"),
@@ -196,10 +198,11 @@ def meaning(name: str) -> Variable:
     """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
     if name in VARIABLES:
         return VARIABLES[name]
-    place = next((p for p in ("event", "peak", "minimum") if name.startswith(f"{p}_")), "")
-    parameter = PARAMETERS[name.removeprefix(f"{place}_")]
-    where = f" at the {place}" if place else ""
-    return Variable((), parameter.units, parameter.meaning + where)
+    prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
+    parameter = PARAMETERS[name.removeprefix(prefix)]
+    suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
+    suffixes["minimum_"] = " at the minimum"
+    return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
 def derivative(name: str, parameter: str) -> Variable:
