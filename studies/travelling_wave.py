@@ -12,14 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import symhbm as sh
-from symhbm.time_domain import (
-    PERIODIC_TOLERANCE,
-    LinearMotion,
-    March,
-    energy_scale,
-    extremes,
-    march,
-)
+from symhbm.time_domain.event_march import March, march
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
+from symhbm.time_domain.periodic_orbit import PERIODIC_TOLERANCE, energy_scale
 
 ITERATIONS = 60
 
@@ -65,7 +60,6 @@ def travelling_wave(problem: sh.HarmonicBalance, frequency: float, *starts: np.n
         if norm <= PERIODIC_TOLERANCE:
             amplitude = float(np.abs(extremes(stretch.cells.displacement)).max())
             return Wave(state, amplitude, bool(stretch.slipped.any()), norm)
-        assert stretch.jacobian is not None
         matrix = (stretch.jacobian[moved] + np.eye(len(state))) * (scale[:, None] / scale)
         step = np.linalg.solve(matrix, scale * residual) / scale
         for share in 0.5 ** np.arange(8):

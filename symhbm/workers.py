@@ -88,9 +88,8 @@ def _end_with_parent(process: int) -> None:
 
 def check_executor(executor: object) -> None:
     """Raise TypeError unless ``executor`` is None or has the method ``submit``."""
-    if isinstance(executor, type) or (
-        executor is not None and not callable(getattr(executor, "submit", None))
-    ):
+    submits = callable(getattr(executor, "submit", None)) and not isinstance(executor, type)
+    if executor is not None and not submits:
         raise TypeError(f"executor={check.shown(executor)}: expected a concurrent.futures.Executor")
 
 

@@ -1,13 +1,14 @@
 """Dimensions of a dataset, and reading of variables block by block."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
-from symhbm.results import Description
+from symhbm.results import Description, consecutive_blocks
 
 INNER = ("dof", "contact", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
@@ -36,22 +37,14 @@ def completeness(dataset: xr.Dataset) -> tuple[int, int, Counter[str]]:
     return complete, waiting, failed
 
 
-def blocks(sizes: dict[str, int], dims: Sequence[str], width: int) -> Iterator[dict[str, slice]]:
+def blocks(sizes: Mapping[Any, int], dims: Sequence[str], width: int) -> Iterator[dict[str, slice]]:
     """Slices of ``dims`` in the order of rows, each of at most some million values.
 
     ``width`` is the number of values of a row.
     """
-    shape = [sizes[dim] for dim in dims]
     budget = max(1, _LARGEST_BLOCK // max(1, width))
-    cut = next((i for i in range(len(shape)) if np.prod(shape[i + 1 :]) <= budget), len(shape))
-    if cut == len(shape):
-        yield {}
-        return
-    step = max(1, budget // max(1, int(np.prod(shape[cut + 1 :]))))
-    for lead in np.ndindex(*shape[:cut]):
-        fixed = {dim: slice(i, i + 1) for dim, i in zip(dims, lead, strict=False)}
-        for start in range(0, shape[cut], step):
-            yield fixed | {dims[cut]: slice(start, start + step)}
+    for block in consecutive_blocks([sizes.get(dim, 1) for dim in dims], budget):
+        yield dict(zip(dims, block, strict=True))
 
 
 def read(
@@ -61,7 +54,7 @@ def read(
     variable = dataset[name].variable
     outer = [str(dim) for dim in variable.dims if dim not in inner]
     width = int(np.prod([variable.sizes[dim] for dim in inner]))
-    for block in blocks({str(d): n for d, n in variable.sizes.items()}, outer, width):
+    for block in blocks(variable.sizes, outer, width):
         begin = {dim: cut.start for dim, cut in block.items()}
         yield begin, variable.isel(block).transpose(*outer, *inner).values
 
@@ -81,6 +74,6 @@ def largest(
         index = np.unravel_index(first, values.shape)
         value = float(values[index])
         if best is None or value > best[0] * (1 + ALIKE):
-            position = {d: int(i) + begin.get(d, 0) for d, i in zip(dims, index, strict=True)}
+            position = {d: int(i) + begin[d] for d, i in zip(dims, index, strict=True)}
             best = value, position
     return best

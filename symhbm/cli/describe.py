@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import PARAMETERS
-from symhbm.results import DRAWN, MATRICES, VARIABLES, Description, left_out
+from symhbm.results import DRAWN, MATRICES, VARIABLES, Description
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -43,8 +43,9 @@ def _lines(dataset: xr.Dataset) -> Lines:
         yield from _problem(dataset)
     if "status" in dataset.variables:
         yield from findings(dataset)
-    if left_out(dataset):
-        yield "left out by keep=", ", ".join(left_out(dataset))
+    left_out = Description(dataset).left_out
+    if left_out:
+        yield "left out by keep=", ", ".join(left_out)
     yield from _others(dataset)
 
 
@@ -52,10 +53,8 @@ def _origin(dataset: xr.Dataset) -> Lines:
     attributes = dataset.attrs
     yield "title", str(attributes.get("title", "none"))
     made = {"symhbm": "symhbm_version", "CasADi": "casadi_version", "schema": "symhbm_schema"}
-    yield (
-        "made by",
-        ", ".join(f"{maker} {attributes[k]}" for maker, k in made.items() if k in attributes),
-    )
+    words = [f"{maker} {attributes[key]}" for maker, key in made.items() if key in attributes]
+    yield "made by", ", ".join(words)
     if "references" in attributes:
         yield "reference", str(attributes["references"])
 
@@ -86,19 +85,17 @@ def _problem(dataset: xr.Dataset) -> Lines:
             if name != "cubic_stiffness" or text != "0 N m-3":
                 yield f"  {name}", text
     force = problem["excitation"]
-    kind = force["type"]
-    amplitude = _parameter(dataset, "force_amplitude", body)
-    where = {
+    kinds = {
         "PointForce": f"point force on {body} {force.get('dof')}",
         "EngineOrder": "engine order, a travelling wave over the blades",
-    }.get(kind, kind)
+    }
     on = [str(force["harmonic"])] if "harmonic" in force else []
     on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
     harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
-    yield "excitation", f"{where}{harmonic}"
-    yield "  force_amplitude", amplitude
-    if "engine_order" in dataset.variables:
-        yield "  engine_order", _parameter(dataset, "engine_order", body)
+    yield "excitation", f"{kinds.get(force['type'], force['type'])}{harmonic}"
+    for name in _OF_FORCE:
+        if name in dataset.variables:
+            yield f"  {name}", _parameter(dataset, name, body)
     listed = ", ".join(map(str, problem["harmonics"]))
     if "accuracy" in dataset.attrs:
         listed = (
@@ -164,19 +161,16 @@ def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
 
 def _others(dataset: xr.Dataset) -> Lines:
     """Variables and attributes of the user; all variables where there is no status."""
-    described = {
-        *VARIABLES,
-        *PARAMETERS,
-        *(f"{p}_{n}" for p in ("peak", "event") for n in PARAMETERS),
-    }
-    described |= {f"{name}_nominal" for name in PARAMETERS} | {"n_sectors", "harmonic"}
+    described = {*VARIABLES, *PARAMETERS, "harmonic", "component", "dof", "contact"}
+    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in PARAMETERS}
+    described |= {f"{name}_nominal" for name in PARAMETERS}
     described |= {f"{name}_{part}" for name in MATRICES for part in ("row", "column", "value")}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())
         yield "dimensions", sizes or "none"
     for name, variable in dataset.variables.items():
-        if str(name) in described or name in ("dof", "contact", "component"):
+        if name in described:
             continue
         attributes = variable.attrs
         unit = "" if attributes.get("units", "1") == "1" else f" {attributes['units']}"

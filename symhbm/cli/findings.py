@@ -48,7 +48,7 @@ def _computed(dataset: xr.Dataset) -> Lines:
         if along not in dataset.variables:
             text = f"{subject} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
         elif not band.ndim:
-            text = f"{subject}, at {short(band)} {unit}".rstrip()
+            text = f"{subject}, {_at(dataset[along])}"
         if along != "frequency" and "frequency" in dataset.variables:
             text += f", at {short(dataset['frequency'].values)} Hz"
     elif "angle" in dataset.dims:
@@ -131,8 +131,7 @@ def _peaks(dataset: xr.Dataset) -> Lines:
             at = dataset.isel(index)
             words = [_decibel(value)]
             if f"peak_{along}" in at.variables:
-                moved = at[f"peak_{along}"]
-                words.append(f"at {short(moved.values)} {moved.attrs.get('units', '')}".rstrip())
+                words.append(_at(at[f"peak_{along}"]))
             words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             words += [*_kept(dataset), *_set_words(dataset, index)]
@@ -141,11 +140,8 @@ def _peaks(dataset: xr.Dataset) -> Lines:
         response = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
         if response is not None and (top is None or response[0] > top[0] * (1 + ALIKE)):
-            words = [
-                _decibel(response[0]),
-                *_location(dataset, "amplitude", response[1]),
-                *_kept(dataset),
-            ]
+            where = _location(dataset, "amplitude", response[1])
+            words = [_decibel(response[0]), *where, *_kept(dataset)]
             yield "largest response", ", ".join(words)
     if "event_kind" in dataset.variables:
         events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
@@ -171,9 +167,8 @@ def _contacts(dataset: xr.Dataset) -> Lines:
             words.append(f"some contact slips at {slipping} of {points} points")
         yield "contacts", "; ".join(words)
     if "contact_model_valid" in dataset.variables:
-        broken = 0
-        for valid, converged in _solved(dataset, "contact_model_valid"):
-            broken += int(np.count_nonzero(~valid & converged))
+        blocks = _solved(dataset, "contact_model_valid")
+        broken = sum(int(np.count_nonzero(~valid & converged)) for valid, converged in blocks)
         if broken:
             yield "", f"the friction law does not hold for the motion at {broken} points"
     if "dissipation" in dataset.variables:
@@ -212,9 +207,8 @@ def _solved(dataset: xr.Dataset, name: str) -> Iterator[tuple[np.ndarray, np.nda
             yield values, values >= 0
         return
     converged = dataset["converged"].transpose(*dataset[name].dims).to_dataset(name="converged")
-    for (_, values), (_, mask) in zip(
-        read(dataset, name), read(converged, "converged"), strict=True
-    ):
+    masks = read(converged, "converged")
+    for (_, values), (_, mask) in zip(read(dataset, name), masks, strict=True):
         yield values, mask
 
 
@@ -226,14 +220,15 @@ def _location(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str
         if label not in dataset.variables or not dataset[label].ndim:
             continue
         if set(dataset[label].dims) <= set(index):
-            variable = dataset[label]
-            value = variable.isel({dim: index[str(dim)] for dim in variable.dims}).values
-            words.append(f"at {short(value)} {variable.attrs.get('units', '')}".rstrip())
-    if "dof" in index:
-        words.append(f"{_body(dataset)} {dataset['dof'].values[index['dof']]}")
-    if "contact" in index:
-        words.append(f"contact {dataset['contact'].values[index['contact']]}")
+            words.append(_at(dataset[label].isel({d: index[str(d)] for d in dataset[label].dims})))
+    for dim, owner in (("dof", _body(dataset)), ("contact", "contact")):
+        if dim in index:
+            words.append(f"{owner} {dataset[dim].values[index[dim]]}")
     return words + _set_words(dataset, index)
+
+
+def _at(value: xr.DataArray) -> str:
+    return f"at {short(value.values)} {value.attrs.get('units', '')}".rstrip()
 
 
 def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:

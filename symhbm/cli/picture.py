@@ -21,13 +21,11 @@ _FIRST = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "
 
 def kinds() -> list[str]:
     """Names of the pictures of `symhbm.plot`: its functions that draw into axes."""
-    plot = _plot()
-    offered = {name: getattr(plot, name) for name in plot.__all__}
-    functions = {name: value for name, value in offered.items() if inspect.isfunction(value)}
+    offered = {name.replace("_", "-"): getattr(_plot(), name) for name in _plot().__all__}
     names = {
-        name.replace("_", "-")
-        for name, function in functions.items()
-        if "ax" in inspect.signature(function).parameters
+        name
+        for name, value in offered.items()
+        if inspect.isfunction(value) and "ax" in inspect.signature(value).parameters
     }
     return [name for name in _FIRST if name in names] + sorted(names.difference(_FIRST))
 

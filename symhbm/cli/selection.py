@@ -32,9 +32,8 @@ class Selection(NamedTuple):
             if label not in dataset.variables or axis not in dataset[label].dims:
                 continue
             inside = (dataset[label] >= self.low) & (dataset[label] <= self.high)
-            for key in [
-                key for key, variable in dataset.variables.items() if axis in variable.dims
-            ]:
+            along = [key for key, variable in dataset.variables.items() if axis in variable.dims]
+            for key in along:
                 nothing: Any = {"f": np.nan, "i": -1, "b": False, "O": ""}[dataset[key].dtype.kind]
                 dataset[key] = dataset[key].where(inside, nothing)
         return dataset
@@ -76,22 +75,20 @@ def _chosen(selection: Selection, name: str, text: str) -> Selection:
     if name not in names:
         shown = [n for n in names if n in dataset.dims or n == along]
         check.known(name, shown, "dimension to select along")
+    low, high = _range(name, text) if ":" in text else (-np.inf, np.inf)
     if name == along and on_path:
         if ":" not in text:
             raise ValueError(
                 f"--select {name}={text}: expected a range LOW:HIGH, each curve has points of its "
                 f"own along {name}"
             )
-        low, high = _range(name, text)
         values = dataset[name].values
         if not np.any((values >= low) & (values <= high)):
             raise ValueError(f"--select {name}={text}: no points there, {_available(values)}")
         return Selection(dataset, low, high)
-    low, high = -np.inf, np.inf
     labels = dataset[name].values if name in dataset.variables else np.arange(dataset.sizes[name])
     dim = str(dataset[name].dims[0]) if name in dataset.variables else name
     if ":" in text:
-        low, high = _range(name, text)
         if labels.dtype.kind not in "iuf":
             raise ValueError(f"--select {name}={text}: expected {_available(labels)}")
         index = np.flatnonzero((labels >= low) & (labels <= high))
@@ -115,14 +112,12 @@ def _positions(name: str, text: str, labels: np.ndarray) -> np.ndarray:
             wanted = float(text)
         except ValueError:
             raise ValueError(f"--select {name}={text}: expected a number or {_FORMS}") from None
-        positions = np.flatnonzero(
-            np.isclose(labels.astype(float), wanted, rtol=_ROUND_OFF, atol=0)
-        )
+        equal = np.isclose(labels.astype(float), wanted, rtol=_ROUND_OFF, atol=0)
     else:
-        positions = np.flatnonzero(labels.astype(str) == text)
-    if not len(positions):
+        equal = labels.astype(str) == text
+    if not equal.any():
         raise ValueError(f"--select {name}={text}: no such value, {_available(labels)}")
-    return positions
+    return np.flatnonzero(equal)
 
 
 def _range(name: str, text: str) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """Tables from datasets: one row per point, peak, event or parameter set, a column per number."""
 
 import csv
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
@@ -10,7 +11,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, blocks, moving, set_dimensions
 from symhbm.cli.selection import Selection
 from symhbm.model import PARAMETERS
-from symhbm.results import Description, check_present, left_out
+from symhbm.results import Description, check_present
 
 TABLES = ("points", "peaks", "events", "sets")
 _LETTERS = {"harmonic": "h", "component": ""}
@@ -70,14 +71,13 @@ def _rows(
     dataset = selection.dataset
     inner = {name: _inner(dataset, name) for name in names}
     yield [title for name in names for title in _titles(dataset, name, inner[name])]
-    sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-    width = sum(int(np.prod([sizes[dim] for dim in dims])) for dims in inner.values())
-    for block in blocks(sizes, along, width):
-        part = dataset[[*needed]].isel(block)
+    whole = dataset[[*needed]]
+    width = sum(int(np.prod([whole.sizes[dim] for dim in dims])) for dims in inner.values())
+    for block in blocks(whole.sizes, along, width):
+        part = whole.isel(block, missing_dims="ignore")
         for dim in along:
             if dim not in part.variables and dim in part.dims:
-                start = block[dim].start if dim in block else 0
-                part[dim] = (dim, start + np.arange(part.sizes[dim]))
+                part[dim] = (dim, block[dim].start + np.arange(part.sizes[dim]))
         part = selection.limited(part.load())
         shape = tuple(part.sizes.get(dim, 1) for dim in along)
         kept = np.ones(shape, dtype=bool)
@@ -92,11 +92,9 @@ def _rows(
         columns = []
         for name in names:
             values = _spread(part, name, along, shape, inner[name])[kept]
-            for column in values.T:
-                numbers = column.tolist()
-                if column.dtype.kind == "f":
-                    numbers = [None if number != number else number for number in numbers]
-                columns.append(numbers)
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), np.array(None), values)
+            columns += values.T.tolist()
         yield from zip(*columns, strict=True)
 
 
@@ -108,13 +106,9 @@ def _spread(
     inner: Sequence[str],
 ) -> np.ndarray:
     """Values of a variable over all dimensions of the rows, its inner entries along the last."""
-    variable = part[name].variable
-    present = [dim for dim in along if dim in variable.dims]
-    values = variable.transpose(*present, *inner).values
-    values = values.reshape(
-        *(part.sizes[dim] if dim in present else 1 for dim in along), -1 if values.size else 0
-    )
-    return np.broadcast_to(values, (*shape, values.shape[-1]))
+    sizes = dict(zip(along, shape, strict=True)) | {dim: part.sizes[dim] for dim in inner}
+    values = part[name].variable.set_dims(sizes).transpose(*sizes).values
+    return values.reshape(*shape, math.prod(values.shape[len(shape) :]))
 
 
 def _along(dataset: xr.Dataset, table: str) -> list[str]:
@@ -124,10 +118,9 @@ def _along(dataset: xr.Dataset, table: str) -> list[str]:
     if table in inner_axes:
         missing = [dim for dim in inner_axes[table] if dim not in dataset.dims]
         if missing or "status" not in dataset.variables:
-            kept = not any(
-                name.startswith(f"{inner_axes[table][0]}_") for name in left_out(dataset)
-            )
-            why = "" if kept else ", they were left out by keep="
+            names = Description(dataset).left_out
+            left_out = any(name.startswith(f"{inner_axes[table][0]}_") for name in names)
+            why = ", they were left out by keep=" if left_out else ""
             raise ValueError(f"--table {table}: the archive has no {table}{why}")
         return [*sets, *inner_axes[table]]
     if "status" in dataset.variables:

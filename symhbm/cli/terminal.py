@@ -6,13 +6,13 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
 import xarray as xr
 
 from symhbm.numerics import check
-from symhbm.results.archive import SUFFIX, load
+from symhbm.results.archive import SUFFIX, load, working_file
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""
@@ -81,23 +81,11 @@ def opened(archive: Path) -> Iterator[xr.Dataset]:
     """An archive whose variables are read on demand."""
     if archive.is_dir():
         raise ValueError(f"ARCHIVE {archive}: a directory, expected a file")
-    working = archive.with_name(archive.name + SUFFIX)
+    working = working_file(archive)
     if not archive.exists() and working.exists():
         raise ValueError(f"ARCHIVE {archive}: no such file, but an unfinished run {working}")
     with load(archive, lazy=True) as dataset:
         yield dataset
-
-
-@contextmanager
-def whole(path: Path) -> Iterator[TextIO]:
-    """A text file that appears once it is complete."""
-    part = path.with_name(f".symhbm-{os.getpid()}.part")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            yield file
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def check_place(output: Path | None) -> None:

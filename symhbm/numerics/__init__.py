@@ -1,7 +1,6 @@
 """Plain numerics: Fourier series, their roots and turning points, linear algebra, CasADi."""
 
 from symhbm.numerics import check
-from symhbm.numerics.amplitude_curve import amplitude_between
 from symhbm.numerics.arrays import RADIANS, ComplexArray, FloatArray, Table, relative_difference
 from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
@@ -12,7 +11,13 @@ from symhbm.numerics.fourier import (
     larger_set,
     unknowns_of,
 )
-from symhbm.numerics.interpolation import cubic, cubic_slope, cubic_top, first_zero
+from symhbm.numerics.interpolation import (
+    amplitude_between,
+    cubic,
+    cubic_slope,
+    cubic_top,
+    first_zero,
+)
 from symhbm.numerics.linear_algebra import (
     DENSE_LIMIT,
     Factorisation,

@@ -75,16 +75,16 @@ def integer(name: str, value: object, minimum: int | None = None, maximum: int |
         words += f" from {minimum} to {maximum}"
     elif minimum is not None:
         words += f" >= {minimum}"
-    whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if not whole:
-        number = array(name, value) if not isinstance(value, (bool, str)) else None  # type: ignore
-        if number is None:
-            raise TypeError(f"{name}={shown(value)}: expected {words}")
+    message = f"{name}={shown(value)}: expected {words}"
+    if isinstance(value, (bool, str)):
+        raise TypeError(message)
+    if not isinstance(value, Integral):
+        number = array(name, value)  # type: ignore[arg-type]
         if number.ndim or number != np.round(number):
-            raise ValueError(f"{name}={shown(value)}: expected {words}")
+            raise ValueError(message)
     number = int(value)  # type: ignore[call-overload]
     if (minimum is not None and number < minimum) or (maximum is not None and number > maximum):
-        raise ValueError(f"{name}={shown(value)}: expected {words}")
+        raise ValueError(message)
     return number
 
 

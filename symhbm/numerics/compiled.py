@@ -61,9 +61,8 @@ class Assembly:
 def sparsity_of(matrix: sp.csc_array) -> ca.Sparsity:
     """CasADi's form of the sparsity of a matrix."""
     rows, columns = matrix.shape  # type: ignore
-    return ca.Sparsity(
-        rows, columns, [int(i) for i in matrix.indptr], [int(i) for i in matrix.indices]
-    )
+    starts, entries = (list(map(int, part)) for part in (matrix.indptr, matrix.indices))
+    return ca.Sparsity(rows, columns, starts, entries)
 
 
 def constant(matrix: Any) -> ca.DM:

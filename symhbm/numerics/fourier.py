@@ -68,9 +68,7 @@ class FourierBasis:
     @cached_property
     def is_sine(self) -> NDArray[np.bool_]:
         """Which components are sines, shape ``(n_components,)``."""
-        return np.array(
-            [s for n in self.harmonics for s in ((False,) if n == 0 else (False, True))]
-        )
+        return np.diff(self.order, prepend=-1.0) == 0
 
     @cached_property
     def n_components(self) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from symhbm.numerics.arrays import FloatArray
@@ -110,15 +111,10 @@ class Factorisation:
 
 
 def _parity(permutation: np.ndarray) -> int:
-    visited = np.zeros(len(permutation), dtype=bool)
-    sign = 1
-    for start in range(len(permutation)):
-        length, at = 0, start
-        while not visited[at]:
-            visited[at], at, length = True, permutation[at], length + 1
-        if length and length % 2 == 0:
-            sign = -sign
-    return sign
+    """Sign of a permutation: a cycle of ``n`` entries is ``n - 1`` exchanges."""
+    size = len(permutation)
+    graph = sp.csr_array((np.ones(size), permutation, np.arange(size + 1)))
+    return 1 - 2 * ((size - connected_components(graph)[0]) % 2)
 
 
 def weighted(columns: NDArray, factors: NDArray) -> NDArray:

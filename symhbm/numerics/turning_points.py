@@ -43,13 +43,7 @@ class TurningPoints:
 
     def of(self, motions: NDArray[np.intp] | slice) -> "TurningPoints":
         """The turning points of the chosen motions."""
-        return TurningPoints(
-            self.angle[motions],
-            self.value[motions],
-            self.count[motions],
-            self.functions[motions],
-            self.lowest[motions],
-        )
+        return TurningPoints(*(part[motions] for part in vars(self).values()))
 
 
 class Cells(NamedTuple):

@@ -9,13 +9,14 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
 from symhbm.model.contacts import HysteresisLoop, hysteresis_loops
-from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
+from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     Family,
     canvas,
     check_variables,
     figure_of,
+    motions_of,
     moving,
     nothing_to_draw,
     scaled,
@@ -157,9 +158,7 @@ def _marched_loops(
     dims = [str(dim) for dim in coefficient.dims if dim not in ("harmonic", "component")]
     values = coefficient.transpose(*dims, "harmonic", "component").values
     shape, flat = values.shape[:-2], values.reshape(-1, *values.shape[-2:])
-    harmonics = tuple(dataset["harmonic"].values.tolist())
-    basis = FourierBasis(harmonics)
-    motions = unknowns_of(basis, harmonics, flat).reshape(len(flat), -1)
+    basis, motions = motions_of(dataset, flat)
     like = coefficient.isel(harmonic=0, component=0, drop=True)
     stiffness, friction, load = (
         _of_contact(dataset, name, contact, like, dims)

@@ -25,6 +25,7 @@ from symhbm.plot.lines import Line, Peak, line_of, located_peaks
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
 MARKERS = {"smooth": "o", "corner": "^", "fold": "s"}
+MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
 
 
 def response(
@@ -73,9 +74,8 @@ def response(
     """
     parameter, dof = check_curves(dataset, dof)
     check_anything(dataset, "amplitude")
-    swept = [
-        str(d) for d in dataset["amplitude"].dims if d not in (parameter.along, "dof", "solution")
-    ]
+    inner = parameter.along, "dof", "solution"
+    swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
     n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])
     with canvas(ax) as ax:
@@ -142,11 +142,8 @@ def picture_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Picture
     marks = marks_of(peaks, parameter, dof, line)
     if parameter.along == "point" and f"event_{parameter.name}" in curve and "event_kind" in curve:
         level = decibel(line.amplitude.max(axis=1, initial=0.0))
-        events = zip(
-            curve["event_kind"].values, curve[f"event_{parameter.name}"].values, strict=True
-        )
-        folds = [float(at) for kind, at in events if kind == "fold"]
-        marks += [("fold", at, float(level[np.abs(line.value - at).argmin()])) for at in folds]
+        folds = curve[f"event_{parameter.name}"].values[curve["event_kind"].values == "fold"]
+        marks += [("fold", at, level[np.abs(line.value - at).argmin()]) for at in folds.tolist()]
     return Picture(line, marks)
 
 
@@ -198,16 +195,7 @@ def _dots(ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color
 def _marks(ax: Axes, marks: Marks, color: Any) -> None:
     for kind, at, level in marks:
         if kind in MARKERS:
-            ax.plot(
-                at,
-                level,
-                MARKERS[kind],
-                color=color,
-                markeredgecolor="black",
-                markeredgewidth=0.6,
-                markersize=4.5,
-                zorder=3,
-            )
+            ax.plot(at, level, MARKERS[kind], color=color, **MARK)
         elif kind == "unbounded":
             ax.axvline(at, color=color, linestyle=":", linewidth=0.8)
 

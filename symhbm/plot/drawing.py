@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
-from symhbm.numerics import check
-from symhbm.results import VARIABLES, Description, check_present
+from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
+from symhbm.results import Description, check_dataset, check_present, meaning
 
 STYLE: Any = {
     "figure.figsize": (6.4, 4.2),
@@ -80,8 +80,7 @@ def figure_of(ax: Axes) -> Figure:
 
 def check_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise TypeError unless it is a dataset, KeyError for the first missing variable."""
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    check_dataset("dataset", dataset)
     check_present(dataset, *names)
 
 
@@ -127,6 +126,13 @@ def one_solution(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.isel(solution=0)
 
 
+def motions_of(dataset: xr.Dataset, coefficient: FloatArray) -> tuple[FourierBasis, FloatArray]:
+    """The basis of a dataset, and motions (n, n_components) from (n, n_harmonics, 2)."""
+    harmonics = tuple(dataset["harmonic"].values.tolist())
+    basis = FourierBasis(harmonics)
+    return basis, unknowns_of(basis, harmonics, coefficient).reshape(len(coefficient), -1)
+
+
 class Moving(NamedTuple):
     """Moving parameter of a curve, its dimension, and whether peaks are those of every DOF."""
 
@@ -164,11 +170,8 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
 def axis_label(name: str) -> str:
     """Meaning, symbol and unit of a parameter, or the name of a dimension of the user's own."""
     symbol, unit = SYMBOLS.get(name, ("", ""))
-    meaning = VARIABLES["frequency"].long_name if name == "frequency" else name.replace("_", " ")
-    meaning = PARAMETERS[name].meaning if name in PARAMETERS else meaning
-    if name == "engine_order":
-        symbol = ""
-    text = f"{meaning} {symbol}".strip()
+    words = meaning(name).long_name if name in SYMBOLS else name.replace("_", " ")
+    text = words if name == "engine_order" else f"{words} {symbol}".strip()
     return f"{text} [{unit}]" if unit else text
 
 
@@ -245,16 +248,10 @@ class Family:
             colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._ramp))
         if not 0 < len(styles) <= MOST_LEGEND_ENTRIES:
             return
-        handles = [
-            Line2D(
-                [],
-                [],
-                color="black" if self._many else member.color,
-                linestyle=member.style,
-                label=member.label,
-            )
-            for member in styles.values()
-        ]
+        handles = []
+        for _, color, style, label in styles.values():
+            color = "black" if self._many else color
+            handles.append(Line2D([], [], color=color, linestyle=style, label=label))
         where: Any = dict(loc="best") if self._many else OUTSIDE
         ax.legend(handles=handles, handlelength=2.8, **where)
 

@@ -118,7 +118,6 @@ def _on_common_grid(
     low, high = np.nanmin(every), np.nanmax(every)
     wide = parameter.name != "frequency" and is_wide(every[np.isfinite(every)])
     value = (np.geomspace if wide else np.linspace)(low, high, N_VALUES)
-    value[[0, -1]] = low, high
     lines = [_function(dataset.isel(sample=i), parameter, dof) for i in range(len(every))]
     return value, np.array([line.read(value) for line in lines])
 

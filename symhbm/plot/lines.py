@@ -8,14 +8,8 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from symhbm.numerics import (
-    FloatArray,
-    FourierBasis,
-    amplitude_between,
-    largest_displacement,
-    unknowns_of,
-)
-from symhbm.plot.drawing import Moving, decibel
+from symhbm.numerics import FloatArray, amplitude_between, largest_displacement
+from symhbm.plot.drawing import Moving, decibel, motions_of
 
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
@@ -94,13 +88,9 @@ class Line:
             amplitude[peak.dof] = peak.amplitude
             slope[peak.dof] = 0.0 if peak.kind == "smooth" else np.nan
         unstable = self.unstable[i - 1] | self.unstable[i]
-        return Line(
-            np.insert(self.value, i, value),
-            np.insert(self.amplitude, i, amplitude, axis=0),
-            np.insert(self.before, i, slope, axis=0),
-            np.insert(self.after, i, slope, axis=0),
-            np.insert(self.unstable, i, unstable),
-        )
+        added = value, amplitude, slope, slope, unstable
+        parts = zip(vars(self).values(), added, strict=True)
+        return Line(*(np.insert(part, i, new, axis=0) for part, new in parts))
 
     def _between(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
         """Amplitudes (n, n_dof) at shares (n,) of segments (n,), numbered by their first points."""
@@ -168,9 +158,8 @@ def line_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
     columns = slice(None) if dof is None else slice(dof, dof + 1)
 
     def of_points(name: str) -> FloatArray:
-        return (
-            curve[name].transpose(parameter.along, "dof").values[inside][:, columns].astype(float)
-        )
+        values = curve[name].transpose(parameter.along, "dof").values
+        return values[inside][:, columns].astype(float)
 
     unstable = np.zeros(int(inside.sum()), dtype=bool)
     if "stability" in curve.variables:
@@ -210,13 +199,11 @@ def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
     if parameter.per_dof or "peak_coefficient" not in curve.variables:
         return [peak for _, peak in peaks]
     coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
-    harmonics = tuple(curve["harmonic"].values.tolist())
-    basis, result = FourierBasis(harmonics), []
+    result = []
     for i, peak in peaks:
         tied = [peak.dof]
         if np.isfinite(coefficient[i]).all():
-            motions = unknowns_of(basis, harmonics, coefficient[i])
-            amplitude = largest_displacement(basis, motions.reshape(len(coefficient[i]), -1))[0]
+            amplitude = largest_displacement(*motions_of(curve, coefficient[i]))[0]
             tied = np.flatnonzero(amplitude >= (1 - _TIED) * peak.amplitude).tolist() or tied
         result += [peak._replace(dof=dof) for dof in tied]
     return result

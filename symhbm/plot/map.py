@@ -1,5 +1,7 @@
 """Maps of the share of a period that contacts stick."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -123,7 +125,8 @@ def _chosen(dataset: xr.Dataset, contact: int | str) -> tuple[xr.DataArray, str]
     if not isinstance(contact, str):
         contact = check.integer("contact", contact, 0, dataset.sizes["contact"] - 1)
         return fraction.isel(contact=contact), f"contact {contact}"
-    if contact not in ("mean", "least"):
+    names = {"mean": "mean of the contacts", "least": "contact that sticks least"}
+    if contact not in names:
         raise ValueError(
             f"contact={contact!r}: expected the number of a contact, 'mean' or 'least'"
         )
@@ -133,13 +136,9 @@ def _chosen(dataset: xr.Dataset, contact: int | str) -> tuple[xr.DataArray, str]
         rubs = (stiffness > 0).any(others)
         if "contact" in rubs.dims and rubs.any():
             fraction = fraction.isel(contact=rubs.values)
-    several = fraction.sizes["contact"] > 1
-    if contact == "mean":
-        name = "mean of the contacts" if several else "contact 0"
-        return fraction.mean("contact", skipna=False), name
-    return fraction.min(
-        "contact", skipna=False
-    ), "contact that sticks least" if several else "contact 0"
+    name = names[contact] if fraction.sizes["contact"] > 1 else "contact 0"
+    reduced = fraction.mean if contact == "mean" else fraction.min
+    return reduced("contact", skipna=False), name
 
 
 def _on_common_grid(value: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -182,6 +181,5 @@ def _outline(ax: Axes, x: FloatArray, y: FloatArray, table: FloatArray) -> None:
     level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
     lines = list(np.concatenate([upright, level]).reshape(-1, 2, 2))
     for color, width in (("white", 2.6), ("black", 1.0)):
-        ax.add_collection(
-            LineCollection(lines, colors=color, linewidths=width, capstyle="projecting")
-        )
+        look: Any = dict(colors=color, linewidths=width, capstyle="projecting")
+        ax.add_collection(LineCollection(lines, **look))

@@ -71,6 +71,7 @@ def draw_symbols(
     named: set[str] = set()
     texts = _values_beside(model)
     middle = layout.positions.mean(axis=0)
+    names = range(model.n_dof) if model.kept is None else model.kept
     for (i, j), elements in between.items():
         start, end = layout.positions[i], layout.positions[j]
         along = (end - start) / np.linalg.norm(end - start)
@@ -100,12 +101,11 @@ def draw_symbols(
             zorder=4,
         )
         ax.add_patch(box)
-        label = "$m$" if alone else str(_name(model, i))
+        label = "$m$" if alone else str(names[i])
         ax.text(centre[0], centre[1], label, ha="center", va="center", fontsize=8.5, zorder=5)
         if not alone and texts.get(("blade", i)):
-            _write(
-                ax, centre + 0.42 * layout.outward[i], layout.outward[i], texts["blade", i], "0.2"
-            )
+            outward = layout.outward[i]
+            _write(ax, centre + 0.42 * outward, outward, texts["blade", i], "0.2")
 
 
 def _draw_elements(
@@ -226,15 +226,15 @@ def draw_dots(
 def draw_hub(ax: Axes, layout: Layout, label: str) -> None:
     """The circle in the middle that masses stand around."""
     assert layout.hub is not None
-    ax.add_patch(
-        Circle((0, 0), layout.hub, facecolor="0.94", edgecolor="0.25", linewidth=0.9, zorder=0)
-    )
+    look: Any = dict(facecolor="0.94", edgecolor="0.25", linewidth=0.9, zorder=0)
+    ax.add_patch(Circle((0, 0), layout.hub, **look))
     ax.text(0, 0, label, ha="center", va="center", fontsize=9, color="0.25")
 
 
 def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> None:
     """Arrows as long as the force on each degree of freedom (n_dof,) is large."""
     top = size.max(initial=0.0) or 1.0
+    arrow = dict(arrowstyle="-|>", color=COLORS["force"], linewidth=1.3, shrinkA=0, shrinkB=0)
     for i in np.flatnonzero(size):
         out, on = layout.outward[i], layout.onward[i]
         if np.array_equal(out, on):
@@ -242,20 +242,8 @@ def draw_forces(ax: Axes, layout: Layout, size: FloatArray, detailed: bool) -> N
         away = HALF + 0.1 if detailed else 0.1
         start = layout.positions[i] + away * out - 0.22 * on
         end = start + (0.45 * size[i] / top) * on
-        ax.annotate(
-            "",
-            xy=end.tolist(),
-            xytext=start.tolist(),
-            arrowprops=dict(
-                arrowstyle="-|>", color=COLORS["force"], linewidth=1.3, shrinkA=0, shrinkB=0
-            ),
-            zorder=6,
-        )
+        ax.annotate("", end.tolist(), start.tolist(), arrowprops=arrow, zorder=6)
         ax.update_datalim([start, end])
-
-
-def _name(model: Structure, dof: int) -> int:
-    return dof if model.kept is None else int(model.kept[dof])
 
 
 def number(value: float) -> str:
@@ -264,6 +252,5 @@ def number(value: float) -> str:
 
 
 def _add(ax: Axes, lines: Lines, color: str, width: float) -> None:
-    ax.add_collection(
-        LineCollection(lines, colors=color, linewidths=width, zorder=3, capstyle="round")
-    )
+    look: Any = dict(colors=color, linewidths=width, zorder=3, capstyle="round")
+    ax.add_collection(LineCollection(lines, **look))

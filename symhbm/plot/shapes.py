@@ -1,7 +1,7 @@
 """Operating deflection shapes of disks."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from symhbm.numerics import FloatArray, FourierBasis, check, largest_displacement, unknowns_of
+from symhbm.numerics import FloatArray, check, largest_displacement
 from symhbm.plot.drawing import (
     SYMBOLS,
     canvas,
@@ -20,6 +20,7 @@ from symhbm.plot.drawing import (
     check_variables,
     colorbar,
     figure_of,
+    motions_of,
     moving,
     nothing_to_draw,
     one_solution,
@@ -35,11 +36,8 @@ DOMINANT = 0.5
 """Share of the motion from which a nodal diameter is named."""
 
 
-class _Shape(NamedTuple):
-    """Coefficients (n_blades, n_harmonics, 2) [m] of one response, and its text."""
-
-    coefficient: FloatArray
-    text: str
+_Shape = tuple[FloatArray, str]
+"""Coefficients (n_dof, n_harmonics, 2) [m] of one response, and its text."""
 
 
 def disk(
@@ -83,11 +81,9 @@ def disk(
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")
     chosen, names = _blades(dataset, blades)
-    shape = _pick(dataset, frequency, peak)
-    harmonics = tuple(dataset["harmonic"].values.tolist())
-    coefficient = shape.coefficient[chosen]
-    basis = FourierBasis(harmonics)
-    motions = unknowns_of(basis, harmonics, coefficient).reshape(len(chosen), -1)
+    coefficient, text = _pick(dataset, frequency, peak)
+    coefficient = coefficient[chosen]
+    basis, motions = motions_of(dataset, coefficient)
     amplitude, when = largest_displacement(basis, motions)
     ahead = amplitude >= (1 - _TIE) * amplitude.max()
     leading = int(np.argmax(ahead))
@@ -102,7 +98,7 @@ def disk(
         colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
         who = "all blades alike" if ahead.all() else f"blade {names[leading]} leads"
         ax.set_title(
-            f"{shape.text}, {_diameter(coefficient)}\n"
+            f"{text}, {_diameter(coefficient)}\n"
             f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
             rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad",
             fontsize=9,
@@ -118,10 +114,8 @@ def nodal_shares(coefficient: FloatArray) -> FloatArray:
     """
     wave = np.fft.fft(coefficient[..., 0] - 1j * coefficient[..., 1], axis=0)
     power = (np.abs(wave) ** 2).sum(axis=1)
-    n_blades = len(power)
-    folded = np.zeros(n_blades // 2 + 1)
-    number = np.arange(n_blades)
-    np.add.at(folded, np.minimum(number, n_blades - number), power)
+    number = np.arange(len(power))
+    folded = np.bincount(np.minimum(number, len(power) - number), power)
     return folded / (folded.sum() or 1.0)
 
 
@@ -211,7 +205,7 @@ def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Sh
     else:
         at = finite[np.argmax(np.abs(coefficient[finite]).max(axis=(1, 2, 3)))]
         note = ", largest point" if is_curve else ""
-    return _Shape(coefficient[at], _text(dataset, name, float(value[at])) + note)
+    return coefficient[at], _text(dataset, name, float(value[at])) + note
 
 
 def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
@@ -237,7 +231,7 @@ def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
         if at not in finite:
             raise ValueError(f"peak={peak}: expected a bounded peak, this one has no shape")
         note = f"peak {at}"
-    return _Shape(coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}")
+    return coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}"
 
 
 def _text(dataset: xr.Dataset, name: str, value: float) -> str:
@@ -258,21 +252,15 @@ def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarr
     outline = np.stack([r * along + side * half * across for r, side in corners], axis=1)
     blades = PolyCollection(list(outline), facecolors=colors, edgecolors="0.25", linewidths=0.7)
     ax.add_collection(blades)
-    arcs = np.stack(
-        [
-            (TIP + sign * OFFSET * amplitude[:, None]) * along + side * half * across
-            for sign in (-1, 1)
-            for side in (-1, 1)
-        ],
-        axis=1,
-    ).reshape(-1, 2, 2)
-    ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
+    for sign in (-1, 1):
+        middle = (TIP + sign * OFFSET * amplitude[:, None]) * along
+        arcs = np.stack([middle - half * across, middle + half * across], axis=1)
+        ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
     closed = np.append(np.arange(n_blades), 0)
     tips = radius[:, None] * along
     ax.plot(*tips[closed].T, color="black", linewidth=0.8, zorder=4)
-    ax.add_patch(
-        Circle((0, 0), TIP, fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
-    )
+    rest: Any = dict(fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
+    ax.add_patch(Circle((0, 0), TIP, **rest))
     ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.25", linewidth=0.8, zorder=2))
     limit = TIP + OFFSET + 0.24
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")

@@ -21,18 +21,18 @@ from symhbm.model import Symmetry, find_symmetry
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import Refinement, Solution, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
-from symhbm.results import CurveTable, Request
+from symhbm.results import Request, tables
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
 
 
-def compute_curve(problem: HarmonicBalance, request: Request) -> CurveTable:
+def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The response curve of one problem."""
     return _Computation(problem, request).table()
 
 
-def blank_curve(problem: HarmonicBalance, request: Request) -> CurveTable:
+def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
     return _Computation(problem, request, blank=True).table()
 
@@ -87,7 +87,7 @@ class _Computation:
         levels += [solution.level for part in self._parts for solution in part.solutions()]
         self._highest_level = max(levels)
 
-    def table(self) -> CurveTable:
+    def table(self) -> Table:
         """All results as arrays."""
         request, solutions = self._request, joined(self._parts)
         points = self._path(solutions) if request.at is None else self._grid(request.at)
@@ -112,18 +112,15 @@ class _Computation:
             counts["angles_share"] = share
             if self._status in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
-        return CurveTable(
-            points=points,
-            peaks=peaks,
-            events=dict(
-                event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
-                event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
-                event_contact=np.array([event.contact for _, event in events], dtype=int),
-            ),
-            status=status,
-            harmonics=self._problem(self._highest_level).harmonics,
-            counts=counts,
+        table = dict(
+            event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
+            event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
+            event_contact=np.array([event.contact for _, event in events], dtype=int),
         )
+        table |= {name: np.array(count) for name, count in counts.items()}
+        harmonics = np.array(self._problem(self._highest_level).harmonics)
+        table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
+        return points | peaks | table
 
     def _problem(self, level: int) -> HarmonicBalance:
         return self._refinement.equations(level).problem
@@ -269,14 +266,8 @@ class _Computation:
 
 
 def _put(table: Table, at: np.ndarray, rows: Table) -> None:
-    """Put rows into a table.
-
-    Coefficients of harmonics that the rows lack are 0, or NaN where all others are.
-    """
+    """Put rows into a table, with coefficients of the harmonics that they lack."""
     for name, values in rows.items():
         if name.endswith("coefficient"):
-            whole = np.zeros((len(at), *table[name].shape[1:]))
-            whole[np.isnan(values).all(axis=(1, 2, 3))] = np.nan
-            whole[:, :, : values.shape[2]] = values
-            values = whole
+            values = tables.widened(values, table[name].shape[-2])
         table[name][at] = values

@@ -14,6 +14,7 @@ from symhbm.numerics import (
     by_harmonic,
     largest_displacement,
 )
+from symhbm.results import VARIABLES, tables
 from symhbm.time_domain import growth_rate, verdict
 
 _OF_CONTACTS = dict(
@@ -68,35 +69,24 @@ def describe(
 
 
 def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
-    """Results of points without a solution: NaN, -1 or False."""
-    n_dof, n_contacts = problem.model.n_dof, problem.model.n_contacts
-
-    def nan(*shape: int) -> FloatArray:
-        return np.full((n_points, *shape), np.nan)
-
-    def no_number(kind: type, *shape: int) -> np.ndarray:
-        return np.full((n_points, *shape), -1, dtype=kind)
-
-    table: Table = dict(
-        coefficient=nan(n_dof, len(problem.harmonics), 2),
-        amplitude=nan(n_dof),
-        theta_0=nan(n_contacts),
-        theta_star=nan(n_contacts),
-        stick_fraction=nan(n_contacts),
-        dissipation=nan(n_contacts),
-        residual_norm=nan(),
-    )
+    """Results of points without a solution: NaN, -1 or False, and no iterations."""
+    model = problem.model
+    sizes = {"dof": model.n_dof, "contact": model.n_contacts}
+    sizes |= {"harmonic": len(problem.harmonics), "component": 2}
+    kinds: dict[str, type] = dict.fromkeys(("coefficient", "amplitude"), float)
+    kinds |= dict.fromkeys(("theta_0", "theta_star", "stick_fraction", "dissipation"), float)
+    kinds["residual_norm"] = float
     if problem.samples is not None:
-        table["sampling_error"] = nan()
+        kinds["sampling_error"] = float
     if stability:
-        table |= dict(growth_rate=nan(), stability=no_number(np.int8))
-    return table | dict(
-        contact_state=no_number(np.int8, n_contacts),
-        reversals=no_number(np.int32, n_contacts),
-        converged=np.zeros(n_points, dtype=bool),
-        contact_model_valid=np.zeros(n_points, dtype=bool),
-        iterations=np.zeros(n_points, dtype=np.int32),
-    )
+        kinds |= dict(growth_rate=float, stability=np.int8)
+    kinds |= dict(contact_state=np.int8, reversals=np.int32)
+    kinds |= dict(converged=bool, contact_model_valid=bool)
+    table = {}
+    for name, kind in kinds.items():
+        shape = n_points, *(sizes[dim] for dim in VARIABLES[name].inner)
+        table[name] = tables.blank(np.dtype(kind), shape)
+    return table | {"iterations": np.zeros(n_points, dtype=np.int32)}
 
 
 def _described(

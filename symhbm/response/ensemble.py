@@ -10,13 +10,13 @@ import uuid
 from collections import deque
 from collections.abc import Collection, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
-from dataclasses import replace
 from typing import Any
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.numerics import Table
 from symhbm.response.curve import compute_curve, continuation_problem_of
-from symhbm.results import CurveTable, Encoded, Request, Sweep, encode, flat, reduced
+from symhbm.results import Request, Sweep, tables
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
@@ -32,9 +32,9 @@ _SMALL = 2**14
 _CACHED = 8
 """Problems that each worker keeps."""
 
-NumberedTables = Sequence[tuple[int, Encoded]]
+NumberedTables = Sequence[tuple[int, tables.Encoded]]
 """Numbers of parameter sets and their tables."""
-Outcome = Encoded | str
+Outcome = tables.Encoded | str
 """The table of a curve, or the status that tells why it could not be computed."""
 
 
@@ -42,7 +42,7 @@ def compute(
     problem: HarmonicBalance,
     sweep: Sweep,
     request: Request,
-    blank: CurveTable,
+    blank: Table,
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
@@ -60,9 +60,9 @@ def compute(
             yield [(number, _table(blank, outcome)) for number, outcome in finished]
 
 
-def _table(blank: CurveTable, outcome: Outcome) -> Encoded:
+def _table(blank: Table, outcome: Outcome) -> tables.Encoded:
     failed = isinstance(outcome, str)
-    return encode(flat(replace(blank, status=outcome))) if failed else outcome
+    return tables.encode(tables.failed(blank, outcome)) if failed else outcome
 
 
 def _outcomes(
@@ -201,35 +201,29 @@ def _work(
     None for a problem that this worker does not know. Each worker compiles a problem once, from the
     ``payload``; threads share none. An interrupt ends all pieces of the same ``call``.
     """
-    with at_work(call):
-        return _computed(key, payload, chosen)
-
-
-def _computed(
-    key: str, payload: bytes | None, chosen: list[dict[str, Any]]
-) -> tuple[float, list[Outcome]] | None:
     cache = _cache.__dict__
-    if key not in cache:
-        if payload is None:
-            return None
-        problem, request = pickle.loads(payload)
-        continuation_problem_of(request, problem)
-        while len(cache) >= _CACHED:
-            del cache[next(iter(cache))]
-        cache[key] = problem, request
-    problem, request = cache[key]
-    outcomes: list[Outcome] = []
-    start, seconds = time.perf_counter(), 0.0
-    while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
-        outcomes.append(_outcome(problem, request, chosen[len(outcomes)]))
-        seconds = time.perf_counter() - start
-    return seconds / len(outcomes), outcomes
+    with at_work(call):
+        if key not in cache:
+            if payload is None:
+                return None
+            problem, request = pickle.loads(payload)
+            continuation_problem_of(request, problem)
+            while len(cache) >= _CACHED:
+                del cache[next(iter(cache))]
+            cache[key] = problem, request
+        problem, request = cache[key]
+        outcomes: list[Outcome] = []
+        start, seconds = time.perf_counter(), 0.0
+        while len(outcomes) < len(chosen) and (not outcomes or seconds < _PIECE):
+            outcomes.append(_outcome(problem, request, chosen[len(outcomes)]))
+            seconds = time.perf_counter() - start
+        return seconds / len(outcomes), outcomes
 
 
 def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:
     try:
         curve = compute_curve(problem.with_parameters(**chosen), request)
-        return encode(flat(reduced(curve, request)))
+        return tables.encode(tables.reduced(curve, request))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return f"{Status.COMPUTATION_FAILED} ({why})"

@@ -217,17 +217,13 @@ def follow(
 
     Raises
     ------
-    TypeError, ValueError, KeyError
-        For bad arguments, each named with its value and what is allowed.
-    ArchiveError
-        If the archive is one of another computation, is in use, or cannot be written.
-    SolveError
-        If a curve is incomplete and ``throw`` is True; its ``result`` is the dataset.
+    TypeError, ValueError, KeyError, ArchiveError, SolveError, KeyboardInterrupt
+        As `frf`.
 
     Warns
     -----
     RuntimeWarning
-        If curves are incomplete, with their number and the most common reason.
+        As `frf`.
 
     Examples
     --------

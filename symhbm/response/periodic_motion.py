@@ -17,7 +17,7 @@ from symhbm.numerics import (
     check_harmonics,
     unknowns_of,
 )
-from symhbm.results import schema
+from symhbm.results import check_dataset, schema
 from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of
 
 _KINDS = {"slip": "onset of slip", "stick": "end of slip"}
@@ -91,7 +91,7 @@ def periodic_motion(
     if status == Status.NO_MOTION and not is_held(problem):
         status = Status.NOT_HELD
     motion = _describe(problem, motion, orders, n_angles)
-    result = schema.label_motion(problem, frequency, motion, orders, str(status))
+    result = schema.label_point(problem, frequency, motion, str(status), harmonics=orders)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)
     return result
@@ -99,8 +99,7 @@ def periodic_motion(
 
 def _response(problem: HarmonicBalance, start: xr.Dataset) -> tuple[HarmonicBalance, FloatArray]:
     """A stored response as the unknowns (n_unknowns,) [m] of a balance of its harmonics."""
-    if not isinstance(start, xr.Dataset):
-        raise TypeError(f"start={check.shown(start)}: expected an xarray Dataset")
+    check_dataset("start", start)
     missing = [name for name in ("coefficient", "harmonic") if name not in start.variables]
     if missing:
         raise ValueError(f"start: expected a response of this library, without {missing}")

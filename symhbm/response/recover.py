@@ -10,11 +10,11 @@ from symhbm.numerics import (
     Factorisation,
     FloatArray,
     by_harmonic,
-    check,
     largest_displacement,
     length_of,
+    unknowns_of,
 )
-from symhbm.results import meaning
+from symhbm.results import check_dataset, meaning
 
 
 def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
@@ -50,16 +50,15 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     check_problem(problem)
     if not isinstance(problem.model, CondensedModel):
         raise TypeError("problem: expected one of a condensed structure; others have all responses")
-    if not isinstance(point, xr.Dataset):
-        raise TypeError(f"point={check.shown(point)}: expected an xarray Dataset")
-    kept, frequency = _kept(problem, point)
+    check_dataset("point", point)
+    unknowns, frequency = _unknowns(problem, point)
     stored = {
         name: point[name].values
         for name, value in problem.parameters.items()
         if name in point.variables and point[name].shape in ((), np.shape(value))
     }
     problem = problem.with_parameters(**stored)
-    coefficients, norm, error = recovered(problem, kept.ravel(), RADIANS * frequency)
+    coefficients, norm, error = recovered(problem, unknowns, RADIANS * frequency)
     basis = problem.basis
     variables = {
         "coefficient": by_harmonic(basis, coefficients),
@@ -68,13 +67,10 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         "condensation_error": np.float64(error),
         "frequency": np.float64(frequency),
     }
-    meanings = {name: meaning(name) for name in variables}
-    dataset = xr.Dataset(
-        {
-            name: (m.inner, value, {"units": m.units, "long_name": m.long_name})
-            for (name, value), m in zip(variables.items(), meanings.values(), strict=True)
-        }
-    )
+    dataset = xr.Dataset()
+    for name, value in variables.items():
+        inner, units, long_name, _ = meaning(name)
+        dataset[name] = inner, value, {"units": units, "long_name": long_name}
     coordinates = {name: point[name].variable for name in ("harmonic", "component")}
     return dataset.set_coords("frequency").assign_coords(coordinates)
 
@@ -128,8 +124,8 @@ def recovered(
     return motion, norm, np.nan if step is None else length_of(step) / size
 
 
-def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:
-    """Unknowns (n_dof, n_components) [m] and frequency [Hz] of a dataset of one point."""
+def _unknowns(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:
+    """Unknowns (n_unknowns,) [m] and frequency [Hz] of a dataset of one point."""
     basis, sizes = problem.basis, {"dof": problem.n_dof, "harmonic": None, "component": 2}
     for prefix in ("", "peak_"):
         name = f"{prefix}coefficient"
@@ -141,14 +137,13 @@ def _kept(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, floa
             "point: expected one point of a result, with coefficients of the dimensions "
             f"{tuple(sizes)}, for example response.isel(point=0)"
         )
-    harmonics = [int(n) for n in point["harmonic"].values]
+    harmonics = tuple(point["harmonic"].values.tolist())
     values = point[name].transpose(*sizes).values
-    if len(values) != problem.n_dof or [*basis.harmonics] != harmonics:
+    if len(values) != problem.n_dof or basis.harmonics != harmonics:
         raise ValueError(
             f"point: expected {problem.n_dof} degrees of freedom and the harmonics "
-            f"{basis.harmonics} of the problem, got {len(values)} and {tuple(harmonics)}"
+            f"{basis.harmonics} of the problem, got {len(values)} and {harmonics}"
         )
     if frequency is None or frequency.ndim or not np.isfinite(values).all():
         raise ValueError("point: expected a point with one frequency and a solution, got NaN")
-    numbers = np.searchsorted(harmonics, basis.order)
-    return values[:, numbers, basis.is_sine.astype(int)], float(frequency)
+    return unknowns_of(basis, harmonics, values), float(frequency)

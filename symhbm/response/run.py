@@ -15,10 +15,10 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import check
+from symhbm.numerics import Table, check
 from symhbm.response.curve import blank_curve
 from symhbm.response.ensemble import compute
-from symhbm.results import CurveTable, Request, Sweep, schema, tables
+from symhbm.results import Request, Sweep, schema, tables
 from symhbm.results.archive import (
     SUFFIX,
     ArchiveError,
@@ -53,13 +53,12 @@ def run(
     """
     call, whole = schema.describe(problem, sweep, request), blank_curve(problem, request)
     blank = tables.reduced(whole, request)
-    names = [tables.name_of(key, request) for key in tables.flat(whole) if key != "harmonics"]
+    names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
+    allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
     for name in request.keep or ():
-        check.known(
-            name, dict.fromkeys([*names, *call.coordinates, *call.variables]), "variable to keep"
-        )
+        check.known(name, allowed, "variable to keep")
     if request.keep is not None:
-        kept = {tables.name_of(key, request) for key in tables.flat(blank)}
+        kept = {tables.name_of(key, request) for key in blank}
         call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
     if archive is None:
         with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
@@ -76,7 +75,7 @@ def run(
                 _check_same(call, call_of(store), file)
                 store.remove()
         return complete
-    call_bytes, encoded_blank = bytes_of(call), tables.encode(tables.flat(blank))
+    call_bytes, encoded_blank = bytes_of(call), tables.encode(blank)
     with Store(file) as store:
         if store.call is None:
             store.begin(call_bytes, sweep.size, encoded_blank)
@@ -173,7 +172,7 @@ def _finished(
     target: Path,
     call: xr.Dataset,
     problem: HarmonicBalance,
-    blank: CurveTable,
+    blank: Table,
     executor: Executor | None,
     progress: bool,
 ) -> xr.Dataset:
@@ -230,10 +229,10 @@ def _say_complete(target: Path, progress: bool) -> None:
         print(f"symhbm: {str(target)!r} is complete, nothing was computed", file=sys.stderr)
 
 
-def _check_names(store: Store, blank: CurveTable) -> None:
+def _check_names(store: Store, blank: Table) -> None:
     """Raise ArchiveError for a working file whose sets hold other variables than this version's."""
     [(_, (layout, _))] = store.read(-1, -1)
-    names = {*tables.stored_layout(layout)} ^ {*tables.flat(blank)}
+    names = {*tables.stored_layout(layout)} ^ blank.keys()
     if names:
         raise ArchiveError(
             f"path={str(store.path)!r}: written by another version of symhbm, whose curves differ "

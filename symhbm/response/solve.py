@@ -1,7 +1,6 @@
 """`solve`: the response at one frequency."""
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -13,7 +12,7 @@ from symhbm.model import warn_of_doubts
 from symhbm.numerics import RADIANS, check
 from symhbm.response.accuracy import Refinement, Solution, check_accuracy
 from symhbm.response.describe import describe, unsolved
-from symhbm.results import schema
+from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
 
 
@@ -23,7 +22,7 @@ def solve(
     *,
     accuracy: float | None = None,
     stability: bool = False,
-    angles: Literal["newton", "rootfinder", "ipopt"] | None = None,
+    angles: Angles | None = None,
     throw: bool = False,
 ) -> xr.Dataset:
     """Solve Eq. (9) at one ``frequency`` [Hz], without a guess.

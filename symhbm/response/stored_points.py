@@ -10,9 +10,9 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import RADIANS, FloatArray, check, larger_set, relative_difference, unknowns_of
+from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
-from symhbm.results import OF_PEAKS, VARIABLES, Description, left_out, without
+from symhbm.results import OF_PEAKS, VARIABLES, Description, without
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of
 
@@ -25,8 +25,6 @@ def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> l
 
     Raises TypeError for anything else, and ArchiveError where there are neither.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
     laws = tuple(laws)
     problem = rebuild(dataset, laws)
     prefixes = [
@@ -36,7 +34,7 @@ def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> l
     ]
     if not prefixes:
         lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
-        if {*lacking} <= {*left_out(dataset)}:
+        if {*lacking} <= {*Description(dataset).left_out}:
             raise ArchiveError(
                 f"dataset: nothing to verify, {', '.join(missing(dataset))} were left out by "
                 "keep=; with verifiable=True its peaks can be verified"
@@ -53,7 +51,7 @@ def missing(dataset: xr.Dataset) -> list[str]:
     wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
     # A dataset without peaks lacks their variables although none was left out.
     absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
-    return [n for n in absent if n in left_out(dataset) or n in _OF_POINTS]
+    return [n for n in absent if n in (*_OF_POINTS, *Description(dataset).left_out)]
 
 
 def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
@@ -65,6 +63,12 @@ def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
 def _axes(moving: str, prefix: str) -> dict[str, str]:
     """Names of the variables of the frequency and of the moving parameter, by parameter."""
     return {"frequency": "frequency"} | {moving: prefix + moving}
+
+
+def not_checked(bound: float | None) -> dict[str, Any]:
+    """JSON entries of a figure that was not computed: it does not pass."""
+    empty = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
+    return empty | {"broken": bound is not None}
 
 
 class StoredPoints:
@@ -162,9 +166,8 @@ class StoredPoints:
         try:
             with np.errstate(all="ignore"):
                 problem, omega = self.problem_at(index)
-                same, larger = (
-                    self._with(problem, some) for some in (harmonics, larger_set(harmonics))
-                )
+                sets = harmonics, larger_set(harmonics)
+                same, larger = (self._with(problem, some) for some in sets)
                 figures |= point_figures(stored, same, larger, omega)
                 if "angles_difference" in figures:
                     figures["angles_difference"] = self._angles_difference(stored, same, omega)
@@ -235,9 +238,7 @@ class StoredPoints:
 
     def worst(self, values: FloatArray, bound: float | None) -> dict[str, Any]:
         """Largest value, the point it is at, and whether it breaks its bound, as JSON entries."""
-        entry: dict[str, Any] = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
-        # A figure that was not computed does not pass.
-        entry["broken"] = bound is not None
+        entry = not_checked(bound)
         if np.isnan(values).all():
             return entry
         index = np.unravel_index(int(np.nanargmax(values)), values.shape)

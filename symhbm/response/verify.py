@@ -4,7 +4,7 @@ It needs nothing but the dataset.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -13,8 +13,8 @@ import xarray as xr
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.response.figures import FIGURES
-from symhbm.response.stored_points import StoredPoints, missing, verifiable_points
-from symhbm.results import Description, left_out
+from symhbm.response.stored_points import StoredPoints, missing, not_checked, verifiable_points
+from symhbm.results import Description
 from symhbm.workers import progress_bar
 
 
@@ -147,8 +147,7 @@ def _worst(
             worst[name] = group.worst(values, limits[name.removeprefix(group.prefix)])
     for name in bounded:
         if not {name, f"peak_{name}"} & worst.keys():
-            empty = {"worst": None, "at": {}, "n_broken": 0}
-            worst[name] = empty | {"bound": limits[name], "broken": limits[name] is not None}
+            worst[name] = not_checked(limits[name])
     return worst
 
 
@@ -188,18 +187,12 @@ def summary(dataset: xr.Dataset) -> str:
         lines += peaks
     else:
         lines.append(f"{peaks[0]}, {exact}")
-    for names, reason in _missing_by_reason(dataset, report.get("missing", [])):
-        lines.append(f"not verified for want of {', '.join(names)}: {reason}")
+    for by_keep, reason in ((True, "left out by keep="), (False, "not in the dataset")):
+        absent, left_out = report.get("missing", []), Description(dataset).left_out
+        names = [name for name in absent if (name in left_out) == by_keep]
+        if names:
+            lines.append(f"not verified for want of {', '.join(names)}: {reason}")
     return "\n".join(lines)
-
-
-def _missing_by_reason(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], str]]:
-    by_keep = [name for name in names if name in left_out(dataset)]
-    others = [name for name in names if name not in by_keep]
-    if by_keep:
-        yield by_keep, "left out by keep="
-    if others:
-        yield others, "not in the dataset"
 
 
 def _short(value: Any) -> str:

@@ -1,12 +1,12 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import schema, tables, variables
+from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description
 from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
     OF_PEAKS,
     Angles,
-    CurveTable,
     Peaks,
     Request,
     check_band,
@@ -15,9 +15,8 @@ from symhbm.results.request import (
     check_keep,
     check_parameter,
 )
-from symhbm.results.schema import check_present, left_out, recall, without
+from symhbm.results.schema import check_dataset, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
-from symhbm.results.tables import Encoded, encode, flat, reduced
 from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 
 __all__ = [
@@ -29,25 +28,21 @@ __all__ = [
     "SCHEMA_VERSION",
     "VARIABLES",
     "Angles",
-    "CurveTable",
     "Description",
-    "Encoded",
     "Peaks",
     "Request",
     "Sweep",
     "check_band",
+    "check_dataset",
     "check_grid",
     "check_index",
     "check_keep",
     "check_parameter",
     "check_present",
-    "encode",
-    "flat",
-    "left_out",
+    "consecutive_blocks",
     "meaning",
     "parse",
     "recall",
-    "reduced",
     "schema",
     "tables",
     "variables",

@@ -109,14 +109,13 @@ def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coord
     long_names["harmonic"] = "harmonic of the excitation frequency"
     values = {"dof": np.arange(n_dof), "contact": np.arange(n_contacts)}
     values["harmonic"] = np.array(harmonics)
-    labels = {
-        name: _variable((name, values[name], {"long_name": long_name, "units": "1"}))
+    parts = {
+        name: (name, values[name], {"long_name": long_name, "units": "1"})
         for name, long_name in long_names.items()
     }
     components = np.array(["cos", "sin"], dtype=object)
-    attributes = {"long_name": "component of the harmonic"}
-    labels["component"] = _variable(("component", components, attributes))
-    return xr.Coordinates(labels)
+    parts["component"] = "component", components, {"long_name": "component of the harmonic"}
+    return xr.Coordinates({name: _variable(part) for name, part in parts.items()})
 
 
 def with_provenance(
@@ -171,8 +170,7 @@ def with_provenance(
             global_attributes["accuracy"] = request.accuracy
     model = problem.model
     if model.kept is not None:
-        kept = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
-        global_attributes[LARGEST_OF] = kept
+        global_attributes[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
     return DatasetParts(variables, coordinates, global_attributes, sizes)
 
@@ -184,21 +182,16 @@ def _version(package: str) -> str:
 
 def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
-    entry = (f"{name}_entry",)
     units = PARAMETERS[name.removesuffix("_matrix")].units
-    long_name = name.replace("_", " ")
+    parts = {
+        "row": (matrix.indices.astype(np.int64), "row", "1"),
+        "column": (columns, "column", "1"),
+        "value": (matrix.data, "stored entries", units),
+    }
+    long_name, entry = name.replace("_", " "), (f"{name}_entry",)
     return {
-        f"{name}_row": (
-            entry,
-            matrix.indices.astype(np.int64),
-            {"long_name": f"{long_name}, row", "units": "1"},
-        ),
-        f"{name}_column": (entry, columns, {"long_name": f"{long_name}, column", "units": "1"}),
-        f"{name}_value": (
-            entry,
-            matrix.data,
-            {"long_name": f"{long_name}, stored entries", "units": units},
-        ),
+        f"{name}_{part}": (entry, values, {"long_name": f"{long_name}, {words}", "units": unit})
+        for part, (values, words, unit) in parts.items()
     }
 
 
@@ -257,7 +250,7 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
     if lumped:
-        matrices = [_identity(description["n_dof"])] * 3
+        matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
     else:
         matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
     model = Model(*matrices, contacts=contacts, lumped=lumped, **nominal)
@@ -315,10 +308,6 @@ def _contacts_of(
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:
     return dataset[f"{name}_nominal" if name in varied else name].values
-
-
-def _identity(size: int) -> Any:
-    return sp.eye_array(size, format="csc")
 
 
 def _matrix(dataset: xr.Dataset, name: str, size: int) -> Any:

@@ -1,14 +1,14 @@
 """The request behind a dataset: what to follow, its JSON, and checks of its arguments."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import RADIANS, FloatArray, Table, check
+from symhbm.numerics import RADIANS, FloatArray, check
 
 Peaks = Literal["largest", "each"]
 Angles = Literal["newton", "rootfinder", "ipopt"]
@@ -78,30 +78,11 @@ class Request:
     def of(cls, entries: Mapping[str, Any], at: FloatArray | None) -> "Request":
         """The request of the entries that `to_json` gives, with values ``at`` a grid."""
         keys = {entry.name: _JSON_KEYS.get(entry.name, entry.name) for entry in fields(cls)}
-        values: dict[str, Any] = {
-            name: entries[key] for name, key in keys.items() if key in entries
-        }
+        values = {name: entries[key] for name, key in keys.items() if key in entries}
         for name in ("band", "keep"):
             values[name] = None if values[name] is None else tuple(values[name])
         values["at"] = at
         return cls(**values)
-
-
-@dataclass
-class CurveTable:
-    """A response curve as arrays by the names of the dataset.
-
-    ``points``, ``peaks`` and ``events`` have the point, peak or event as their first axis; points
-    on a grid where the curve may fold have the solution as the second. ``value`` is the moving
-    parameter. ``counts`` are single numbers. ``harmonics`` are those of the coefficients.
-    """
-
-    points: Table
-    peaks: Table
-    events: Table
-    status: str
-    harmonics: tuple[int, ...]
-    counts: dict[str, float] = field(default_factory=dict)
 
 
 def check_parameter(problem: HarmonicBalance, parameter: str) -> str:

@@ -19,20 +19,8 @@ from symhbm.results.tables import name_of
 from symhbm.results.variables import SLOPES, VARIABLES, derivative, meaning
 
 _NO_SWEEP = Sweep({}, (), ())
-_CURVE_AXES = ("minimum", "event")
-"""Axes of peak curves beside the parameter, which are prefixes of their variables."""
-_MOTION_AXES = {
-    "angle": "angle",
-    "displacement": "angle",
-    "velocity": "angle",
-    "friction_force": "angle",
-    "event_angle": "event",
-    "event_kind": "event",
-    "event_contact": "event",
-    "multiplier_real": "multiplier",
-    "multiplier_imag": "multiplier",
-}
-"""Axes of the variables of a periodic motion that have one."""
+_PREFIXES = ("minimum", "event", "multiplier")
+"""Axes of curves of peaks and of motions that are prefixes of their variables."""
 
 
 def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> DatasetParts:
@@ -61,25 +49,26 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
     return Sweep.of(values), Request.of(description.request, at)
 
 
-def left_out(dataset: xr.Dataset) -> list[str]:
-    """Names of results that were computed and not kept."""
-    return Description(dataset).left_out
-
-
 def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
     """Text that names missing variables, and those of them that were computed and not kept."""
     lacking = list(names)
-    by_keep = [name for name in lacking if name in left_out(dataset)]
+    by_keep = [name for name in lacking if name in Description(dataset).left_out]
     words = f"without {', '.join(lacking)}"
     if by_keep == lacking:
         return f"{words}, left out by keep="
     return f"{words}; {', '.join(by_keep)} left out by keep=" if by_keep else words
 
 
+def check_dataset(name: str, value: object) -> None:
+    """Raise a TypeError that names the argument unless it is a dataset."""
+    if not isinstance(value, xr.Dataset):
+        raise TypeError(f"{name}={check.shown(value)}: expected an xarray Dataset")
+
+
 def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") -> None:
     """Raise KeyError for the first variable a dataset does not hold, with the reason."""
     for name in names:
-        if name in left_out(dataset) and name not in dataset.variables:
+        if name in Description(dataset).left_out and name not in dataset.variables:
             raise KeyError(f"{name!r} was left out by keep=; compute with keep=[..., {name!r}]")
         check.known(name, [str(held) for held in dataset.variables], f"variable of the {container}")
 
@@ -129,13 +118,13 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
         if key == "harmonics" or (key == "value" and request.at is not None):
             continue
         axis = next((axis for axis in ("peak", "event") if key.startswith(f"{axis}_")), along)
-        n_axes = stacked.ndim - 1 - len(meaning(name, records).inner)
-        axes = (axis, "solution")[:n_axes]
-        variables[name] = _variable(name, sweep, stacked, axes, records)
+        inner, attributes = meaning(name, records).inner, _attributes(name, records)
         if name in SLOPES:
-            dims, values, attributes = variables[name]
             units = derivative("amplitude", request.name, records).units
-            variables[name] = dims, values, attributes | {"units": units}
+            attributes = attributes | {"units": units}
+        axes = (axis, "solution")[: stacked.ndim - 1 - len(inner)]
+        values = stacked.reshape(sweep.shape + stacked.shape[1:])
+        variables[name] = (*sweep.dims, *axes, *inner), values, attributes
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
     problem = json.loads(call.attributes["problem"]) | {"harmonics": harmonics}
     coordinates = dict(call.coordinates)
@@ -153,12 +142,17 @@ def label_point(
     point: Table,
     status: str,
     accuracy: float | None = None,
+    harmonics: tuple[int, ...] | None = None,
 ) -> xr.Dataset:
-    """Dataset of one point; ``frequency`` in Hz."""
-    variables = {name: _variable(name, _NO_SWEEP, value[None]) for name, value in point.items()}
-    variables["status"] = _variable("status", _NO_SWEEP, np.array([status], dtype=object))
+    """Dataset of one point, or of one motion along ``angle``; ``frequency`` in Hz.
+
+    ``harmonics`` are those of the coefficients, by default those of the problem.
+    """
+    variables = _of_one_set(point, status, "angle")
     coordinates = {"frequency": ((), frequency, _attributes("frequency"))}
-    parts = with_provenance(variables, coordinates, problem, _NO_SWEEP)
+    if "angle" in variables:
+        coordinates["angle"] = variables.pop("angle")
+    parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, harmonics=harmonics)
     if accuracy is not None:
         parts.attributes["accuracy"] = accuracy
     return parts.dataset()
@@ -171,22 +165,12 @@ def label_peak_curve(
     results: Table,
     status: str,
 ) -> xr.Dataset:
-    """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz.
-
-    The prefix of a name in ``results`` tells its axis: the parameter, the minima or the events.
-    """
-    variables: dict[str, tuple] = {}
-    for name, value in results.items():
-        prefix = name.split("_")[0]
-        along = prefix if prefix in _CURVE_AXES else request.name
-        axes = () if np.ndim(value) == 0 else (along,)
-        rows = np.asarray(value)[None]
-        variables[name] = _variable(name, _NO_SWEEP, rows, axes, problem.records)
+    """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
+    variables = _of_one_set(results, status, request.name, problem.records)
     units = problem.about(request.name).units
     dims, values, attributes = variables["peak_amplitude_slope"]
     attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes
-    variables["status"] = _variable("status", _NO_SWEEP, np.array([status], dtype=object))
     attributes = _attributes(request.name, problem.records)
     coordinates = {request.name: (request.name, request.at, attributes)}
     parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, request)
@@ -195,38 +179,21 @@ def label_peak_curve(
     return parts.dataset()
 
 
-def label_motion(
-    problem: HarmonicBalance,
-    frequency: float,
-    motion: Table,
-    harmonics: tuple[int, ...],
-    status: str,
-) -> xr.Dataset:
-    """Dataset of one motion over its period; ``frequency`` in Hz, coefficients by ``harmonics``."""
-    variables = {
-        name: _variable(
-            name, _NO_SWEEP, value[None], (_MOTION_AXES[name],) if name in _MOTION_AXES else ()
-        )
-        for name, value in motion.items()
-    }
-    variables["status"] = _variable("status", _NO_SWEEP, np.array([status], dtype=object))
-    coordinates = {"frequency": ((), frequency, _attributes("frequency"))}
-    coordinates["angle"] = variables.pop("angle")
-    parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, harmonics=harmonics)
-    return parts.dataset()
+def _of_one_set(
+    results: Table, status: str, axis: str, records: Mapping[str, Parameter] = PARAMETERS
+) -> dict[str, tuple]:
+    """(dims, values, attributes) of the results of one parameter set, its status among them.
 
-
-def _variable(
-    name: str,
-    sweep: Sweep,
-    values: np.ndarray,
-    axes: tuple[str, ...] = (),
-    records: Mapping[str, Parameter] = PARAMETERS,
-) -> tuple:
-    """(dims, data, attributes) of a variable whose first axis runs over the parameter sets."""
-    data = values.reshape(sweep.shape + values.shape[1:])
-    inner = meaning(name, records).inner
-    return (*sweep.dims, *axes, *inner), data, _attributes(name, records)
+    What has one dimension more than its meaning is along the axis that its prefix tells, else
+    along ``axis``.
+    """
+    variables = {}
+    for name, value in (results | {"status": np.array(status, dtype=object)}).items():
+        prefix, inner = name.split("_")[0], meaning(name, records).inner
+        along = (prefix if prefix in _PREFIXES else axis,)
+        dims = along * (np.ndim(value) - len(inner)) + inner
+        variables[name] = dims, np.asarray(value), _attributes(name, records)
+    return variables
 
 
 def _attributes(name: str, records: Mapping[str, Parameter] = PARAMETERS) -> dict[str, Any]:

@@ -1,19 +1,24 @@
-"""Curve tables as flat tables of arrays: reduced to the names kept, encoded, and stacked."""
+"""Tables of response curves: reduced to the names kept, encoded, and stacked.
+
+A table holds the arrays of a curve by the names of the dataset. Those of points, peaks and events
+have the point, peak or event as their first axis; points on a grid where the curve may fold have
+the solution as the second. ``value`` is the moving parameter, ``harmonics`` are those of the
+coefficients; counts and the status are single numbers and a text.
+"""
 
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from symhbm.numerics import Table
-from symhbm.results.request import CurveTable, Request
+from symhbm.results.request import Request
 
-ALWAYS = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
-"""Variables of points that are kept whatever was asked for: they tell which points are valid."""
+_VALIDITY = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
+"""Variables that tell which points are valid."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
 Encoded = tuple[str, bytes]
@@ -28,27 +33,21 @@ def name_of(key: str, request: Request) -> str:
     return (names | {"peak_value": f"peak_{request.name}"}).get(key, key)
 
 
-def reduced(curve: CurveTable, request: Request) -> CurveTable:
-    """The curve with nothing but what the request keeps."""
+def reduced(curve: Table, request: Request) -> Table:
+    """The curve with what the request keeps, its single numbers, and what tells valid points."""
     if request.keep is None:
         return curve
-    kept = {
-        table: {
-            key: array
-            for key, array in getattr(curve, table).items()
-            if key in ALWAYS or name_of(key, request) in request.keep
-        }
-        for table in ("points", "peaks", "events")
+    kept = {*request.keep, *_VALIDITY, "harmonics"}
+    return {
+        key: array
+        for key, array in curve.items()
+        if not array.ndim or key in kept or name_of(key, request) in kept
     }
-    return replace(curve, **kept)
 
 
-def flat(curve: CurveTable) -> Table:
-    """All of a curve as one table; texts are objects."""
-    counts = {name: np.array(count) for name, count in curve.counts.items()}
-    status = np.array(curve.status, dtype=object)
-    scalars = counts | dict(harmonics=np.array(curve.harmonics), status=status)
-    return curve.points | curve.peaks | curve.events | scalars
+def failed(blank: Table, status: str) -> Table:
+    """A ``blank`` curve with a status that tells why nothing was computed."""
+    return blank | {"status": np.array(status, dtype=object)}
 
 
 def encode(table: Table) -> Encoded:
@@ -98,10 +97,7 @@ def n_bytes(layout: Layout) -> int:
 
 
 def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
-    """Stack ``count`` ragged tables, padded at the end with NaN, -1, False or an empty text.
-
-    Coefficients of harmonics that a curve leaves out are 0, or NaN where its others are.
-    """
+    """Stack ``count`` ragged tables, padded at the end with NaN, -1, False or an empty text."""
     result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
     for number, table in enumerate(tables):
         for name, stacked in result.items():
@@ -109,7 +105,7 @@ def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
                 continue  # written by a version without this variable
             array = table[name]
             if name.endswith("coefficient"):
-                array = _widened(array, stacked.shape[-2])
+                array = widened(array, stacked.shape[-2])
             stacked[(number, ..., *map(slice, array.shape))] = array
     return result
 
@@ -119,7 +115,8 @@ def blank(dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
     return np.full(shape, _FILL[dtype.kind], dtype=dtype)
 
 
-def _widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
+def widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
+    """Coefficients (..., n_harmonics, 2), with 0 for harmonics left out, NaN where others are."""
     n_missing = n_harmonics - array.shape[-2]
     if not n_missing:
         return array

@@ -125,11 +125,9 @@ class March:
         The motion; ``slipped`` (n_active,) tells which contacts slipped in it.
     event_angle, event_contact, event_slip : (n_events,)
         Where [rad], which active contact, and its direction of slip (0: it sticks).
-    event_state : (n_events, 2 n_dof + n_active)
-        Displacement, derivative by ``tau`` and friction force there.
     end : (2 n_dof + n_active,)
-        The same at the end.
-    jacobian : (2 n_dof + n_active, 2 n_dof + n_active) or None
+        Displacement, derivative by ``tau`` and friction force at the end.
+    jacobian : (2 n_dof + n_active, 2 n_dof + n_active)
         Exact derivative of the end by the start.
     """
 
@@ -138,16 +136,14 @@ class March:
     event_angle: FloatArray
     event_contact: np.ndarray
     event_slip: np.ndarray
-    event_state: FloatArray
     end: FloatArray
-    jacobian: FloatArray | None
+    jacobian: FloatArray
 
     def multipliers(self, linear: LinearMotion) -> np.ndarray:
         """Eigenvalues of the derivative, largest first, at given static forces.
 
         Static forces of contacts that never slip do not change: each has one more eigenvalue, 1.
         """
-        assert self.jacobian is not None
         n = linear.n_dof
         stuck = 2 * n + np.flatnonzero(~self.slipped)
         kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(self.slipped)])
@@ -159,7 +155,7 @@ class March:
         return values[np.argsort(-np.abs(values))]
 
 
-def march(linear: LinearMotion, state: FloatArray, length: float, derivative: bool = True) -> March:
+def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     """March from ``tau = 0`` to ``length`` [rad].
 
     ``state`` (2 n_dof + n_active,) is displacement, its derivative by ``tau`` [m] and the friction
@@ -171,9 +167,8 @@ def march(linear: LinearMotion, state: FloatArray, length: float, derivative: bo
     friction = np.clip(state[2 * n :], -limit, limit)
     outward = linear.directions @ slope
     slip = np.where((np.abs(friction) >= limit) & (friction * outward > 0), np.sign(outward), 0.0)
-    variation = np.eye(len(state)) if derivative else None
-    if variation is not None:
-        variation[2 * n :][slip != 0] = 0.0
+    variation = np.eye(len(state))
+    variation[2 * n :][slip != 0] = 0.0
     ended_slip = np.zeros(len(limit))
     slipped = slip != 0
     tau, cells, events = 0.0, [], []
@@ -190,8 +185,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float, derivative: bo
         if width > _SHORTEST:
             powers = powers * at ** _POWER[:, None]
             cells.append((tau, width, powers, friction.copy(), slip.copy()))
-            if variation is not None:
-                variation = _carry(linear, flow.transition(share * at), stick, variation)
+            variation = _carry(linear, flow.transition(share * at), stick, variation)
             x = powers.sum(axis=0)
             slope = _POWER @ powers / width
             travel = linear.directions @ powers[1:].sum(axis=0)
@@ -206,21 +200,17 @@ def march(linear: LinearMotion, state: FloatArray, length: float, derivative: bo
             slip[begins] = np.where(friction[begins] > 0, 1.0, -1.0)
             friction[begins] = slip[begins] * limit[begins]
             slipped[begins] = True
-            if variation is not None:
-                variation[2 * n + begins] = 0.0
-            snapshot = np.concatenate([x, slope, friction])
-            events += [(tau, j, slip[j], snapshot) for j in changing]
+            variation[2 * n + begins] = 0.0
+            events += [(tau, j, slip[j]) for j in changing]
             if len(events) > _EVENTS_PER_CONTACT * len(limit):
                 raise ArithmeticError("the contacts change their states without end")
-    starts, widths, motions, forces, states = zip(*cells, strict=True)
-    columns = list(zip(*events, strict=True)) if events else [[], [], [], []]
+    angle, contact, direction = zip(*events, strict=True) if events else ([], [], [])
     return March(
-        Cells(*(np.array(part) for part in (starts, widths, motions, forces, states))),
+        Cells(*map(np.array, zip(*cells, strict=True))),
         slipped,
-        np.array(columns[0], dtype=float),
-        np.array(columns[1], dtype=int),
-        np.array(columns[2], dtype=int),
-        np.array(columns[3], dtype=float).reshape(len(events), len(state)),
+        np.array(angle, dtype=float),
+        np.array(contact, dtype=int),
+        np.array(direction, dtype=int),
         np.concatenate([x, slope, friction]),
         variation,
     )

@@ -44,10 +44,6 @@ class ExactMotion:
         The contact.
     event_kind : (n_events,)
         ``"slip"`` or ``"stick"``, which begins.
-    event_displacement, event_velocity : (n_events, n_dof)
-        State there [m, m/s].
-    event_friction : (n_events, n_contacts)
-        Friction forces there [N].
     amplitude : (n_dof,)
         Largest ``|x|`` over the period [m].
     multipliers : (2 n_dof + n_states,)
@@ -78,9 +74,6 @@ class ExactMotion:
     event_angle: FloatArray
     event_contact: np.ndarray
     event_kind: np.ndarray
-    event_displacement: FloatArray
-    event_velocity: FloatArray
-    event_friction: FloatArray
     amplitude: FloatArray
     multipliers: np.ndarray
     neutral_contacts: np.ndarray
@@ -186,16 +179,12 @@ def describe_motion(
     loss[active] = np.where(cells.slip != 0, cells.friction * travel, 0.0).sum(axis=0)
     slip[active] = cells.width @ (cells.slip != 0) / (2 * np.pi)
     work, damping_loss = cells.work(linear)
-    x, slope, friction = np.split(run.event_state, [n, 2 * n], axis=1)
     return ExactMotion(
         frequency=omega,
         state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :])[0]]),
         event_angle=run.event_angle,
         event_contact=active[run.event_contact],
         event_kind=np.where(run.event_slip != 0, "slip", "stick"),
-        event_displacement=x,
-        event_velocity=omega * slope,
-        event_friction=_spread(linear, friction),
         amplitude=amplitude,
         multipliers=run.multipliers(linear),
         neutral_contacts=active[~run.slipped],

@@ -18,7 +18,7 @@ import scipy.linalg
 from symhbm.balance import HarmonicBalance
 from symhbm.model import positive_definite
 from symhbm.model.contacts import Group
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, by_harmonic
 
 DEGREE = 24
 """Degree of the polynomials of a cell."""
@@ -118,17 +118,13 @@ class LinearMotion:
             )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
-        basis = problem.basis
-        force = problem.excitation.amplitude * problem.excitation.shape(self.n_dof, basis)
-        acts = {int(n) for n, column in zip(basis.order, force.T, strict=True) if column.any()}
-        self.orders = np.array(sorted(acts - {0}), dtype=int)
-        nothing = np.zeros(self.n_dof)
-        self.static = force[:, basis.component(0)] if 0 in acts else nothing
-        shape = (self.n_dof, len(self.orders))
-        self.cosine, self.sine = np.zeros(shape), np.zeros(shape)
-        for i, n in enumerate(self.orders):
-            self.cosine[:, i] = force[:, basis.component(n)]
-            self.sine[:, i] = force[:, basis.component(n, sine=True)]
+        basis, excitation = problem.basis, problem.excitation
+        force = by_harmonic(basis, excitation.amplitude * excitation.shape(self.n_dof, basis))
+        order = np.array(basis.harmonics)
+        acts = force.any(axis=(0, 2)) & (order > 0)
+        self.orders = order[acts]
+        self.cosine, self.sine = np.moveaxis(force[:, acts], -1, 0).copy()
+        self.static = force[:, order == 0, 0].sum(axis=1)
         self.largest_force = float(np.abs(force).max())
         self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and not self.static.any()
 

@@ -19,7 +19,7 @@ from studies import fig08_engine_orders as fig08
 from studies.closed_form import one_blade
 from symhbm.cli import main
 from symhbm.continuation.status import Status
-from symhbm.numerics.amplitude_curve import amplitude_between
+from symhbm.numerics.interpolation import amplitude_between
 from symhbm.results import tables
 from symhbm.results.variables import SLOPES
 from tests.paper import CLOSE, N_VALUES, exact, farthest, long_lines, off_paper, values_of

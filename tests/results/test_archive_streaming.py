@@ -1,6 +1,5 @@
 """Archives that outlive their process: no set is lost, computed twice, or differs from memory."""
 
-import itertools
 import json
 import math
 import os
@@ -21,6 +20,7 @@ import symhbm as sh
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file
+from symhbm.results.blocks import consecutive_blocks
 
 VALUES = dict(
     mass=1.0,
@@ -159,17 +159,11 @@ def test_slabs_change_nothing(slab, tmp_path, monkeypatch):
 def test_blocks_follow_each_other():
     for shape in [(), (1,), (7,), (5, 3), (2, 9), (3, 1, 4)]:
         for most in (1, 2, 3, 8, 100):
-            block = from_working_file._block(shape, most)
-            assert math.prod(block) <= most or math.prod(shape) <= most
-            corners = itertools.product(*map(range, [0] * len(shape), shape, block))
             numbers = np.arange(math.prod(shape)).reshape(shape)
-            parts = [
-                numbers[tuple(slice(at, at + size) for at, size in zip(place, block, strict=True))]
-                for place in corners
-            ]
-            assert np.concatenate([part.ravel() for part in parts]).tolist() == [
-                *range(numbers.size)
-            ]
+            parts = [numbers[block] for block in consecutive_blocks(shape, most)]
+            assert all(part.size <= most for part in parts)
+            joined = np.concatenate([part.ravel() for part in parts])
+            assert joined.tolist() == [*range(numbers.size)]
 
 
 def test_what_is_finished_can_be_read(interrupted):

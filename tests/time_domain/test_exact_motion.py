@@ -229,12 +229,9 @@ def test_events_and_limits(name):
     # The largest of 5000 samples misses the peak by at most (pi / 5000)^2 n^2 / 2 of harmonic n.
     assert np.all(np.abs(x).max(axis=0) >= motion.amplitude * (1 - 1e-4))
     speed = np.abs(velocity @ model.directions.toarray().T).max(axis=0, initial=0.0)
+    _, rate, force = motion.at(motion.event_angle)
     for contact, kind, v, f in zip(
-        motion.event_contact,
-        motion.event_kind,
-        motion.event_velocity,
-        motion.event_friction,
-        strict=True,
+        motion.event_contact, motion.event_kind, rate, force, strict=True
     ):
         assert abs(f[contact]) == pytest.approx(limit[contact], rel=1e-13)
         if kind == "stick":
@@ -290,7 +287,7 @@ def test_derivative_of_the_march(name):
     assert len(run.event_angle)
     for _ in range(5):
         step = 1e-6 * size * rng.uniform(-1, 1, len(size))
-        ends = [march(linear, state + s * step, np.pi, derivative=False).end for s in (1, -1)]
+        ends = [march(linear, state + s * step, np.pi).end for s in (1, -1)]
         np.testing.assert_allclose(
             (ends[0] - ends[1]) / 2 / size, run.jacobian @ step / size, rtol=0, atol=1e-10
         )
@@ -397,7 +394,7 @@ def test_marching_comes_to_the_same_motion():
     linear = LinearMotion(problem, motion.frequency)
     state = np.zeros(3)
     for _ in range(40):
-        state = march(linear, state, TURN, derivative=False).end
+        state = march(linear, state, TURN).end
     np.testing.assert_allclose(state, motion.state, rtol=0, atol=1e-10 * np.abs(motion.state).max())
 
 

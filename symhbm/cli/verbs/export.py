@@ -7,11 +7,12 @@ from typing import Any
 
 import click
 
-from symhbm.cli.arguments import archive_argument, select_option
+from symhbm.cli.arguments import archive_argument, output_option, select_option
 from symhbm.cli.blocks import completeness
 from symhbm.cli.selection import select
 from symhbm.cli.table import TABLES, rows, write
-from symhbm.cli.terminal import check_place, opened, say, whole
+from symhbm.cli.terminal import check_place, opened, say
+from symhbm.results.archive import draft_of
 
 
 @click.command()
@@ -30,12 +31,7 @@ from symhbm.cli.terminal import check_place, opened, say, whole
     help="Variables to write. By default all that belong to the rows but the Fourier "
     "coefficients; all means these as well.",
 )
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="File to write, whole or not at all; by default standard output.",
-)
+@output_option("File to write, whole or not at all; by default standard output.")
 def export(
     archive: Path,
     table: str,
@@ -64,7 +60,7 @@ def export(
         if output is None:
             written = write(lines, sys.stdout)
         else:
-            with whole(output) as file:
+            with draft_of(output) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 written = write(lines, file)
             click.echo(output)
         complete, waiting, failed = completeness(selection.dataset)

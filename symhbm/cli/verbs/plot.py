@@ -6,7 +6,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from symhbm.cli.arguments import archive_argument, law_option, select_option
+from symhbm.cli.arguments import archive_argument, law_option, output_option, select_option
 from symhbm.cli.picture import draw, kinds
 from symhbm.cli.terminal import check_place, final_name, opened
 from symhbm.model.contacts import ContactLaw
@@ -43,11 +43,8 @@ class _Kind(click.ParamType):
 @select_option
 @click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")
 @click.option("--contact", type=int, help="The contact to show, from 0.")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help=f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE.",
+@output_option(
+    f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE."
 )
 @law_option
 def plot(

@@ -12,7 +12,7 @@ from symhbm.cli.arguments import archive_argument, law_option
 from symhbm.cli.blocks import completeness
 from symhbm.cli.terminal import final_name, opened
 from symhbm.model.contacts import ContactLaw
-from symhbm.results.archive import SUFFIX
+from symhbm.results.archive import working_file
 from symhbm.workers import attend
 
 
@@ -39,7 +39,7 @@ def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[Con
       symhbm resume disk.nc.partial --workers 4
     """
     target = archive.with_name(final_name(archive))
-    working = target.with_name(target.name + SUFFIX)
+    working = working_file(target)
     if not working.exists():
         if not target.exists():
             raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument, law_option
+from symhbm.cli.arguments import archive_argument, law_option, output_option
 from symhbm.cli.terminal import BROKEN, bound, check_place, number, opened
 from symhbm.model.contacts import ContactLaw
 from symhbm.response import FIGURES, summary
@@ -32,12 +32,7 @@ from symhbm.results import Description
     help=f"Largest allowed value of a figure, or none. Figures: {', '.join(FIGURES)}. "
     "May be repeated.",
 )
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Write the archive with the figures of every point to this file.",
-)
+@output_option("Write the archive with the figures of every point to this file.")
 @click.option("--overwrite", is_flag=True, help="Replace an existing file.")
 @law_option
 def verify(

@@ -1,6 +1,5 @@
 """Writing of a NetCDF archive from its working file, in bounded memory, whole or not at all."""
 
-import itertools
 import math
 import os
 import shutil
@@ -14,6 +13,7 @@ from symhbm.results import schema, tables
 from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
+from symhbm.results.blocks import block_shape, consecutive_blocks
 from symhbm.results.provenance import DatasetParts
 from symhbm.results.tables import Layout
 from symhbm.workers import progress_bar
@@ -90,27 +90,23 @@ def _fill(
         file.set_auto_maskandscale(False)
     target.set_fill_off()
     n_sets = max(1, _SLAB // tables.n_bytes(layout))
-    slab = _block(sweep.shape, n_sets)
     keys = {tables.name_of(key, request): key for key in layout}
     names = [name for name in source.variables if name not in target.variables]
     for name in names:
         dtype, shape = layout[keys[name]]
         size = max(1, dtype.itemsize * math.prod(shape))
-        chunk = _block(sweep.shape, min(n_sets, max(1, _CHUNK // size))) + shape
+        chunk = block_shape(sweep.shape, min(n_sets, max(1, _CHUNK // size))) + shape
         _create(source[name], target, dict(dataset.sizes), chunk)
     # Coordinates that belong to no variable are listed in an attribute of the file.
     for name in {"coordinates"} & {*target.ncattrs()}:
         target.delncattr(name)
     target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
     with progress_bar("curve", progress, store.n_sets, label="archive") as bar:
-        for corner in itertools.product(*map(range, [0] * len(slab), sweep.shape, slab)):
-            region = [
-                slice(start, min(start + step, size))
-                for start, step, size in zip(corner, slab, sweep.shape, strict=True)
-            ]
-            sizes = tuple(extent.stop - extent.start for extent in region)
-            first = sum(start * math.prod(sweep.shape[i + 1 :]) for i, start in enumerate(corner))
+        first = 0
+        for slab in consecutive_blocks(sweep.shape, n_sets):
+            sizes = tuple(extent.stop - extent.start for extent in slab)
             rows = store.read(first, first + math.prod(sizes) - 1)
+            first += len(rows)
             decoded = (tables.decode(*encoded) for _, encoded in rows)
             stacked = tables.stack(decoded, len(rows), layout)
             for name in names:
@@ -119,7 +115,7 @@ def _fill(
                     values = values.reshape(sizes + values.shape[1:])
                     if values.dtype.kind == "b":
                         values = values.astype(np.int8)
-                    target[name][(*region, ...)] = values
+                    target[name][(*slab, ...)] = values
             bar.update(len(rows))
 
 
@@ -141,16 +137,3 @@ def _create(
         **packed,
     )
     variable.setncatts(attributes)
-
-
-def _block(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
-    """Sizes of blocks of at most ``most`` entries that are consecutive in memory.
-
-    Powers of two, so that larger blocks are made of whole smaller ones.
-    """
-    sizes: list[int] = []
-    for size in reversed(shape):
-        step = size if size <= most else 2 ** (most.bit_length() - 1)
-        sizes.insert(0, step)
-        most = most // step if step == size else 1
-    return tuple(sizes)

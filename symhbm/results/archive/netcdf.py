@@ -4,6 +4,7 @@ import os
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from symhbm.results.provenance import (
     MissingLawError,
     describe_problem,
 )
-from symhbm.results.schema import label, recall
+from symhbm.results.schema import check_dataset, label, recall
 from symhbm.results.variables import TEXTS
 
 _AT_ONCE = 64
@@ -53,12 +54,10 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
     ArchiveError
         If the file cannot be written; nothing is left behind. It is an OSError and a ValueError.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    check_dataset("dataset", dataset)
     overwrite = check.flag("overwrite", overwrite)
     _check_attributes(dataset)
     target = path_of(path)
-    draft = target.parent / f".symhbm-{os.getpid()}-{threading.get_ident()}.part"
     try:
         if not target.is_dir():
             target = with_suffix(target)
@@ -70,17 +69,25 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
             raise FileExistsError(
                 f"path={str(target)!r}: there is such a file; overwrite=True replaces it"
             )
-        try:
+        with draft_of(target) as draft:
             write(dataset, draft)
             seal(draft)
-            os.replace(draft, target)
-        finally:
-            draft.unlink(missing_ok=True)
     except FileExistsError:
         raise
     except (OSError, RuntimeError, ValueError) as error:
         raise ArchiveError(f"path={str(target)!r}: cannot be written ({error})") from error
     return target
+
+
+@contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """A file beside another one that takes its place once it is complete."""
+    draft = path.with_name(f".symhbm-{os.getpid()}-{threading.get_ident()}.part")
+    try:
+        yield draft
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -163,8 +170,7 @@ def _finished_part(file: Path) -> xr.Dataset:
     with Store(file, write=False) as store:
         call = call_of(store)
         [(_, encoded)] = store.read(-1, -1)
-        blank = tables.decode(*encoded)
-        blank["status"] = np.array(str(Status.NOT_STARTED), dtype=object)
+        blank = tables.failed(tables.decode(*encoded), str(Status.NOT_STARTED))
         layouts = [encoded[0], *(layout for _, layout in store.layouts())]
         layout = tables.common(map(tables.stored_layout, layouts))
         results = tables.stack(_filled(store, blank), store.n_sets, layout)
@@ -213,8 +219,7 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
     ArchiveError
         If it does not describe a problem, or a contact law is missing.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"dataset={check.shown(dataset)}: expected an xarray Dataset")
+    check_dataset("dataset", dataset)
     check_schema(dataset, "dataset")
     for law in laws:
         if not isinstance(law, ContactLaw):
