@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Branch, FrequencyProblem, Status
+from symhbm.continuation import FrequencyProblem, Status, follow_branch
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.model import find_symmetry
 from symhbm.numerics import RADIANS, largest_displacement
@@ -59,7 +59,7 @@ def survey(
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        branch = Branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
+        branch = follow_branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
         if branch.status not in COMPLETE:
             status = branch.status
         unbounded += [peak for peak in branch.peaks if peak.kind == PeakKind.UNBOUNDED]

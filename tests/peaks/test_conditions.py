@@ -10,7 +10,7 @@ from closed_forms import OneBlade
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.between.peaks import PeakKind
-from symhbm.continuation.branch import Branch
+from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.numerics.arrays import RADIANS
 from symhbm.peaks.conditions import Conditions, solve
@@ -92,7 +92,9 @@ def solved(case):
     problem = make()
     names = (*NAMES, *(("cubic_stiffness",) if case == "cubic" else ()))
     second_order = SecondOrder(problem, names)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True)
+    branch = follow_branch(
+        FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True
+    )
     chosen = {}
     for peak in sorted(branch.peaks, key=lambda peak: -peak.amplitude):
         assert peak.kind != PeakKind.UNBOUNDED
@@ -213,7 +215,7 @@ def test_symmetry_and_scaling_of_derivatives(case):
 def test_closed_form_of_one_blade(load):
     problem = blade(normal_load=load)
     second_order = SecondOrder(problem, ("normal_load",))
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
     peak = max(branch.peaks, key=lambda peak: peak.amplitude)
     conditions = solve(Conditions(second_order, Maximum.at_peak(problem, peak)))
     form = OneBlade(1, 0.5, 1e4, 1e4, 0.5 * load)
@@ -244,7 +246,7 @@ def test_differences_of_whole_responses(name, index):
         values[index] *= 1 + sign * step
         band = RADIANS * 50, RADIANS * 110
         curve = FrequencyProblem(problem.with_parameters(**{name: values}))
-        sides.append(Branch(curve, band, 5000, True).peaks)
+        sides.append(follow_branch(curve, band, 5000, True).peaks)
     kinds = set()
     for _, conditions in peaks:
         maximum = conditions.maximum
@@ -299,7 +301,7 @@ def test_a_minimum_is_refused():
     """The slope also vanishes at a minimum between two peaks."""
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     refused = 0
     for dof in range(problem.n_dof):
         coefficients = slice(2 * dof, 2 * dof + 2)
@@ -326,7 +328,7 @@ def test_a_minimum_is_refused():
 def test_an_onset_on_a_slope_is_no_corner():
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     corners = {(p.dof, p.value) for p in branch.peaks if p.kind == PeakKind.CORNER}
     refused = 0
     for point in (point for point in branch.points if len(point.events) == 1):
@@ -355,7 +357,7 @@ def test_start_from_other_parameters(factor):
         if conditions is None:
             n_failed += 1
             continue
-        branch = Branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 200), 5000, True)
+        branch = follow_branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 200), 5000, True)
         same_dof = [peak for peak in branch.peaks if peak.dof == maximum.dof]
         assert any(
             conditions.maximum.amplitude == pytest.approx(peak.amplitude, rel=1e-9)

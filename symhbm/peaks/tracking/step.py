@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.continuation import Branch, FrequencyProblem, solve_point
+from symhbm.continuation import FrequencyProblem, follow_branch, solve_point
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
@@ -104,9 +104,8 @@ def search(
         ends = max(start.frequency - below, low), min(start.frequency + above, high)
         if ends[0] >= ends[1]:
             return None
-        branch = Branch(
-            FrequencyProblem(problem), ends, _MAX_POINTS, per_dof=True, guess=start.unknowns
-        )
+        curve = FrequencyProblem(problem)
+        branch = follow_branch(curve, ends, _MAX_POINTS, per_dof=True, guess=start.unknowns)
         if not branch.points:
             return None
         width = ends[1] - ends[0]

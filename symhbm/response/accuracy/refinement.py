@@ -18,6 +18,7 @@ from symhbm.continuation import (
     ContinuationProblem,
     PathPoint,
     Status,
+    follow_branch,
     newton,
     slope_of,
 )
@@ -119,14 +120,13 @@ class Refinement:
     ) -> list[BranchPart]:
         """Branch parts from the first to the last value of a ``band``, from a ``level`` upwards.
 
-        ``max_points`` and ``per_dof`` as of `Branch`; ``guess`` may be a response at the first
-        value.
+        The other arguments are those of `follow_branch`.
         """
         equations = self.equations(level)
         if equations.angles is not None:
             branches = angle_branches(equations, band, max_points, per_dof)
             return [self._whole(level, branch) for branch in branches]
-        branch = Branch(equations, band, max_points, per_dof, guess)
+        branch = follow_branch(equations, band, max_points, per_dof, guess)
         if not np.isfinite(self._accuracy) or not branch.points:
             return [self._whole(level, branch)]
         self.solves += branch.corrector.solves
