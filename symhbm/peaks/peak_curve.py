@@ -164,7 +164,7 @@ def _bands(frequency: Any, *problems: HarmonicBalance) -> list[tuple[float, floa
         return [natural_band([problem.model for problem in problems])]
     edges = check.array("frequency", frequency, "positive")
     pairs = [frequency] if edges.ndim == 1 else edges
-    if edges.ndim > 2 or edges.shape[-1:] != (2,) or not len(edges):
+    if edges.ndim != 1 and (edges.ndim != 2 or edges.shape[1] != 2 or not len(edges)):
         raise ValueError(
             f"frequency={check.shown(frequency)}: expected a band (first, last) in Hz, or several"
         )
