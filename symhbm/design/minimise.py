@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.design import arguments
-from symhbm.design.cases import Bands, Cases
+from symhbm.design.cases import Bands, Cases, Work
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.program import Program, Statistic
 from symhbm.design.report import infeasible, report, report_of_fresh, with_certificate
@@ -163,7 +163,8 @@ def minimise_peak(
             raise ValueError("fresh: expected None where cases have bands of their own")
     if not program.feasible():
         return _checked(infeasible(problem, variables), throw)
-    cases = Cases(problem, sweep, variables, bands, executor, check.flag("progress", progress))
+    work = Work(problem, sweep, variables, bands)
+    cases = Cases(work, executor, check.flag("progress", progress))
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     status = status_of(program, search_result)
     result = _responses(problem, program, search_result, sweep, bands, executor, progress)
@@ -174,7 +175,7 @@ def minimise_peak(
     hulls = sorted({band for case_bands in bands for band in case_bands})
     text = certificate(program, search_result, hulls, sweep.size, cases.unique)
     if fresh_sweep is not None:
-        fresh_cases = cases.with_sweep(fresh_sweep, [bands[0]] * fresh_sweep.size)
+        fresh_cases = cases.changed(sweep=fresh_sweep, bands=[bands[0]] * fresh_sweep.size)
         states = fresh_cases(search_result.design.x)
         result = result.merge(report_of_fresh(program, [state.height for state in states]))
         text += (

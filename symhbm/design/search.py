@@ -41,7 +41,7 @@ def search(
     alike = replace(program, variables=common(variables), constraint=_merged(program))
     if alike.variables.n_variables == variables.n_variables or not alike.feasible():
         return _best(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
-    alike_cases = cases.with_variables(alike.variables)
+    alike_cases = cases.changed(variables=alike.variables)
     best = _best(alike, alike_cases, [], n_starts, tolerances.DESCENTS)
     values = dict(zip(variables.names, best.design.x, strict=True))
     x = np.array([values[group.parameter] for group in variables.groups])
