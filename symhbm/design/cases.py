@@ -75,7 +75,7 @@ class Cases:
         if self.size == 1:
             maxima = [self.work(*calls[0])]
         else:
-            maxima = list(self.workers.map(partial(_remote, self._payload), self.work, calls))
+            maxima = list(self._workers.map(partial(_remote, self._payload), self.work, calls))
         surveyed = sum(state.surveyed for state in maxima)
         self.surveys += surveyed
         self.follows += len(maxima) - surveyed
@@ -108,6 +108,7 @@ class Work:
         return self._responses[number]
 
     def __call__(self, number: int, x: FloatArray, previous: Previous | None) -> Maxima:
+        """The maxima of one case at a design: followed from a ``previous`` one, or surveyed."""
         response = self.response(number)
         followed = None if previous is None else response.follow(x, *previous)
         return response.survey(x) if followed is None else followed

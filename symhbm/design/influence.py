@@ -41,7 +41,7 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
             compiled[key] = SecondOrder(problem, names)
         second_order = compiled[key]
         maximum = replace(followed.maximum, problem=problem)
-        conditions = Conditions(second_order, maximum, followed.multipliers)
+        conditions = Conditions.of(second_order, maximum, followed.multipliers)
         first = problem.n_unknowns + 1
         alike = np.zeros((second_order.n_variables - first, len(names)))
         for number, name in enumerate(names):

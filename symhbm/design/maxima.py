@@ -98,7 +98,7 @@ class Response:
             return Maxima([], np.inf, True, n_peaks, _why(surveyed))
         least = tolerances.CONTENDER * top
         maxima = [s for s in surveyed.maxima if s.amplitude >= least][: tolerances.MOST]
-        contenders = [self._followed(Conditions(self._second_order, s)) for s in maxima]
+        contenders = [self._followed(Conditions.of(self._second_order, s)) for s in maxima]
         return Maxima(contenders, float(np.log(top)), True, n_peaks)
 
     def follow(self, x: FloatArray, before: FloatArray, maxima: Maxima) -> Maxima | None:
@@ -112,7 +112,7 @@ class Response:
         followed = []
         for contender in maxima.contenders:
             maximum = replace(contender.maximum, problem=previous_problem)
-            conditions = Conditions(self._second_order, maximum, contender.multipliers)
+            conditions = Conditions.of(self._second_order, maximum, contender.multipliers)
             step = advanced(conditions, problem)
             if step is None and not few:
                 return None

@@ -227,7 +227,7 @@ def _derivatives(
     derivatives: _Derivatives = {}
     try:
         for dof in tied:
-            start = Conditions(second_order, replace(maximum, dof=dof))
+            start = Conditions.of(second_order, replace(maximum, dof=dof))
             if dof != peak.dof and not (start.stationarity <= _SLOPE and start.is_maximum()):
                 continue
             solved = solve(start)

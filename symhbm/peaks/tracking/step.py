@@ -66,7 +66,7 @@ def predicted(conditions: Conditions, problem: HarmonicBalance) -> Conditions | 
         return None
     unknowns = maximum.unknowns + change[:n]
     moved = replace(maximum, problem=problem, unknowns=unknowns, frequency=frequency)
-    return Conditions(second_order, moved, conditions.multipliers + change[n + 1 :])
+    return Conditions.of(second_order, moved, conditions.multipliers + change[n + 1 :])
 
 
 def parameter_values(second_order: SecondOrder, problem: HarmonicBalance) -> FloatArray:
@@ -123,7 +123,7 @@ def search(
 def verified(second_order: SecondOrder, maximum: Maximum) -> Conditions | None:
     """The solved conditions of a maximum; None unless it is one with finite derivatives."""
     try:
-        solved = solve(Conditions(second_order, maximum))
+        solved = solve(Conditions.of(second_order, maximum))
         return solved if solved and np.all(np.isfinite(solved.by_parameters)) else None
     except ArithmeticError:
         return None
