@@ -9,18 +9,7 @@ from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.optimum import ActiveSet
 from symhbm.numerics import FloatArray
-from symhbm.peaks import Conditions
-
-
-def parameters_of(problem) -> list[str]:
-    """Names of the parameters that may vary continuously."""
-    named = problem.parameters
-    springs = problem.model.has_cubic_springs
-    return [
-        name
-        for name, value in named.items()
-        if not isinstance(value, int) and (name != "cubic_stiffness" or springs)
-    ]
+from symhbm.peaks import Conditions, continuous_parameters
 
 
 def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatArray]]:
@@ -29,7 +18,8 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
     Those of the variables (n_variables,) are in units of the variable over that of the parameter;
     NaN where the response is constant in some direction, so that the optimum is not isolated.
     """
-    names = parameters_of(cases.response(active.cases[0]).at(active.x))
+    problem = cases.response(active.cases[0]).at(active.x)
+    names = continuous_parameters(problem, problem.model.has_cubic_springs)
     by_value = np.empty((len(active.maxima), len(names)))
     by_gradient = np.empty((len(active.maxima), len(active.x), len(names)))
     compiled: dict[int, SecondOrder] = {}
