@@ -64,10 +64,8 @@ class Maximum:
             loops = _loops(problem, peak.unknowns, slip) if tolerance > 10 * ON_LIMIT else []
             if loops and loops[0][0] < tolerance:
                 loop = loops[0][1]
-                on_limit = [
-                    candidate.contact for margin, candidate in loops if margin <= 10 * ON_LIMIT
-                ]
-                on_limit = on_limit or [loop.contact]
+                near = [other.contact for margin, other in loops if margin <= 10 * ON_LIMIT]
+                on_limit = near or [loop.contact]
             else:
                 slip[on_limit] = False
             contact, *others = on_limit
@@ -180,12 +178,9 @@ class Maximum:
         involved = np.flatnonzero(rows.any(axis=0))
         parameters = self._limit_parameters(second_order)
         columns = np.array([*involved, *(column for column, _, _ in parameters)])
-        curvature = np.diag(
-            [0.0] * len(involved) + [-sign / value**2 for _, sign, value in parameters]
-        )
-        curvature[: len(involved), : len(involved)] = (
-            rows[:, involved].T @ block @ rows[:, involved]
-        )
+        n, rows = len(involved), rows[:, involved]
+        curvature = np.diag([0.0] * n + [-sign / value**2 for _, sign, value in parameters])
+        curvature[:n, :n] = rows.T @ block @ rows
         return _embedded(curvature, columns, second_order.n_variables)
 
     @cached_property
@@ -218,28 +213,21 @@ class Maximum:
         """Column, exponent and value of the parameters of the limit of a corner."""
         if self.loop is not None and self.loop.returns:
             return []
-        problem, contact, values = self.problem, self.contact, self.problem.parameters
-        return [
-            (
-                second_order.places[name].start + contact,
-                PARAMETERS[name].in_slip,
-                float(limits[contact]),
-            )
-            for name in FRICTION_PARAMETERS
-            if name in second_order.places
-            for limits in (problem.own(name, values[name]),)
-        ]
+        result = []
+        for name in FRICTION_PARAMETERS:
+            if name in second_order.places:
+                column = second_order.places[name].start + self.contact
+                value = self.problem.own(name, self.problem.parameters[name])[self.contact]
+                result.append((column, PARAMETERS[name].in_slip, float(value)))
+        return result
 
 
 def _loops(
     problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_]
 ) -> list[tuple[float, Loop]]:
     """The hysteresis loops of all slipping contacts, those closest to their limits first."""
-    motion, stiffness, limit = (
-        problem.relative(unknowns),
-        problem.contact_stiffness,
-        problem.slip_limit,
-    )
+    motion, stiffness = problem.relative(unknowns), problem.contact_stiffness
+    limit = problem.slip_limit
     slipping = np.flatnonzero(slip & (stiffness > 0) & (limit > 0)).tolist()
     loops = [
         loop

@@ -68,13 +68,10 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         "condensation_error": np.float64(error),
         "frequency": np.float64(frequency),
     }
-    meanings = {name: meaning(name) for name in variables}
-    dataset = xr.Dataset(
-        {
-            name: (m.inner, value, {"units": m.units, "long_name": m.long_name})
-            for (name, value), m in zip(variables.items(), meanings.values(), strict=True)
-        }
-    )
+    dataset = xr.Dataset()
+    for name, value in variables.items():
+        of = meaning(name)
+        dataset[name] = of.inner, value, {"units": of.units, "long_name": of.long_name}
     coordinates = {name: point[name].variable for name in ("harmonic", "component")}
     return dataset.set_coords("frequency").assign_coords(coordinates)
 
