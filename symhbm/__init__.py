@@ -18,7 +18,16 @@ from symhbm.model import (
     single_blade,
 )
 from symhbm.model.condensation import condense
-from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, Parameter, SmoothLaw
+from symhbm.model.contacts import (
+    ContactLaw,
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    Located,
+    Parameter,
+    SmoothLaw,
+    Switch,
+)
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
 from symhbm.results.archive import ArchiveError, load, rebuild, save
@@ -38,6 +47,7 @@ __all__ = [
     "EngineOrder",
     "HarmonicBalance",
     "HarmonicForce",
+    "Located",
     "Model",
     "Parameter",
     "PointForce",
@@ -45,6 +55,7 @@ __all__ = [
     "SolveError",
     "Status",
     "Structure",
+    "Switch",
     "SwitchingAngles",
     "bladed_disk",
     "condense",

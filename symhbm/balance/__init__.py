@@ -1,10 +1,10 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
 from symhbm.balance.batch import check_each, locate_each
-from symhbm.balance.contact_springs import ContactSprings, by_row, contact_springs
+from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
-from symhbm.balance.equations import BalancedGroup, Equations, identifier
+from symhbm.balance.equations import BalancedGroup, Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
@@ -13,7 +13,6 @@ from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction
 
 __all__ = [
     "BalancedGroup",
-    "ContactSprings",
     "ContactStates",
     "DynamicStiffness",
     "Equations",
@@ -28,7 +27,6 @@ __all__ = [
     "check_problem",
     "contact_springs",
     "friction_of",
-    "identifier",
     "is_held",
     "locate_each",
     "slip_angles",

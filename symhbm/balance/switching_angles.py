@@ -204,13 +204,12 @@ def slip_angles(
     neither spring nor limit.
     """
     model, basis = problem.model, problem.basis
-    _, rows, stiffness, limit = model.sliders(0.0)
-    travel = 2 * limit
-    slip = slip & (travel > 0) & (stiffness > 0)
-    both = np.full((2, len(slip)), np.nan)
-    if slip.any():
-        waves = (model.directions[rows] @ problem.everywhere(unknowns))[slip]
-        both[:, slip] = _first_slip(basis, waves, travel[slip] / stiffness[slip])
+    contact, rows, stiffness, limit = model.sliders(0.0)
+    travel, both = 2 * limit, np.full((2, model.n_contacts), np.nan)
+    slips = slip[contact] & (travel > 0) & (stiffness > 0)
+    if slips.any():
+        waves = (model.directions[rows] @ problem.everywhere(unknowns))[slips]
+        both[:, contact[slips]] = _first_slip(basis, waves, travel[slips] / stiffness[slips])
     return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
 
 

@@ -1,176 +1,43 @@
-"""The branch of solutions over a whole band, with its peaks and its solutions at given values."""
+"""A branch of solutions over a whole band, with its peaks and its solutions at given values."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import scipy
 
-from symhbm.balance import Evaluation
-from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
+from symhbm.continuation.between import Peak
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
-from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
-from symhbm.continuation.path import Path
 from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import PathState, Segment
-from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, cubic
 
-_RESTARTS = (1, 10, 100, 1000)
-"""Distances beyond a pole at which a new path starts, over that of the last point before it."""
 
-_MAX_DEPTH = 4
-"""How often a segment is followed again because its step passed over events."""
-
-
+@dataclass(frozen=True)
 class Branch:
-    """Points, peaks and status of a curve from the first to the last value of a ``band``.
+    """Points, peaks and status of a curve from the first to the last value of a band.
 
-    An unbounded resonance ends a path, and another path starts beyond it. ``per_dof`` asks for the
-    peaks of every degree of freedom instead of those of the largest response; ``guess``
-    (n_unknowns,) [m] may be a response close to that at the first value.
+    ``peaks`` are those of every degree of freedom where ``per_dof``, else those of the largest
+    response; ``rejected`` counts rejected steps. ``solve_from_scratch`` solves at a value without a
+    neighbouring solution. `symhbm.continuation.following.follow_branch` makes branches.
     """
 
-    def __init__(
-        self,
-        curve: ContinuationProblem,
-        band: tuple[float, float],
-        max_points: int,
-        per_dof: bool,
-        guess: FloatArray | None = None,
-    ):
-        self.curve = curve
-        self.per_dof = per_dof
-        self.corrector = self._corrector_of(curve)
-        self.points: list[PathPoint] = []
-        self.peaks: list[Peak] = []
-        self.rejected = 0
-        self.status = Status.NO_START
-        self._heading = 1 if band[1] > band[0] else -1
-        self._follow(*band, max_points, guess)
+    corrector: Corrector
+    solve_from_scratch: Callable[[float], NewtonResult]
+    per_dof: bool
+    points: list[PathPoint]
+    peaks: list[Peak]
+    status: Status
+    rejected: int
 
-    def _follow(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        """Follow one path after another, beyond each pole, and set points, peaks and status."""
-        missed, points_left = 0, max_points
-        if guess is None:
-            solution = self._solve_from_scratch(start)
-        else:
-            solution = self.corrector.free(guess, start)
-        if guess is not None and not solution.converged:
-            solution = self._solve_from_scratch(start)
-        if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
-            self.status = solution.status
-        while solution.converged and (end - start) * self._heading > 0:
-            # Without a solution beyond its pole the branch keeps the status of the path.
-            path = Path(self.curve, solution.unknowns, start, end, self.corrector, points_left)
-            path_points = list(path)
-            points_left -= len(path_points)
-            self.rejected += path.rejected
-            self.status = path.status
-            points, peaks, missed_here = self._with_peaks(self._with_missed_events(path_points))
-            self.points += points
-            self.peaks += sorted(peaks, key=lambda peak: (self.per_dof * peak.dof, peak.value))
-            missed += missed_here
-            if path.status != Status.UNBOUNDED:
-                break
-            last = path_points[-1]
-            scale = self.curve.scale(last.state)
-            tangent = self.corrector.tangent(last.state, scale, last.before / scale, last.slip)
-            if tangent is None:
-                break
-            peak = unbounded_peak(self.curve.problem, last, tangent.direction * scale)
-            to_pole, to_end = peak.value - last.value, end - last.value
-            if not 0 < to_pole * self._heading < to_end * self._heading:
-                break  # the band ends on the flank of the resonance, before its pole
-            self.peaks.append(peak)
-            for distance in np.array(_RESTARTS) * to_pole:
-                start = peak.value + distance
-                solution = self.corrector.free(-last.unknowns, start)
-                if not solution.converged:
-                    solution = self._solve_from_scratch(start)
-                if solution.converged:
-                    break
-        if missed and self.status == Status.REACHED_END:
-            self.status = Status.PEAK_NOT_LOCATED
-        complete = self.status == Status.REACHED_END and not self.curve.single_valued
-        if complete and any(self._has_other_solution(self.points[i]) for i in (0, -1)):
-            self.status = Status.OTHER_SOLUTIONS
-        if complete and any(e.kind == EventKind.BRANCH for p in self.points for e in p.events):
-            self.status = Status.BRANCH_POINTS
-
-    def _corrector_of(self, curve: ContinuationProblem) -> Corrector:
-        return Corrector(curve)
-
-    def _with_missed_events(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
-        """The points of a path together with the events that its steps passed over."""
-        values = find_missed_events(points, self.corrector) if self.curve.single_valued else {}
-        completed = []
-        for i, point in enumerate(points):
-            completed.append(point)
-            if i in values and depth < _MAX_DEPTH:
-                added = self._points_through(point, points[i + 1], values[i]) or []
-                segment = [point, *added, points[i + 1]]
-                completed += self._with_missed_events(segment, depth + 1)[1:-1]
-        return completed
-
-    def _with_peaks(
-        self, points: list[PathPoint], depth: int = 0
-    ) -> tuple[list[PathPoint], list[Peak], int]:
-        """A path with its peaks among its points, the peaks, and how many could not be solved for.
-
-        A segment in which a contact has another state is followed again, through that state.
-        """
-        located = locate_peaks(points, self.corrector, self.per_dof)
-        path, peaks, missed = [], located.peaks, located.lost
-        for i, left in enumerate(points):
-            path += [left, *located.between.get(i, ())]
-            if i not in located.other_states:
-                continue
-            right = points[i + 1]
-            value = located.other_states[i]
-            added = self._points_through(left, right, value) if depth < _MAX_DEPTH else None
-            if added is None:
-                # The other state is one of round-off, next to the limit.
-                alone = locate_peaks(
-                    [left, right], self.corrector, self.per_dof, ignore_states=True
-                )
-                path += alone.between.get(0, ())
-                peaks += alone.peaks
-                missed += alone.lost + len(alone.other_states)
-                continue
-            refined, more_peaks, more_missed = self._with_peaks([left, *added, right], depth + 1)
-            path += refined[1:-1]
-            peaks += more_peaks
-            missed += more_missed
-        return path, peaks, missed
-
-    def _points_through(
-        self, left: PathPoint, right: PathPoint, value: float
-    ) -> list[PathPoint] | None:
-        """The points between two others, one of them at a ``value`` that the path passed over."""
-        followed = [left]
-        for end in (value, right.value):
-            base = followed[-1]
-            path = Path(self.curve, left.unknowns, base.value, end, self.corrector, base=base)
-            followed += list(path)[1:]
-            self.rejected += path.rejected
-            if path.status != Status.REACHED_END:
-                return None
-        # A contact still in another state at the right point changes there, but for round-off.
-        return followed[1:-1] if np.array_equal(followed[-1].slip, left.slip) else None
-
-    def _has_other_solution(self, point: PathPoint) -> bool:
-        """Whether Newton's method finds another solution at the value of a point."""
-        linear = linear_response(*self.curve.at(point.value))
-        starts = [1.01 * point.unknowns, *([] if linear is None else [linear])]
-
-        def balance(unknowns: FloatArray) -> Evaluation:
-            self.corrector.solves += 1
-            return self.curve.evaluate(unknowns, point.value)
-
-        return other_solution(balance, point.unknowns, starts) is not None
+    @property
+    def curve(self) -> ContinuationProblem:
+        """The equations that its points solve."""
+        return self.corrector.curve
 
     def at(self, value: float) -> list[tuple[PathState | None, int]]:
         """Solutions at a value of the band, in the order of the path.
@@ -185,10 +52,10 @@ class Branch:
                 # A contact is in another state for a moment between two points of the path.
                 solution = self._path_state(self.corrector.free(solution.state[:-1], value), value)
             if solution is None and self.curve.single_valued:
-                solution = self._path_state(self._solve_from_scratch(value), value)
+                solution = self._path_state(self.solve_from_scratch(value), value)
             solutions.append((solution, self.corrector.solves - solves_before))
         if not solutions and self.points:
-            result = self._solve_from_scratch(value)
+            result = self.solve_from_scratch(value)
             solutions = [(self._path_state(result, value), result.iterations)]
         return solutions or [(None, 0)]
 
@@ -262,11 +129,6 @@ class Branch:
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
         return self.curve.evaluate(unknowns, value).norm
-
-    def _solve_from_scratch(self, value: float) -> NewtonResult:
-        result = solve_point(*self.curve.at(value))
-        self.corrector.solves += result.iterations
-        return result
 
 
 def _interpolated(left: PathPoint, right: PathPoint, share: float) -> FloatArray:

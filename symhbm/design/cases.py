@@ -4,7 +4,9 @@ import pickle
 import threading
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from functools import lru_cache, partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache, partial
+from typing import Any
 
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design.maxima import Maxima, Response
@@ -18,44 +20,40 @@ Previous = tuple[FloatArray, Maxima]
 """A design and the maxima at it."""
 
 
+@dataclass
 class Cases:
-    """Responses of a problem for all parameter sets of a ``sweep``, each in its ``bands`` [Hz].
+    """Responses of a problem for all parameter sets of a sweep, computed here or by workers.
 
-    Designed parameters that are swept as well keep their proportions to the nominal ones.
     ``surveys`` and ``follows`` count surveyed and followed responses.
     """
 
-    def __init__(
-        self,
-        problem: HarmonicBalance,
-        sweep: Sweep,
-        variables: DesignVariables,
-        bands: Sequence[Bands],
-        executor: Executor | None = None,
-        progress: bool = False,
-    ):
-        self.size = sweep.size
-        self.surveys = self.follows = 0
-        self.problem = problem
-        self._arguments = problem, sweep, variables, bands
-        self._bar = progress_bar("response", progress)
-        self._work = _Work(problem, sweep, variables, tuple(bands))
-        self._workers = Workers(executor, "responses")
-        self._payload = pickle.dumps((problem, sweep, variables, tuple(bands))) if executor else b""
+    work: "Work"
+    executor: Executor | None = None
+    progress: bool = False
+    surveys: int = 0
+    follows: int = 0
 
-    def with_variables(self, variables: DesignVariables) -> "Cases":
-        """The same parameter sets over other variables."""
-        problem, sweep, _, bands = self._arguments
-        return Cases(
-            problem, sweep, variables, bands, self._workers.executor, not self._bar.disable
-        )
+    @property
+    def size(self) -> int:
+        """Number of parameter sets."""
+        return self.work.sweep.size
 
-    def with_sweep(self, sweep: Sweep, bands: Sequence[Bands]) -> "Cases":
-        """Other parameter sets over the same variables."""
-        problem, _, variables, _ = self._arguments
-        return Cases(
-            problem, sweep, variables, bands, self._workers.executor, not self._bar.disable
-        )
+    @cached_property
+    def _bar(self) -> Any:
+        return progress_bar("response", self.progress)
+
+    @cached_property
+    def _workers(self) -> Workers:
+        return Workers(self.executor, "responses")
+
+    @cached_property
+    def _payload(self) -> bytes:
+        work = self.work
+        return pickle.dumps((work.problem, work.sweep, work.variables, work.bands))
+
+    def changed(self, **changes: Any) -> "Cases":
+        """The same with other fields of its `Work`: other variables, or another sweep."""
+        return Cases(replace(self.work, **changes), self.executor, self.progress)
 
     @property
     def unique(self) -> bool:
@@ -64,7 +62,7 @@ class Cases:
 
     def response(self, number: int) -> Response:
         """The response of one case, in this process."""
-        return self._work.response(number)
+        return self.work.response(number)
 
     def __call__(
         self, x: FloatArray, previous: tuple[FloatArray, list[Maxima]] | None = None
@@ -75,9 +73,9 @@ class Cases:
             before = [(previous[0], state) for state in previous[1]]
         calls = [(number, x, state) for number, state in enumerate(before)]
         if self.size == 1:
-            maxima = [self._work(*calls[0])]
+            maxima = [self.work(*calls[0])]
         else:
-            maxima = list(self._workers.map(partial(_remote, self._payload), self._work, calls))
+            maxima = list(self._workers.map(partial(_remote, self._payload), self.work, calls))
         surveyed = sum(state.surveyed for state in maxima)
         self.surveys += surveyed
         self.follows += len(maxima) - surveyed
@@ -85,31 +83,32 @@ class Cases:
         return maxima
 
 
-class _Work:
-    """All cases in one process; those of one structure share compiled functions."""
+@dataclass(frozen=True)
+class Work:
+    """A problem with all parameter sets of a ``sweep``, each in its ``bands`` [Hz].
 
-    def __init__(
-        self,
-        problem: HarmonicBalance,
-        sweep: Sweep,
-        variables: DesignVariables,
-        bands: tuple[Bands, ...],
-    ):
-        self.problem = problem
-        self._arguments = problem, sweep, variables, bands
-        self._responses: dict[int, Response] = {}
-        self._compiled: dict[int, SecondOrder] = {}
+    Designed parameters that are swept as well keep their proportions to the nominal ones. Cases of
+    one structure share compiled functions.
+    """
+
+    problem: HarmonicBalance
+    sweep: Sweep
+    variables: DesignVariables
+    bands: Sequence[Bands]
+    _responses: dict[int, Response] = field(default_factory=dict, init=False)
+    _compiled: dict[int, SecondOrder] = field(default_factory=dict, init=False)
 
     def response(self, number: int) -> Response:
+        """The response of one case."""
         if number not in self._responses:
-            problem, sweep, variables, bands = self._arguments
-            chosen = sweep.chosen(number)
-            own_variables = variables.proportional(problem, chosen)
-            case = problem.with_parameters(**chosen)
-            self._responses[number] = Response(case, own_variables, bands[number], self._compiled)
+            chosen = self.sweep.chosen(number)
+            own_variables = self.variables.proportional(self.problem, chosen)
+            case, bands = self.problem.with_parameters(**chosen), self.bands[number]
+            self._responses[number] = Response(case, own_variables, bands, self._compiled)
         return self._responses[number]
 
     def __call__(self, number: int, x: FloatArray, previous: Previous | None) -> Maxima:
+        """The maxima of one case at a design: followed from a ``previous`` one, or surveyed."""
         response = self.response(number)
         followed = None if previous is None else response.follow(x, *previous)
         return response.survey(x) if followed is None else followed
@@ -120,5 +119,5 @@ def _remote(payload: bytes, number: int, x: FloatArray, previous: Previous | Non
 
 
 @lru_cache(maxsize=8)
-def _unpacked(payload: bytes, thread: int) -> _Work:
-    return _Work(*pickle.loads(payload))
+def _unpacked(payload: bytes, thread: int) -> Work:
+    return Work(*pickle.loads(payload))

@@ -5,15 +5,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from symhbm.continuation import Status
-from symhbm.design.descent import AGREE, are_flat, is_flat
-from symhbm.design.optimum import LEVEL
-from symhbm.design.program import AT_BOUND, Program, Statistic
+from symhbm.design import tolerances
+from symhbm.design.descent import are_flat, is_flat
+from symhbm.design.program import Program, Statistic
 from symhbm.design.search import SearchResult
 from symhbm.numerics import RADIANS
 from symhbm.peaks import MaximumKind
 
-STATIONARY = 1e-8
-"""Largest slope of the statistic's logarithm over those of the variables at an optimum."""
+_KINDS = {
+    MaximumKind.SMOOTH: "a smooth peak",
+    MaximumKind.CORNER: "a corner",
+    MaximumKind.EDGE: "the end of the band",
+}
 
 
 def status_of(program: Program, search_result: SearchResult) -> Status:
@@ -29,7 +32,7 @@ def status_of(program: Program, search_result: SearchResult) -> Status:
     if active is None or are_flat(active.maxima):
         flat = all(is_flat(start) for start in search_result.starts)
         return Status.DESIGN_WITHOUT_EFFECT if flat else Status.DESIGN_ON_PLATEAU
-    if active.stationarity > STATIONARY or active.curvature < -LEVEL:
+    if active.stationarity > tolerances.STATIONARY or active.curvature < -tolerances.LEVEL:
         return Status.DESIGN_STALLED
     if any(followed.maximum.kind == MaximumKind.EDGE for followed in active.maxima):
         return Status.DESIGN_AT_EDGE
@@ -90,7 +93,7 @@ def certificate(
         )
     values = [start.value for start in search_result.starts if np.isfinite(start.value)]
     n_same = sum(
-        descent.converged and descent.design.value <= design.value + AGREE
+        descent.converged and descent.design.value <= design.value + tolerances.AGREE
         for descent in search_result.descents
     )
     sentences.append(
@@ -99,25 +102,18 @@ def certificate(
         f"{np.exp(min(values)):.4g} m; {n_same} of {len(search_result.descents)} descents ended "
         "here."
     )
-    higher = sorted(
-        {
-            f"{np.exp(d.design.value):.6g} m"
-            for d in search_result.descents
-            if d.converged and d.design.value > design.value + AGREE
-        }
-    )
+    others = [d.design.value for d in search_result.descents if d.converged]
+    above = [value for value in others if value > design.value + tolerances.AGREE]
+    higher = sorted({f"{np.exp(value):.6g} m" for value in above})
     if higher:
         sentences.append(f"Other minima that were found are higher: {', '.join(higher)}.")
+    held = np.zeros(variables.n_variables, bool) if active is None else ~active.free
+    at_lower = held & (design.x - variables.lower <= tolerances.AT_BOUND)
+    at_upper = held & (variables.upper - design.x <= tolerances.AT_BOUND) & ~at_lower
     bound = [
         f"{group.label} at its {'lower' if low else 'upper'} bound"
-        for group, low, high, free in zip(
-            variables.groups,
-            design.x - variables.lower <= AT_BOUND,
-            variables.upper - design.x <= AT_BOUND,
-            active.free if active is not None else np.ones(variables.n_variables, bool),
-            strict=True,
-        )
-        if not free and (low or high)
+        for group, low, high in zip(variables.groups, at_lower, at_upper, strict=True)
+        if low or high
     ]
     if active is not None and len(active.rows):
         sentences.append("Held by the constraint: without it the response would be lower.")
@@ -131,14 +127,9 @@ def _active_maxima(search_result: SearchResult, n_cases: int) -> list[str]:
     assert active is not None
     names = []
     for case, followed in zip(active.cases, active.maxima, strict=True):
-        maximum = followed.maximum
-        kind = {
-            MaximumKind.SMOOTH: "a smooth peak",
-            MaximumKind.CORNER: "a corner",
-            MaximumKind.EDGE: "the end of the band",
-        }[maximum.kind]
         of_case = f" of case {case}" if n_cases > 1 else ""
-        names.append(f"{kind}{of_case} at {maximum.frequency / RADIANS:.8g} Hz")
+        frequency = followed.maximum.frequency / RADIANS
+        names.append(f"{_KINDS[followed.maximum.kind]}{of_case} at {frequency:.8g} Hz")
     shown = [*dict.fromkeys(names)]
     if len(shown) > 6:
         shown = [*shown[:6], f"{len(shown) - 6} more"]
@@ -147,20 +138,17 @@ def _active_maxima(search_result: SearchResult, n_cases: int) -> list[str]:
         f"{max(active.stationarity, 1e-16):.1e} of the response per logarithm of a value."
     ]
     curvature = active.curvature
+    smallest = f"The smallest curvature there is {curvature:.4g}"
     if np.isinf(curvature):
         sentences.append("The response rises linearly in every direction: a strict local minimum.")
-    elif abs(curvature) <= LEVEL:
+    elif abs(curvature) <= tolerances.LEVEL:
         sentences.append(
             "The curvature vanishes in some direction: designs along it may be as good, or better."
         )
     elif curvature > 0:
-        sentences.append(
-            f"The smallest curvature there is {curvature:.4g}: a strict local minimum."
-        )
+        sentences.append(f"{smallest}: a strict local minimum.")
     else:
-        sentences.append(
-            f"The smallest curvature there is {curvature:.4g}: a lower response may lie close by."
-        )
+        sentences.append(f"{smallest}: a lower response may lie close by.")
     if any(followed.maximum.kind == MaximumKind.EDGE for followed in active.maxima):
         sentences.append(
             "The largest response lies at an end of the band, not at a peak: a resonance may have "

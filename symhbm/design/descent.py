@@ -11,35 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symhbm.design import tolerances
 from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.optimum import ActiveSet
 from symhbm.design.program import Program
 from symhbm.numerics import FloatArray
-
-FIRST_RADIUS = np.log(3.0)
-"""Radii of the trust region, in logarithms of the design: first, largest and smallest."""
-_LARGEST_RADIUS = np.log(30.0)
-_SMALLEST_RADIUS = 1e-9
-PRECISION = 1e-10
-"""Last step of a minimum, relative: convergence is quadratic."""
-_ROUND_OFF = 1e-13
-"""Change of the logarithm of an amplitude that is round-off."""
-_HIDDEN = 1e-10
-"""Gain of a short step below the tolerance of IPOPT."""
-AGREE = 1e-9
-"""Largest relative difference of equal maxima."""
-_STILL = 1e-12
-"""Slope of the logarithm of an amplitude over that of a design that is round-off."""
-_SMALL = 1e-3
-"""Radius of the trust region whose step gives the multipliers at an optimum."""
-_DIGITS = 1e-12
-"""Last step of Newton's method."""
-_MAX_POLISHES = 6
-"""Most steps of Newton's method: it converges quadratically."""
-_MAX_STEPS = 100
-"""Most steps between two surveys."""
-_MAX_SURVEYS = 30
-"""Most surveys of a descent."""
 
 Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
 """Maxima of all cases at a design: surveyed, or followed from another design."""
@@ -75,17 +51,15 @@ def is_flat(design: Design) -> bool:
 
 def are_flat(maxima: list[FollowedMaximum]) -> bool:
     """Whether maxima do not change with the design, to first and second order."""
-    return all(
-        np.abs(followed.gradient).max() < _STILL and np.abs(followed.hessian).max() < _STILL
-        for followed in maxima
-    )
+    derivatives = [array for followed in maxima for array in (followed.gradient, followed.hessian)]
+    return all(np.abs(array).max() < tolerances.STILL for array in derivatives)
 
 
 def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
     """Descend from a surveyed design whose statistic is finite."""
     best, current = start, start
-    radius = FIRST_RADIUS
-    for _ in range(_MAX_SURVEYS):
+    radius = tolerances.FIRST_RADIUS
+    for _ in range(tolerances.MOST_SURVEYS):
         current, radius, converged = _follow(program, evaluate, current, radius)
         active = None
         if converged:
@@ -94,28 +68,29 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
         if not all(state.surveyed for state in current.states):
             states = evaluate(current.x, None)
             surveyed = Design(current.x, states, _value(program, states))
-        if surveyed.value <= best.value + _ROUND_OFF:
+        if surveyed.value <= best.value + tolerances.ROUND_OFF:
             best = surveyed
-        if surveyed.value <= current.value + AGREE:
+        if surveyed.value <= current.value + tolerances.AGREE:
             ended = best is surveyed
             return Descent(best, converged and ended, active if ended else None)
         # A maximum that was not followed is higher: it enters the models.
         current = surveyed if np.isfinite(surveyed.value) else best
-        radius = max(radius / 4, _SMALLEST_RADIUS)
+        radius = max(radius / 4, tolerances.SMALLEST_RADIUS)
     return Descent(best, False)
 
 
 def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, float, bool]:
     """Steps until the statistic falls no further, without new surveys."""
-    for _ in range(_MAX_STEPS):
+    for _ in range(tolerances.MOST_STEPS):
         if is_flat(current):
             return current, radius, False
         step = program.step(current.states, current.x, radius)
         length = float(np.abs(step.x - current.x).max())
         expected = current.value - step.predicted
         # Gains below IPOPT's tolerance do not count; Newton's method gives the last digits.
-        hidden = abs(expected) <= (_HIDDEN if length <= _SMALL else _ROUND_OFF)
-        if length <= PRECISION or hidden:
+        least = tolerances.HIDDEN if length <= tolerances.SMALL else tolerances.ROUND_OFF
+        hidden = abs(expected) <= least
+        if length <= tolerances.PRECISION or hidden:
             return current, radius, step.solved
         states = evaluate(step.x, (current.x, current.states))
         value = _value(program, states)
@@ -123,12 +98,12 @@ def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, 
         if gain > 1e-4 * expected > 0:
             current = Design(step.x, states, value)
             if gain > 0.75 * expected and length > 0.9 * radius:
-                radius = min(2 * radius, _LARGEST_RADIUS)
+                radius = min(2 * radius, tolerances.LARGEST_RADIUS)
             elif gain < 0.25 * expected:
                 radius = length / 2
         else:
             radius = length / 4
-            if radius < _SMALLEST_RADIUS:
+            if radius < tolerances.SMALLEST_RADIUS:
                 return current, radius, False
     return current, radius, False
 
@@ -138,38 +113,36 @@ def _polished(
 ) -> tuple[Design, ActiveSet | None]:
     """Newton's method on the conditions of a minimum, as long as their residual falls."""
     active = _active_set(program, current)
-    for _ in range(_MAX_POLISHES if active else 0):
+    for _ in range(tolerances.MOST_POLISHES if active else 0):
         assert active is not None
         change, _, _ = active.step()
         length = float(np.abs(change).max())
-        if not length <= _SMALL:
+        if not length <= tolerances.SMALL:
             break
         x = np.clip(current.x + change, program.variables.lower, program.variables.upper)
         states = evaluate(x, (current.x, current.states))
         trial = Design(x, states, _value(program, states))
         better = _active_set(program, trial)
-        if better is None or not trial.value <= current.value + AGREE:
+        if better is None or not trial.value <= current.value + tolerances.AGREE:
             break
-        if better.stationarity >= active.stationarity and length > _DIGITS:
+        if better.stationarity >= active.stationarity and length > tolerances.DIGITS:
             break
         current, active = trial, better
-        if length <= _DIGITS:
+        if length <= tolerances.DIGITS:
             break
     return current, active
 
 
 def _active_set(program: Program, design: Design) -> ActiveSet | None:
     """The active set of a design, None where IPOPT fails."""
-    step = program.step(design.states, design.x, _SMALL)
+    step = program.step(design.states, design.x, tolerances.SMALL)
     if not step.solved:
         return None
     active = ActiveSet.of(program, design.x, design.states, step)
     _, weights, pulls = active.step()
-    return (
-        replace(active, weights=weights, constraint_multipliers=pulls)
-        if np.all(weights > 0)
-        else active
-    )
+    if not np.all(weights > 0):
+        return active
+    return replace(active, weights=weights, constraint_multipliers=pulls)
 
 
 def _value(program: Program, states: list[Maxima]) -> float:

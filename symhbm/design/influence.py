@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from symhbm.balance import SecondOrder
+from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.optimum import LEVEL, ActiveSet
+from symhbm.design.optimum import ActiveSet
 from symhbm.numerics import FloatArray
 from symhbm.peaks import Conditions
 
@@ -29,7 +30,7 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
             compiled[key] = SecondOrder(problem, names)
         second_order = compiled[key]
         maximum = replace(followed.maximum, problem=problem)
-        conditions = Conditions(second_order, maximum, followed.multipliers)
+        conditions = Conditions.of(second_order, maximum, followed.multipliers)
         first = problem.n_unknowns + 1
         alike = np.zeros((second_order.n_variables - first, len(names)))
         for number, name in enumerate(names):
@@ -45,7 +46,7 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
     by_statistic = np.exp(top) * (active.weights @ by_value)
     moved = active.derivative(by_gradient, by_value)
     moved *= active.program.variables.values(active.x)[:, None]
-    if not active.curvature > LEVEL:
+    if not active.curvature > tolerances.LEVEL:
         moved[:] = np.nan
     return {
         name: (float(by_statistic[number]), moved[:, number]) for number, name in enumerate(names)

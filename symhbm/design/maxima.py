@@ -10,17 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.design import tolerances
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
 from symhbm.peaks import Conditions, Maximum, MaximumKind, Survey, sector_of, survey
 from symhbm.peaks.tracking import advanced, retrack
-
-CONTENDER = 0.7
-"""Share of the largest response from which a maximum may be the largest at the next design."""
-_FEW = 3
-"""Most contenders that are followed through changes of state: a survey finds many at once."""
-_MOST = 60
-"""Most contenders of one response."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +96,9 @@ class Response:
         n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.maxima)
         if not np.isfinite(top):
             return Maxima([], np.inf, True, n_peaks, _why(surveyed))
-        maxima = [s for s in surveyed.maxima if s.amplitude >= CONTENDER * top][:_MOST]
-        contenders = [self._followed(Conditions(self._second_order, s)) for s in maxima]
+        least = tolerances.CONTENDER * top
+        maxima = [s for s in surveyed.maxima if s.amplitude >= least][: tolerances.MOST]
+        contenders = [self._followed(Conditions.of(self._second_order, s)) for s in maxima]
         return Maxima(contenders, float(np.log(top)), True, n_peaks)
 
     def follow(self, x: FloatArray, before: FloatArray, maxima: Maxima) -> Maxima | None:
@@ -113,11 +108,11 @@ class Response:
         a descent finds what replaces them.
         """
         problem, previous_problem = self.at(x), self.at(before)
-        few = len(maxima.contenders) <= _FEW
+        few = len(maxima.contenders) <= tolerances.FEW
         followed = []
         for contender in maxima.contenders:
             maximum = replace(contender.maximum, problem=previous_problem)
-            conditions = Conditions(self._second_order, maximum, contender.multipliers)
+            conditions = Conditions.of(self._second_order, maximum, contender.multipliers)
             step = advanced(conditions, problem)
             if step is None and not few:
                 return None

@@ -5,36 +5,26 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import scipy
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
-from symhbm.design.arguments import (
-    check_dimensions,
-    check_forces,
-    check_ratios,
-    read_bands,
-    read_constraint,
-    read_start,
-    read_variables,
-)
-from symhbm.design.cases import Bands, Cases
+from symhbm.design import arguments
+from symhbm.design.cases import Bands, Cases, Work
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.program import Program, Statistic
-from symhbm.design.report import report
-from symhbm.design.search import SearchResult, around, common, search
+from symhbm.design.report import infeasible, report, report_of_fresh, with_certificate
+from symhbm.design.search import SearchResult, search
 from symhbm.design.variables import DesignVariables
 from symhbm.model import DOUBT, natural_band, warn_of_doubts
-from symhbm.numerics import FloatArray, check
+from symhbm.numerics import check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
-from symhbm.results import Sweep, meaning, parse, with_provenance
+from symhbm.results import Sweep, parse
 from symhbm.workers import check_executor
 
 if TYPE_CHECKING:
@@ -42,10 +32,6 @@ if TYPE_CHECKING:
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 """Statuses of an optimum."""
-_DESCENTS = 3
-"""Descents from the starts that are spread over the bounds: the lowest of them."""
-_AROUND = 2
-"""Starts around the best equal values, where values of one parameter may differ."""
 
 
 def minimise_peak(
@@ -149,34 +135,37 @@ def minimise_peak(
         )
     throw = check.flag("throw", throw)
     sweep = parse(problem, over)
-    check_dimensions(sweep)
-    check_forces(problem, sweep)
-    variables = read_variables(problem, parameters, bounds, vary)
-    check_ratios(problem, variables, sweep)
+    arguments.check_dimensions(sweep)
+    arguments.check_forces(problem, sweep)
+    variables = arguments.read_variables(problem, parameters, bounds, vary)
+    arguments.check_ratios(problem, variables, sweep)
     if statistic not in [str(member) for member in Statistic]:
         raise ValueError(f"statistic={check.shown(statistic)}: expected 'worst', 'mean' or 'tail'")
     if not 0 < check.scalar("tail", tail) <= 1:
         raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
-    program = Program(variables, Statistic(statistic), tail, read_constraint(variables, constraint))
-    fixed_start = read_start(variables, start)
+    program = Program(
+        variables, Statistic(statistic), tail, arguments.read_constraint(variables, constraint)
+    )
+    fixed_start = arguments.read_start(variables, start)
     check_mean(problem)
     if frequency is None:
         frequency = _resonances(problem, sweep, variables)
-    bands = read_bands(frequency, sweep)
+    bands = arguments.read_bands(frequency, sweep)
     moving = {*variables.names, *sweep.values}
     warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
     fresh_sweep = None if fresh is None else parse(problem, fresh, "fresh")
     if fresh_sweep is not None:
-        check_ratios(problem, variables, fresh_sweep, "fresh")
-        check_forces(problem, fresh_sweep)
+        arguments.check_ratios(problem, variables, fresh_sweep, "fresh")
+        arguments.check_forces(problem, fresh_sweep)
         if len(set(bands)) > 1:
             raise ValueError("fresh: expected None where cases have bands of their own")
     if not program.feasible():
-        return _checked(_infeasible(problem, variables), throw)
-    cases = Cases(problem, sweep, variables, bands, executor, check.flag("progress", progress))
-    search_result = _search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
+        return _checked(infeasible(problem, variables), throw)
+    work = Work(problem, sweep, variables, bands)
+    cases = Cases(work, executor, check.flag("progress", progress))
+    search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     status = status_of(program, search_result)
     result = _responses(problem, program, search_result, sweep, bands, executor, progress)
     if status in _GOOD and not bool(result["status"].isin([*map(str, COMPLETE)]).all()):
@@ -186,12 +175,14 @@ def minimise_peak(
     hulls = sorted({band for case_bands in bands for band in case_bands})
     text = certificate(program, search_result, hulls, sweep.size, cases.unique)
     if fresh_sweep is not None:
-        result = result.merge(_fresh(program, cases, search_result, fresh_sweep, bands))
+        fresh_cases = cases.changed(sweep=fresh_sweep, bands=[bands[0]] * fresh_sweep.size)
+        states = fresh_cases(search_result.design.x)
+        result = result.merge(report_of_fresh(program, [state.height for state in states]))
         text += (
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
         )
-    return _checked(_with_certificate(result, status, text), throw)
+    return _checked(with_certificate(result, status, text), throw)
 
 
 def _resonances(
@@ -201,47 +192,9 @@ def _resonances(
     models = []
     for number in range(sweep.size):
         chosen = sweep.chosen(number)
-        case, own_variables = (
-            problem.with_parameters(**chosen),
-            variables.proportional(problem, chosen),
-        )
-        models += [own_variables.problem(case, x).model for x in (variables.lower, variables.upper)]
+        case, own = problem.with_parameters(**chosen), variables.proportional(problem, chosen)
+        models += [own.problem(case, x).model for x in (variables.lower, variables.upper)]
     return natural_band(models)
-
-
-def _search(
-    program: Program,
-    cases: Cases,
-    fixed_starts: list[FloatArray],
-    n_starts: int | None,
-) -> SearchResult:
-    """Search among equal values first: their optimum is a start for values that differ."""
-    variables = program.variables
-    if variables.n_variables > len(variables.names):
-        alike = replace(program, variables=common(variables), constraint=_merged(program))
-        if alike.feasible():
-            best = search(alike, cases.with_variables(alike.variables), [], n_starts, _DESCENTS)
-            values = dict(zip(variables.names, best.design.x, strict=True))
-            alike_best = np.array([values[group.parameter] for group in variables.groups])
-            # A symmetric optimum may be a saddle, or the highest of several minima.
-            fixed_starts = [
-                *fixed_starts,
-                alike_best,
-                *around(variables, alike_best, n_starts or _AROUND),
-            ]
-            return search(program, cases, fixed_starts, 1, 0)
-    return search(program, cases, fixed_starts, n_starts, _DESCENTS)
-
-
-def _merged(program: Program) -> LinearConstraint | None:
-    """The constraint on designs whose variables of one parameter are alike."""
-    if program.constraint is None:
-        return None
-    names = np.array([group.parameter for group in program.variables.groups])
-    matrix = np.atleast_2d(np.asarray(program.constraint.A, dtype=float))
-    merged = [matrix[:, names == name].sum(axis=1) for name in program.variables.names]
-    constraint = program.constraint
-    return scipy.optimize.LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
 
 
 def _responses(
@@ -255,24 +208,14 @@ def _responses(
 ) -> xr.Dataset:
     """Frequency responses of all cases at a design, over the hull of all bands."""
     variables, x = program.variables, search_result.design.x
-    over: dict[str, Any] = {
-        name: value for name, value in sweep.values.items() if name not in variables.names
-    }
-    for name in variables.names:
-        if name in sweep.values:
-            own_variables = [
-                variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)
-            ]
-            values = [of_case.parameters(problem, x)[name] for of_case in own_variables]
-            shape = (*sweep.shape, *np.shape(values[0]))
-            inner = problem.dims_of(name)
-            labels = {
-                str(label): coordinate
-                for label, coordinate in sweep.values[name].coords.items()
-                if label not in inner
-            }
-            array = np.reshape(values, shape)
-            over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
+    over: dict[str, Any] = {k: v for k, v in sweep.values.items() if k not in variables.names}
+    own = [variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
+    for name in [name for name in variables.names if name in sweep.values]:
+        values = [of_case.parameters(problem, x)[name] for of_case in own]
+        inner, coords = problem.dims_of(name), sweep.values[name].coords
+        labels = {str(label): coords[label] for label in coords if label not in inner}
+        array = np.reshape(values, (*sweep.shape, *np.shape(values[0])))
+        over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
     best = variables.problem(problem, x)
     with warnings.catch_warnings():
         # The problem was warned of already.
@@ -283,48 +226,6 @@ def _responses(
 def _hull(bands: list[Bands]) -> tuple[float, float]:
     edges = np.array([band for case_bands in bands for band in case_bands])
     return float(edges.min()), float(edges.max())
-
-
-def _fresh(
-    program: Program, cases: Cases, search_result: SearchResult, sweep: Sweep, bands: list[Bands]
-) -> xr.Dataset:
-    """The statistic of cases that were not designed for."""
-    states = cases.with_sweep(sweep, [bands[0]] * sweep.size)(search_result.design.x)
-    heights = np.array([state.height for state in states])
-    return xr.Dataset(
-        {
-            "fresh_case_amplitude": ("fresh", np.exp(heights), _attributes("fresh_case_amplitude")),
-            "fresh_amplitude": ((), np.exp(program.value(heights)), _attributes("fresh_amplitude")),
-        }
-    )
-
-
-def _infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Dataset:
-    """A dataset of the problem where no design is possible."""
-    labels = np.array([group.label for group in variables.groups], dtype=object)
-    values = np.full(variables.n_variables, np.nan)
-    data = {
-        "design_value": ("variable", values, _attributes("design_value")),
-        "design_amplitude": ((), np.nan, _attributes("design_amplitude")),
-    }
-    coordinates = {"variable": ("variable", labels, _attributes("variable"))}
-    parts = with_provenance(data, coordinates, problem, Sweep({}, (), ()))
-    dataset = replace(parts, sizes=None).dataset()
-    text = (
-        "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
-        "program shows."
-    )
-    return _with_certificate(dataset, Status.DESIGN_INFEASIBLE, text)
-
-
-def _with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
-    said = {"design_status": str(status), "certificate": text}
-    return result.assign({name: ((), value, _attributes(name)) for name, value in said.items()})
-
-
-def _attributes(name: str) -> dict[str, Any]:
-    entry = meaning(name)
-    return {"units": entry.units, "long_name": entry.long_name}
 
 
 def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:

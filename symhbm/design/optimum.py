@@ -10,14 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
+from symhbm.design import tolerances
 from symhbm.design.maxima import FollowedMaximum, Maxima
-from symhbm.design.program import AT_BOUND, Program, Step
+from symhbm.design.program import Program, Step
 from symhbm.numerics import FloatArray
-
-ACTIVE = 1e-7
-"""Multiplier, of all that sum to 1, above which a maximum or a bound is active."""
-LEVEL = 1e-9
-"""Curvature of the statistic's logarithm that counts as zero: its round-off is 1e-15."""
 
 
 @dataclass(frozen=True)
@@ -49,20 +45,20 @@ class ActiveSet:
             (case, followed, weight)
             for case, (state, weights) in enumerate(zip(states, step.weights, strict=True))
             for followed, weight in zip(state.contenders, weights, strict=True)
-            if weight > ACTIVE
+            if weight > tolerances.ACTIVE
         ]
         chosen.sort(key=lambda entry: (entry[0], entry[1].maximum.frequency))
         rows, low, high = program.rows()
-        hold = np.abs(step.on_constraint) > ACTIVE
+        hold = np.abs(step.on_constraint) > tolerances.ACTIVE
         lower, upper = program.variables.lower, program.variables.upper
-        at_bound = (x - lower <= AT_BOUND) | (upper - x <= AT_BOUND)
+        at_bound = (x - lower <= tolerances.AT_BOUND) | (upper - x <= tolerances.AT_BOUND)
         return cls(
             program,
             x,
             [case for case, _, _ in chosen],
             [followed for _, followed, _ in chosen],
             np.array([weight for _, _, weight in chosen]),
-            ~(at_bound & (np.abs(step.on_bounds) > ACTIVE)),
+            ~(at_bound & (np.abs(step.on_bounds) > tolerances.ACTIVE)),
             rows[hold],
             step.on_constraint[hold],
             np.where(step.on_constraint > 0, high, low)[hold],

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from symhbm.design import tolerances
 from symhbm.design.maxima import Maxima
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
@@ -30,10 +31,6 @@ _OPTIONS = {
     "ipopt.mu_strategy": "adaptive",
     "ipopt.bound_relax_factor": 0.0,
 }
-AT_BOUND = 1e-9
-"""Relative distance to a bound that counts as zero."""
-_TIE = 1e-6
-"""Largest relative difference of responses equal at a minimum: descents end within 1e-10."""
 
 
 class Statistic(StrEnum):
@@ -99,7 +96,7 @@ class Program:
         if self.statistic == Statistic.MEAN:
             return []
         lowest = heights[self.weights(heights) > 0].min()
-        return np.flatnonzero(np.abs(heights - lowest) <= _TIE).tolist()
+        return np.flatnonzero(np.abs(heights - lowest) <= tolerances.TIE).tolist()
 
     def feasible(self) -> bool:
         """Whether any design satisfies bounds and constraint."""
@@ -164,7 +161,7 @@ class Program:
         x_best = x + solution["x"].full().ravel()[:n]
         # IPOPT stays a little inside its bounds.
         for bound in (self.variables.lower, self.variables.upper):
-            x_best = np.where(np.abs(x_best - bound) <= AT_BOUND, bound, x_best)
+            x_best = np.where(np.abs(x_best - bound) <= tolerances.AT_BOUND, bound, x_best)
         return Step(
             np.clip(x_best, self.variables.lower, self.variables.upper),
             top + value,

@@ -1,18 +1,24 @@
 """An optimal design as a labelled dataset, beside its frequency response."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation import Status
 from symhbm.design.cases import Cases
+from symhbm.design.descent import Design
 from symhbm.design.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import SearchResult
+from symhbm.design.variables import DesignVariables
+from symhbm.model import PARAMETERS
 from symhbm.model.contacts import Parameter
 from symhbm.numerics import RADIANS
-from symhbm.results import meaning
+from symhbm.results import Sweep, meaning, with_provenance
 
 
 def report(
@@ -20,46 +26,36 @@ def report(
 ) -> xr.Dataset:
     """All variables of a design but its response; ``shape`` are the dimensions of the cases."""
     variables, design, active = program.variables, search_result.design, search_result.active
-    n = variables.n_variables
-    stationary = np.nan if active is None else active.stationarity
-    curvature = np.nan if active is None else active.curvature
-    bound_multipliers = (
-        np.zeros(n) if active is None else np.where(active.free, 0.0, active.bound_multipliers)
-    )
-    records = cases.problem.records
-    units = [records[group.parameter].units for group in variables.groups]
+    starts, descents = search_result.starts, search_result.descents
+    labels = [group.label for group in variables.groups]
+    units = [cases.work.problem.records[group.parameter].units for group in variables.groups]
+    heights = np.array([state.height for state in design.states]).reshape(tuple(shape.values()))
+    multipliers, stationarity, curvature = np.zeros(len(labels)), np.nan, np.nan
+    if active is not None:
+        multipliers = np.where(active.free, 0.0, active.bound_multipliers)
+        stationarity, curvature = active.stationarity, active.curvature
+
+    def values(designs: Sequence[Design]) -> np.ndarray:
+        return np.array([variables.values(d.x) for d in designs]).reshape(-1, len(labels))
+
+    ended = [descent.design for descent in descents]
     table: dict[str, Any] = {
-        "variable": (
-            "variable",
-            np.array([group.label for group in variables.groups], dtype=object),
-        ),
+        "variable": ("variable", np.array(labels, dtype=object)),
         "variable_units": ("variable", np.array(units, dtype=object)),
         "design_value": ("variable", variables.values(design.x)),
         "design_lower": ("variable", np.exp(variables.lower)),
         "design_upper": ("variable", np.exp(variables.upper)),
-        "design_bound_multiplier": ("variable", bound_multipliers),
+        "design_bound_multiplier": ("variable", multipliers),
         "design_amplitude": ((), np.exp(design.value)),
-        "design_optimality": ((), stationary),
+        "design_optimality": ((), stationarity),
         "design_curvature": ((), curvature),
-        "case_amplitude": (
-            tuple(shape),
-            np.exp([state.height for state in design.states]).reshape(tuple(shape.values())),
-        ),
-        "start_value": (
-            ("start", "variable"),
-            np.array([variables.values(s.x) for s in search_result.starts]),
-        ),
-        "start_amplitude": ("start", np.exp([s.value for s in search_result.starts])),
+        "case_amplitude": (tuple(shape), np.exp(heights)),
+        "start_value": (("start", "variable"), values(starts)),
+        "start_amplitude": ("start", np.exp([start.value for start in starts])),
         "n_surveys": ((), np.int32(cases.surveys)),
         "n_followed": ((), np.int32(cases.follows)),
-    }
-    descents = search_result.descents
-    table |= {
-        "descent_value": (
-            ("descent", "variable"),
-            np.array([variables.values(d.design.x) for d in descents]).reshape(-1, n),
-        ),
-        "descent_amplitude": ("descent", np.exp([d.design.value for d in descents])),
+        "descent_value": (("descent", "variable"), values(ended)),
+        "descent_amplitude": ("descent", np.exp([end.value for end in ended])),
         "descent_converged": ("descent", np.array([d.converged for d in descents], dtype=bool)),
     }
     table |= _active(search_result)
@@ -68,20 +64,55 @@ def report(
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
+    return _labelled(table, cases.work.problem.records)
+
+
+def report_of_fresh(program: Program, heights: Sequence[float]) -> xr.Dataset:
+    """The largest responses of cases that were not designed for, and their statistic."""
+    statistic = np.exp(program.value(np.array(heights)))
+    values = {"fresh_case_amplitude": ("fresh", np.exp(heights))}
+    return _labelled(values | {"fresh_amplitude": ((), statistic)})
+
+
+def infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Dataset:
+    """A dataset of the problem where no design is possible."""
+    labels = np.array([group.label for group in variables.groups], dtype=object)
+    unknown = np.full(variables.n_variables, np.nan)
+    data = {"design_value": ("variable", unknown), "design_amplitude": ((), np.nan)}
+    coordinates = {"variable": ("variable", labels, _attributes("variable", PARAMETERS))}
+    labelled = {name: (*value, _attributes(name, PARAMETERS)) for name, value in data.items()}
+    parts = with_provenance(labelled, coordinates, problem, Sweep({}, (), ()))
+    text = (
+        "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
+        "program shows."
+    )
+    result = replace(parts, sizes=None).dataset()
+    return with_certificate(result, Status.DESIGN_INFEASIBLE, text)
+
+
+def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
+    """The dataset of a design with its status and certificate."""
+    said = _labelled({"design_status": ((), str(status)), "certificate": ((), text)})
+    return result.assign(said.data_vars)
+
+
+def _labelled(table: dict[str, Any], records: Mapping[str, Parameter] = PARAMETERS) -> xr.Dataset:
+    """Dimensions and values by name, with units and meanings."""
     return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
 
 
 def _active(search_result: SearchResult) -> dict[str, Any]:
     active = search_result.active
-    maxima = [] if active is None else [followed.maximum for followed in active.maxima]
-    amplitudes = [] if active is None else [followed.amplitude for followed in active.maxima]
+    cases, followed, weights = (
+        ([], [], []) if active is None else (active.cases, active.maxima, active.weights)
+    )
     columns = {
-        "active_case": np.array([] if active is None else active.cases, dtype=np.int32),
-        "active_frequency": np.array([maximum.frequency / RADIANS for maximum in maxima]),
-        "active_amplitude": np.array(amplitudes, dtype=float),
-        "active_dof": np.array([maximum.dof for maximum in maxima], dtype=np.int32),
-        "active_kind": np.array([str(maximum.kind) for maximum in maxima], dtype=object),
-        "active_multiplier": np.array([] if active is None else active.weights, dtype=float),
+        "active_case": np.array(cases, dtype=np.int32),
+        "active_frequency": np.array([f.maximum.frequency / RADIANS for f in followed]),
+        "active_amplitude": np.array([f.amplitude for f in followed], dtype=float),
+        "active_dof": np.array([f.maximum.dof for f in followed], dtype=np.int32),
+        "active_kind": np.array([str(f.maximum.kind) for f in followed], dtype=object),
+        "active_multiplier": np.array(weights, dtype=float),
     }
     return {name: ("active", column) for name, column in columns.items()}
 

@@ -1,22 +1,22 @@
 """The search for an optimal design: several starts, and descents from them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import compress
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
+from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.descent import AGREE, Descent, Design, descend, is_flat
+from symhbm.design.descent import Descent, Design, descend, is_flat
 from symhbm.design.optimum import ActiveSet
 from symhbm.design.program import Program
 from symhbm.design.variables import DesignVariables, Group
 from symhbm.numerics import FloatArray
 
-_SEED = 2013
-"""Seed of the starts: a search is reproducible."""
-_NEARBY = np.log(3.0)
-"""Distance of designs around another one: less than a descent reaches over."""
-_APART = np.log(25.0)
-"""Distance of starts: a descent reaches over a factor of five on either side."""
+if TYPE_CHECKING:
+    from scipy.optimize import LinearConstraint
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,34 @@ class SearchResult:
 
 
 def search(
+    program: Program, cases: Cases, fixed_starts: list[FloatArray], n_starts: int | None
+) -> SearchResult:
+    """The best design, searched among equal values first: a start for values that differ."""
+    variables = program.variables
+    alike = replace(program, variables=common(variables), constraint=_merged(program))
+    if alike.variables.n_variables == variables.n_variables or not alike.feasible():
+        return _best(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
+    alike_cases = cases.changed(variables=alike.variables)
+    best = _best(alike, alike_cases, [], n_starts, tolerances.DESCENTS)
+    values = dict(zip(variables.names, best.design.x, strict=True))
+    x = np.array([values[group.parameter] for group in variables.groups])
+    # A symmetric optimum may be a saddle, or the highest of several minima.
+    nearby = around(variables, x, n_starts or tolerances.AROUND)
+    return _best(program, cases, [*fixed_starts, x, *nearby], 1, 0)
+
+
+def _merged(program: Program) -> "LinearConstraint | None":
+    """The constraint on designs whose variables of one parameter are alike."""
+    constraint = program.constraint
+    if constraint is None:
+        return None
+    names = np.array([group.parameter for group in program.variables.groups])
+    matrix = np.atleast_2d(np.asarray(constraint.A, dtype=float))
+    merged = [matrix[:, names == name].sum(axis=1) for name in program.variables.names]
+    return scipy.optimize.LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
+
+
+def _best(
     program: Program,
     cases: Cases,
     fixed_starts: list[FloatArray],
@@ -49,17 +77,17 @@ def search(
     designs = [_surveyed(program, cases, program.nearest(point)) for point in points]
     chosen = [design for design in designs[: len(fixed_starts)] if np.isfinite(design.value)]
     chosen += _promising(program.variables, designs[len(fixed_starts) :], n_descents)
-    sloping = [design for design in chosen if not is_flat(design)] or sorted(
-        (design for design in designs if np.isfinite(design.value) and not is_flat(design)),
-        key=lambda design: design.value,
-    )[:1]
+    sloping = [design for design in chosen if not is_flat(design)]
+    if not sloping:
+        finite = sorted((d for d in designs if np.isfinite(d.value)), key=_value)
+        sloping = [design for design in finite if not is_flat(design)][:1]
     descents = [descend(program, cases, design) for design in sloping]
-    best = min(designs, key=lambda design: design.value)
+    best = min(designs, key=_value)
     lowest = min((descent.design.value for descent in descents), default=np.inf)
-    if best.value < lowest - AGREE or not descents:
+    if best.value < lowest - tolerances.AGREE or not descents:
         return SearchResult(best, None, designs, descents)
     # Of minima that agree, one that converged has more digits.
-    alike = [descent for descent in descents if descent.design.value <= lowest + AGREE]
+    alike = [descent for descent in descents if descent.design.value <= lowest + tolerances.AGREE]
     ended = min(alike, key=lambda descent: not descent.converged)
     return SearchResult(ended.design, ended.active, designs, descents)
 
@@ -68,7 +96,7 @@ def starts(variables: DesignVariables, n_starts: int | None) -> FloatArray:
     """Designs spread over the bounds, (n_starts, n_variables)."""
     n = variables.n_variables
     wide = variables.upper - variables.lower
-    along = n_starts or max(3, int(np.ceil(np.max(wide) / _APART - 1e-9)))
+    along = n_starts or max(3, int(np.ceil(np.max(wide) / tolerances.APART - 1e-9)))
     if n == 1:
         points = (np.arange(along)[:, None] + 0.5) / along
     else:
@@ -78,7 +106,7 @@ def starts(variables: DesignVariables, n_starts: int | None) -> FloatArray:
 
 def around(variables: DesignVariables, x: FloatArray, n_points: int) -> FloatArray:
     """Designs around another one, (n_points, n_variables): values differ by up to a factor."""
-    nearby = x + _NEARBY * (2 * _spread(variables.n_variables, n_points) - 1)
+    nearby = x + tolerances.NEARBY * (2 * _spread(variables.n_variables, n_points) - 1)
     return np.clip(nearby, variables.lower, variables.upper)
 
 
@@ -87,7 +115,7 @@ def _spread(n_variables: int, n_points: int) -> FloatArray:
     # Slow to import, and needed for designs of several variables alone.
     from scipy.stats import qmc
 
-    sobol = qmc.Sobol(n_variables, rng=np.random.default_rng(_SEED))
+    sobol = qmc.Sobol(n_variables, rng=np.random.default_rng(tolerances.SEED))
     # Powers of two keep the sequence balanced.
     return sobol.random_base2(int(np.ceil(np.log2(n_points))))[:n_points]
 
@@ -107,17 +135,18 @@ def _promising(variables: DesignVariables, designs: list[Design], most: int) -> 
     """Designs from which to descend: local minima over one variable, the lowest of several."""
     finite = [design for design in designs if np.isfinite(design.value)]
     if variables.n_variables > 1:
-        return sorted(finite, key=lambda design: design.value)[:most]
+        return sorted(finite, key=_value)[:most]
     finite.sort(key=lambda design: design.x[0])
     values = [np.inf, *(design.value for design in finite), np.inf]
-    valleys = [
-        design
-        for i, design in enumerate(finite, start=1)
-        if values[i] <= values[i - 1] and values[i] < values[i + 1]
-    ]
-    return sorted(valleys, key=lambda design: design.value)[:most]
+    sides = zip(values, values[1:], values[2:], strict=False)
+    low = [value <= before and value < after for before, value, after in sides]
+    return sorted(compress(finite, low), key=_value)[:most]
 
 
 def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:
     states = cases(x)
     return Design(x, states, program.value(np.array([state.height for state in states])))
+
+
+def _value(design: Design) -> float:
+    return design.value

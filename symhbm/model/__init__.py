@@ -16,7 +16,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import SliderContacts, Structure
+from symhbm.model.structure import SliderContacts, Structure, weighted
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -41,4 +41,5 @@ __all__ = [
     "records_by_name",
     "single_blade",
     "warn_of_doubts",
+    "weighted",
 ]

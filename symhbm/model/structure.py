@@ -453,3 +453,8 @@ class Structure(ABC):
                 unit = self.about(name).shown_as(name)[1]
                 lines.append(f"  {name:<21} {text} {unit}".rstrip())
         return "\n".join(lines)
+
+
+def weighted(columns: NDArray, factors: NDArray) -> NDArray:
+    """Columns (n, m) times their factors (m,), or times a matrix (m, m) that couples them."""
+    return columns * factors if factors.ndim == 1 else columns @ factors

@@ -27,7 +27,6 @@ from symhbm.numerics.linear_algebra import (
     length_of,
     negative_eigenvalues,
     saddle,
-    weighted,
 )
 from symhbm.numerics.machine_code import native
 from symhbm.numerics.roots import MACHINE, Motions, monotone_root
@@ -82,5 +81,4 @@ __all__ = [
     "turning_hessian",
     "turning_points",
     "unknowns_of",
-    "weighted",
 ]

@@ -115,8 +115,3 @@ def _parity(permutation: np.ndarray) -> int:
     size = len(permutation)
     graph = sp.csr_array((np.ones(size), permutation, np.arange(size + 1)))
     return 1 - 2 * ((size - connected_components(graph)[0]) % 2)
-
-
-def weighted(columns: NDArray, factors: NDArray) -> NDArray:
-    """Columns (n, m) times their factors (m,), or times a matrix (m, m) that couples them."""
-    return columns * factors if factors.ndim == 1 else columns @ factors

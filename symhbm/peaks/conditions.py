@@ -9,6 +9,7 @@ frequency. The contact on the limit of a corner is held in stick, where the equa
 both sides.
 """
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -35,51 +36,69 @@ _RADIUS = 0.5
 """Longest step relative to response or frequency; beyond it another peak is likely."""
 
 
+@dataclass(frozen=True, eq=False)
 class Conditions:
-    """First-order conditions of a maximum and their derivatives.
+    """First-order conditions of a maximum and their derivatives; `Conditions.of` evaluates them.
 
     Variables are unknowns, frequency and the parameters of ``second_order``, in this order.
-    ``multipliers`` belong to the balance and, at a corner or an edge, to its limit; by default they
-    are fitted.
+    ``multipliers`` belong to the balance and, at a corner or an edge, to its limit, whose
+    derivatives by all variables are ``limit_row``. ``constraints`` are those of balance and limit,
+    ``slope`` and ``curvature`` the first and second derivatives of the Lagrangian.
     """
 
-    def __init__(
-        self, second_order: SecondOrder, maximum: Maximum, multipliers: FloatArray | None = None
-    ):
-        problem = maximum.problem
-        self.maximum, self.second_order = maximum, second_order
-        self._n = problem.n_unknowns
-        self._dof_slice = maximum.dof_slice
-        solution = maximum.unknowns, maximum.frequency
-        evaluation = self.evaluation = maximum.evaluate()
-        self._limit_row = maximum.limit(second_order)
-        self.multipliers = multipliers = (
-            self._fitted_multipliers() if multipliers is None else multipliers
-        )
+    second_order: SecondOrder
+    maximum: Maximum
+    multipliers: FloatArray
+    evaluation: Evaluation
+    limit_row: FloatArray
+    constraints: Any
+    slope: FloatArray
+    curvature: Any
+
+    @classmethod
+    def of(
+        cls, second_order: SecondOrder, maximum: Maximum, multipliers: FloatArray | None = None
+    ) -> "Conditions":
+        """The conditions evaluated at a maximum; by default the multipliers are fitted.
+
+        Raises ArithmeticError where the equations are singular or not finite.
+        """
+        problem, evaluation, row = maximum.problem, maximum.evaluate(), maximum.limit(second_order)
+        if multipliers is None:
+            multipliers = _fitted_multipliers(maximum, evaluation, row)
         derivatives = second_order(
-            problem, *solution, multipliers[: self._n], maximum.slip, evaluation
+            problem,
+            maximum.unknowns,
+            maximum.frequency,
+            multipliers[: problem.n_unknowns],
+            maximum.slip,
+            evaluation,
         )
-        self._constraints: Any = derivatives.jacobian
+        constraints: Any = derivatives.jacobian
         if maximum.kind != MaximumKind.SMOOTH:
-            stack = sp.vstack if sp.issparse(derivatives.jacobian) else np.vstack
-            self._constraints = stack([derivatives.jacobian, self._limit_row[None]])
-        slope = -self._constraints.T @ multipliers
-        slope[self._dof_slice] += maximum.amplitude_slope
-        self._slope = slope
-        hessian = maximum.amplitude_curvature(second_order.n_variables) - derivatives.hessian
+            stack = sp.vstack if sp.issparse(constraints) else np.vstack
+            constraints = stack([constraints, row[None]])
+        slope = -constraints.T @ multipliers
+        slope[maximum.dof_slice] += maximum.amplitude_slope
+        curvature = maximum.amplitude_curvature(second_order.n_variables) - derivatives.hessian
         if maximum.kind == MaximumKind.CORNER:
-            hessian = hessian - multipliers[-1] * maximum.limit_curvature(second_order)
-        self._hessian = hessian
+            curvature = curvature - multipliers[-1] * maximum.limit_curvature(second_order)
+        given = second_order, maximum, multipliers, evaluation
+        return cls(*given, row, constraints, slope, curvature)
+
+    @property
+    def _n(self) -> int:
+        return self.maximum.problem.n_unknowns
 
     @property
     def gradient(self) -> FloatArray:
         """Derivative of the amplitude by the parameters, (n_parameters,)."""
-        return self._slope[self._n + 1 :]
+        return self.slope[self._n + 1 :]
 
     @cached_property
     def hessian(self) -> FloatArray:
         """Second derivative of the amplitude by the parameters, (n_parameters, n_parameters)."""
-        block = self._hessian[self._n + 1 :, self._n + 1 :]
+        block = self.curvature[self._n + 1 :, self._n + 1 :]
         return full(block) + self._mixed.T @ self.by_parameters
 
     @cached_property
@@ -98,25 +117,23 @@ class Conditions:
     @property
     def stationarity(self) -> float:
         """Largest slope of the Lagrangian by unknowns and frequency, scaled by the amplitude."""
-        slope = self._slope[: self._n + 1] * self._scale[: self._n + 1]
+        slope = self.slope[: self._n + 1] * self._scale[: self._n + 1]
         return float(np.abs(slope).max() / self._scale[0])
 
     @property
     def is_stationary(self) -> bool:
         """Whether these slopes are small, or as small as the cancellation of their terms allows."""
         scale = self._scale[: self._n + 1]
-        terms = abs(self._constraints[:, : self._n + 1]).T @ np.abs(self.multipliers)
+        terms = abs(self.constraints[:, : self._n + 1]).T @ np.abs(self.multipliers)
         largest = float((terms * scale).max() / self._scale[0])
         return self.stationarity <= max(_STATIONARY, _CANCELLED * largest)
 
     def step(self) -> FloatArray | None:
         """Newton step of unknowns, frequency and multipliers, None without a finite one."""
-        residual = [self._slope[: self._n + 1], -self.evaluation.residual]
+        residual = [self.slope[: self._n + 1], -self.evaluation.residual]
         if self.maximum.kind != MaximumKind.SMOOTH:
-            slip_margin = (
-                self.maximum.slip_margin if self.maximum.kind == MaximumKind.CORNER else 0.0
-            )
-            residual.append(-np.array([slip_margin]))
+            corner = self.maximum.kind == MaximumKind.CORNER
+            residual.append(-np.array([self.maximum.slip_margin if corner else 0.0]))
         try:
             return -self._solve(np.concatenate(residual))
         except ArithmeticError:
@@ -127,7 +144,7 @@ class Conditions:
         unknowns = self.maximum.unknowns + step[: self._n]
         frequency = self.maximum.frequency + float(step[self._n])
         maximum = self.maximum.moved(unknowns, frequency)
-        return Conditions(self.second_order, maximum, self.multipliers + step[self._n + 1 :])
+        return Conditions.of(self.second_order, maximum, self.multipliers + step[self._n + 1 :])
 
     def length(self, step: FloatArray) -> float:
         """Length of a step of unknowns and frequency, relative to response and frequency."""
@@ -151,7 +168,7 @@ class Conditions:
         if tangent is None:
             return False
         last = self._n + 1
-        return bool(tangent @ (self._hessian[:last, :last] @ tangent) < 0)
+        return bool(tangent @ (self.curvature[:last, :last] @ tangent) < 0)
 
     @property
     def side_slopes(self) -> tuple[float, float]:
@@ -170,8 +187,8 @@ class Conditions:
         maximum, tangent = self.maximum, self._tangent(evaluation)
         if tangent is None:
             return 0.0
-        slope = tangent[self._dof_slice] @ maximum.amplitude_slope
-        sign = np.sign(self._limit_row[: self._n + 1] @ tangent)
+        slope = tangent[self.maximum.dof_slice] @ maximum.amplitude_slope
+        sign = np.sign(self.limit_row[: self._n + 1] @ tangent)
         return float(sign * slope) * maximum.frequency / maximum.amplitude
 
     @staticmethod
@@ -179,21 +196,6 @@ class Conditions:
         """Derivatives of unknowns and frequency by the frequency."""
         change = Factorisation(evaluation.jacobian).solve(-evaluation.by_parameter)
         return None if change is None else np.append(change, 1.0)
-
-    def _fitted_multipliers(self) -> FloatArray:
-        """Multipliers that make the Lagrangian stationary by unknowns and a limited frequency."""
-        right_side = np.zeros(self._n)
-        right_side[self._dof_slice] = self.maximum.amplitude_slope
-        matrix = self.evaluation.jacobian.T
-        if self.maximum.kind != MaximumKind.SMOOTH:
-            limit = self._limit_row
-            force = np.append(self.evaluation.by_parameter, limit[self._n])
-            matrix = bordered(matrix, limit[: self._n], force)
-            right_side = np.append(right_side, 0.0)
-        multipliers = Factorisation(matrix).solve(right_side)
-        if multipliers is None:
-            raise ArithmeticError("the equations are singular at a maximum")
-        return multipliers
 
     @cached_property
     def _scale(self) -> FloatArray:
@@ -210,13 +212,13 @@ class Conditions:
     def _system(self) -> Any:
         """Derivative of the conditions by unknowns, frequency and multipliers: symmetric."""
         last = self._n + 1
-        return saddle(self._hessian[:last, :last], self._constraints[:, :last])
+        return saddle(self.curvature[:last, :last], self.constraints[:, :last])
 
     @cached_property
     def _mixed(self) -> FloatArray:
         """Derivative of the conditions by the parameters."""
         last = self._n + 1
-        by_parameters = self._hessian[:last, last:], -self._constraints[:, last:]
+        by_parameters = self.curvature[:last, last:], -self.constraints[:, last:]
         return np.vstack([full(block) for block in by_parameters])
 
     @cached_property
@@ -230,6 +232,24 @@ class Conditions:
         if solution is None:
             raise ArithmeticError("the conditions of a maximum are singular")
         return solution * scale
+
+
+def _fitted_multipliers(
+    maximum: Maximum, evaluation: Evaluation, limit_row: FloatArray
+) -> FloatArray:
+    """Multipliers that make the Lagrangian stationary by unknowns and a limited frequency."""
+    n = maximum.problem.n_unknowns
+    right_side = np.zeros(n)
+    right_side[maximum.dof_slice] = maximum.amplitude_slope
+    matrix = evaluation.jacobian.T
+    if maximum.kind != MaximumKind.SMOOTH:
+        force = np.append(evaluation.by_parameter, limit_row[n])
+        matrix = bordered(matrix, limit_row[:n], force)
+        right_side = np.append(right_side, 0.0)
+    multipliers = Factorisation(matrix).solve(right_side)
+    if multipliers is None:
+        raise ArithmeticError("the equations are singular at a maximum")
+    return multipliers
 
 
 def solve(start: Conditions, precision: float = _PRECISION) -> Conditions | None:

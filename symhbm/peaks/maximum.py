@@ -67,10 +67,8 @@ class Maximum:
             )
             if loops and loops[0][0] < tolerance:
                 loop = loops[0][1]
-                on_limit = [
-                    candidate.contact for margin, candidate in loops if margin <= 10 * ON_LIMIT
-                ]
-                on_limit = on_limit or [loop.contact]
+                near = [other.contact for margin, other in loops if margin <= 10 * ON_LIMIT]
+                on_limit = near or [loop.contact]
             else:
                 slip[on_limit] = False
             contact, *others = on_limit

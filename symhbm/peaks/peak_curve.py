@@ -13,21 +13,11 @@ from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
-from symhbm.continuation.between import PeakKind
 from symhbm.model import natural_band, warn_of_doubts
-from symhbm.numerics import RADIANS, Table, by_harmonic, check
-from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.maximum import Maximum, MaximumKind
-from symhbm.peaks.survey import sector_of
-from symhbm.peaks.tracking import (
-    EnvelopePoint,
-    LeadingBranches,
-    Parameter,
-    SurveyedValue,
-    Surveyor,
-    UpperEnvelope,
-    polished,
-)
+from symhbm.numerics import check
+from symhbm.peaks.peak_rows import results_of, rows_of, status_of
+from symhbm.peaks.survey import Surveyor, sector_of
+from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
 from symhbm.results import Request, check_band, check_grid, check_index, check_parameter, schema
 from symhbm.workers import check_executor
 
@@ -139,153 +129,27 @@ def peak_curve(
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:
-        leading = LeadingBranches(Parameter(start, parameter, index, (low, high)), surveyor, grid)
-        curve = _Curve(leading)
-        rows = curve.rows(grid)
+        leading = LeadingBranches(Parameter(start, parameter, index, low, high), surveyor)
+        leading.follow([] if grid is None else grid.tolist())
+        envelope = _verified_envelope(leading)
+        rows = rows_of(leading, envelope, grid)
     request = Request(
         name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index
     )
-    result = schema.label_peak_curve(
-        problem, request, bands, curve.results(rows), curve.status(rows)
-    )
+    results, status = results_of(leading, envelope, rows), status_of(leading, envelope, rows)
+    result = schema.label_peak_curve(problem, request, bands, results, status)
     if throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result
 
 
-class _Row:
-    """One point of the curve: a maximum with or without derivatives, or an unbounded peak."""
-
-    def __init__(
-        self, value: float, maximum: Maximum | None, slope: float, surveyed: SurveyedValue | None
-    ):
-        self.value, self.maximum, self.slope = value, maximum, slope
-        self.pole = None if maximum or surveyed is None else surveyed.survey.unbounded[0]
-
-    def table(self, problem: HarmonicBalance) -> Table:
-        """All results of the point."""
-        if self.maximum is None:
-            unknown = np.full(problem.n_unknowns, np.nan)
-            return dict(
-                peak_amplitude=np.inf,
-                peak_frequency=np.nan if self.pole is None else self.pole.value / RADIANS,
-                peak_kind=str(PeakKind.UNBOUNDED),
-                peak_dof=np.int32(-1 if self.pole is None else self.pole.dof),
-                peak_amplitude_slope=np.nan,
-                peak_residual_norm=np.nan,
-                peak_coefficient=by_harmonic(problem.basis, problem.everywhere(unknown)),
-            )
-        maximum = self.maximum
-        free = maximum.problem.evaluate(maximum.unknowns, maximum.frequency)
-        return dict(
-            peak_amplitude=maximum.amplitude,
-            peak_frequency=maximum.frequency / RADIANS,
-            peak_kind=str(maximum.kind),
-            peak_dof=np.int32(maximum.dof),
-            peak_amplitude_slope=self.slope,
-            peak_residual_norm=free.norm,
-            peak_coefficient=by_harmonic(problem.basis, problem.everywhere(maximum.unknowns)),
-        )
-
-
-class _Curve:
-    """The upper envelope of the leading branches, verified by surveys."""
-
-    def __init__(self, leading: LeadingBranches):
-        self.leading, self.parameter = leading, leading.parameter
-        self.envelope = UpperEnvelope(leading.followed, leading.unbounded)
-        for _ in range(_ROUNDS):
-            if leading.check(self.envelope.values_to_verify):
-                break
-            self.envelope = UpperEnvelope(leading.followed, leading.unbounded)
-
-    def rows(self, grid: Any) -> list[_Row]:
-        """The points at the values asked for, or all points."""
-        if grid is not None:
-            return [self._at(value) for value in grid.tolist()]
-        rows = {
-            point.value: self._row(point.value, point.conditions) for point in self.envelope.points
-        }
-        for surveyed in [*self.leading.surveyed.values()]:
-            row = rows.get(surveyed.value)
-            higher = row is None or row.maximum is None
-            if not higher and row is not None and row.maximum is not None:
-                higher = surveyed.survey.height > (1 + 1e-9) * row.maximum.amplitude
-            if higher:
-                rows[surveyed.value] = self._surveyed(surveyed)
-        return [rows[value] for value in sorted(rows)]
-
-    def _row(self, value: float, conditions: Conditions) -> _Row:
-        conditions = polished(conditions)
-        return _Row(value, conditions.maximum, self.parameter.slope(conditions), None)
-
-    def _at(self, value: float) -> _Row:
-        leading = self.leading
-        unresolved = any(
-            low <= value <= high for low, high in (*leading.unbounded, *leading.unresolved)
-        )
-        highest = None if unresolved else leading.followed.highest(value)
-        if highest is None:
-            surveyed = leading.surveyed.get(value) or leading.survey([value])[0]
-            return self._surveyed(surveyed)
-        return self._row(value, highest[1])
-
-    def _surveyed(self, surveyed: SurveyedValue) -> _Row:
-        """The highest maximum of a survey, which need not have derivatives."""
-        survey = surveyed.survey
-        if survey.unbounded or not survey.maxima:
-            return _Row(surveyed.value, None, np.nan, surveyed if survey.unbounded else None)
-        highest = survey.maxima[0]
-        for candidate in surveyed.candidates:
-            if candidate.maximum.amplitude >= (1 - 1e-9) * highest.amplitude:
-                return self._row(surveyed.value, candidate)
-        return _Row(surveyed.value, highest, np.nan, None)
-
-    def results(self, rows: list[_Row]) -> Table:
-        """All results by the names of the dataset."""
-        problem = self.parameter.problem
-        tables = [row.table(problem) for row in rows]
-        results: Table = {name: _stacked([table[name] for table in tables]) for name in tables[0]}
-        name, envelope = self.parameter.name, self.envelope
-        results |= {
-            f"minimum_{name}": _values(envelope.minima),
-            "minimum_amplitude": np.array(
-                [p.conditions.maximum.amplitude for p in envelope.minima]
-            ),
-            "minimum_frequency": np.array(
-                [p.conditions.maximum.frequency / RADIANS for p in envelope.minima]
-            ),
-            "minimum_kind": np.array([str(p.kind) for p in envelope.minima], dtype=object),
-            f"event_{name}": _values(envelope.events),
-            "event_kind": np.array([str(p.kind) for p in envelope.events], dtype=object),
-        }
-        symmetry = problem.symmetry
-        results["surveyed"] = np.array([row.value in self.leading.surveyed for row in rows])
-        results["n_sectors"] = np.int32(1 if symmetry is None else symmetry.n_sectors)
-        results["n_surveys"] = np.int32(self.leading.surveyor.count)
-        return results
-
-    def status(self, rows: list[_Row]) -> str:
-        """Status sentences for the user."""
-        kinds = {None if row.maximum is None else row.maximum.kind for row in rows}
-        sentences: list[str] = []
-        if self.leading.incomplete:
-            sentences.append(Status.SURVEY_INCOMPLETE)
-        if self.leading.unresolved or self.envelope.unresolved:
-            sentences.append(Status.PEAK_NOT_FOLLOWED)
-        if None in kinds or self.leading.unbounded:
-            sentences.append(Status.PEAK_UNBOUNDED)
-        if MaximumKind.EDGE in kinds:
-            sentences.append(Status.PEAK_AT_EDGE)
-        return "; moreover, ".join(map(str, sentences)) or str(Status.REACHED_END)
-
-
-def _values(points: list[EnvelopePoint]) -> np.ndarray:
-    return np.array([point.value for point in points], dtype=float)
-
-
-def _stacked(values: list) -> np.ndarray:
-    return np.array(values, dtype=object if isinstance(values[0], str) else None)
+def _verified_envelope(leading: LeadingBranches) -> UpperEnvelope:
+    """The upper envelope, with what surveys at its minima and exchanges show followed too."""
+    for _ in range(_ROUNDS):
+        envelope = upper_envelope(leading.followed, leading.unbounded)
+        if leading.check(envelope.values_to_verify):
+            return envelope
+    return upper_envelope(leading.followed, leading.unbounded)
 
 
 def _with_value(
@@ -301,20 +165,13 @@ def _bands(frequency: Any, *problems: HarmonicBalance) -> list[tuple[float, floa
     if frequency is None:
         return [natural_band([problem.model for problem in problems])]
     edges = check.array("frequency", frequency, "positive")
-    if edges.ndim == 1:
-        return [_ascending(check_band("frequency", frequency, "positive", " in Hz"))]
-    if edges.ndim != 2 or edges.shape[1] != 2 or not len(edges):
+    pairs = [frequency] if edges.ndim == 1 else edges
+    if edges.ndim != 1 and (edges.ndim != 2 or edges.shape[1] != 2 or not len(edges)):
         raise ValueError(
             f"frequency={check.shown(frequency)}: expected a band (first, last) in Hz, or several"
         )
-    bands = sorted(
-        _ascending(check_band("frequency", band, "positive", " in Hz")) for band in edges
-    )
+    ends = [check_band("frequency", pair, "positive", " in Hz") for pair in pairs]
+    bands = sorted((min(pair), max(pair)) for pair in ends)
     if any(band[1] >= following[0] for band, following in pairwise(bands)):
         raise ValueError(f"frequency={check.shown(frequency)}: expected bands that do not overlap")
     return bands
-
-
-def _ascending(band: tuple[float, float]) -> tuple[float, float]:
-    low, high = sorted(band)
-    return low, high

@@ -5,7 +5,9 @@ parameters at once.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
-from symhbm.results import OWN_DIMENSIONS, VARIABLES, recall, variables, without
+from symhbm.results import OWN_DIMENSIONS, VARIABLES, Sweep, recall, variables, without
 from symhbm.results.archive import ArchiveError, rebuild
 
 EXACT = "exact"
@@ -83,7 +85,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
     array([0.])
     """
-    stored = _StoredPeaks(dataset, laws)
+    stored = _stored_peaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
     derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
     n_dof, parameters = stored.problem.model.n_dof, stored.problem.parameters
@@ -96,14 +98,11 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
             for name, columns in stored.columns.items():
                 for target, row in zip(derivatives[name], rows, strict=True):
                     target[(*index, dof)] = row[columns].reshape(np.shape(parameters[name]))
-    dropped_dims = [
-        d for d in dataset.dims if d in OWN_DIMENSIONS and d not in ("dof", "contact", "peak")
-    ]
-    result = dataset.drop_dims(dropped_dims)
+    kept_dims = {"dof", "contact", "peak"}
+    result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
     result = result.drop_vars(dropped)
-    variable = VARIABLES["peaking_dof"]
-    attributes = {"long_name": variable.long_name, "units": variable.units}
+    attributes = _attributes(VARIABLES["peaking_dof"])
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
@@ -120,56 +119,37 @@ def _attributes(variable: variables.Variable) -> dict[str, Any]:
     return {"units": variable.units, "long_name": variable.long_name}
 
 
+@dataclass
 class _StoredPeaks:
-    """The peaks of a dataset and their problems, by an index with one entry per dimension."""
+    """The peaks of a dataset and their problems, by an index with one entry per dimension.
 
-    def __init__(self, dataset: xr.Dataset, laws: Iterable[ContactLaw]):
-        self.problem = rebuild(dataset, laws)
-        missing = [name for name in _NEEDED if name not in dataset.variables]
-        if missing:
-            raise ArchiveError(
-                "dataset: expected a result of frf with its peaks over the frequency, got one "
-                f"{without(dataset, missing)}"
-            )
-        if self.problem.samples is not None:
-            raise ArchiveError(
-                "dataset: expected located switching angles, got friction over "
-                f"{self.problem.samples} samples, which is piecewise linear"
-            )
-        self._sweep = recall(dataset)[0]
-        optional = ("peak_highest_harmonic",) if "peak_highest_harmonic" in dataset else ()
-        peak_dims = [str(dim) for dim in dataset["peak_frequency"].dims]
-        self.dims = (*self._sweep.dims, *(dim for dim in peak_dims if dim not in self._sweep.dims))
-        try:
-            self._stored = {
-                name: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
-                for name in (*_NEEDED, *optional)
-            }
-        except ValueError as error:
-            raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
-        self.shape = self._stored["peak_frequency"].shape
-        harmonics = self.problem.harmonics
-        expected = {"dof": self.problem.model.n_dof, "harmonic": len(harmonics), "component": 2}
-        sizes = {name: dataset["peak_coefficient"].sizes[name] for name in expected}
-        if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
-            raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
-        for name in self._sweep.values:
-            if name in self.problem.model.contact_parameters:
-                self.problem.derivative(name)  # compiles contacts that do nothing so far
-        self.names = self.problem.differentiable
-        self._sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = {}
-        self._set_index: tuple[int, ...] = ()
-        self._derivatives: dict[tuple, tuple[str, _Derivatives]] = {}
-        self.columns: dict[str, slice] = {}
-        start = 0
-        for name in self.names:
-            size = np.size(self.problem.parameters[name])
-            self.columns[name] = slice(start, start + size)
-            start += size
+    ``names`` are the parameters by which they are derived.
+    """
+
+    problem: HarmonicBalance
+    sweep: Sweep
+    dims: tuple[str, ...]
+    stored: dict[str, np.ndarray]
+    names: list[str]
+    _sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = field(default_factory=dict)
+    _set_index: tuple[int, ...] = ()
+    _derivatives: dict[tuple, tuple[str, _Derivatives]] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of peaks along each dimension."""
+        return self.stored["peak_frequency"].shape
+
+    @cached_property
+    def columns(self) -> dict[str, slice]:
+        """The columns of each parameter among all derivatives."""
+        ends = np.cumsum([np.size(self.problem.parameters[name]) for name in self.names]).tolist()
+        pairs = pairwise([0, *ends])
+        return {name: slice(*pair) for name, pair in zip(self.names, pairs, strict=True)}
 
     def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
         """Sensitivity status of one peak, and derivatives of its amplitude and frequency by dof."""
-        stored = {name: values[index] for name, values in self._stored.items()}
+        stored = {name: values[index] for name, values in self.stored.items()}
         kind, dof = str(stored["peak_kind"]), int(stored["peak_dof"])
         if not kind:
             return "", {}
@@ -180,7 +160,7 @@ class _StoredPeaks:
         finite = np.isfinite([amplitude, frequency]).all() and np.isfinite(coefficient).all()
         if not finite or kind not in [*PeakKind]:
             return NOT_VERIFIED, {}
-        set_index = index[: len(self._sweep.dims)]
+        set_index = index[: len(self.sweep.dims)]
         if set_index != self._set_index:
             self._set_index, self._derivatives = set_index, {}
         # Peaks of blades with the same motion are one solution, stored for each of them.
@@ -209,8 +189,43 @@ class _StoredPeaks:
             base = HarmonicBalance(problem.model, problem.excitation, harmonics)
             self._sets[harmonics] = base, SecondOrder(base, self.names)
         base, second_order = self._sets[harmonics]
-        number = int(np.ravel_multi_index(set_index, self._sweep.shape)) if set_index else 0
-        return base.with_parameters(**self._sweep.chosen(number)), second_order
+        number = int(np.ravel_multi_index(set_index, self.sweep.shape)) if set_index else 0
+        return base.with_parameters(**self.sweep.chosen(number)), second_order
+
+
+def _stored_peaks(dataset: xr.Dataset, laws: Iterable[ContactLaw]) -> _StoredPeaks:
+    """Read the peaks of a dataset; ArchiveError where it does not hold what they are derived by."""
+    problem = rebuild(dataset, laws)
+    missing = [name for name in _NEEDED if name not in dataset.variables]
+    if missing:
+        raise ArchiveError(
+            "dataset: expected a result of frf with its peaks over the frequency, got one "
+            f"{without(dataset, missing)}"
+        )
+    if problem.samples is not None:
+        raise ArchiveError(
+            "dataset: expected located switching angles, got friction over "
+            f"{problem.samples} samples, which is piecewise linear"
+        )
+    sweep = recall(dataset)[0]
+    names = _NEEDED + ("peak_highest_harmonic",) * ("peak_highest_harmonic" in dataset)
+    peak_dims = [str(dim) for dim in dataset["peak_frequency"].dims]
+    dims = (*sweep.dims, *(dim for dim in peak_dims if dim not in sweep.dims))
+    try:
+        stored = {
+            name: dataset[name].transpose(*dims, *VARIABLES[name].inner).values for name in names
+        }
+    except ValueError as error:
+        raise ArchiveError(f"dataset: dimensions are missing ({error})") from error
+    harmonics = problem.harmonics
+    expected = {"dof": problem.model.n_dof, "harmonic": len(harmonics), "component": 2}
+    sizes = {name: dataset["peak_coefficient"].sizes[name] for name in expected}
+    if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
+        raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
+    for name in sweep.values:
+        if name in problem.model.contact_parameters:
+            problem.derivative(name)  # compiles contacts that do nothing so far
+    return _StoredPeaks(problem, sweep, dims, stored, problem.differentiable)
 
 
 def _derivatives(
@@ -229,7 +244,7 @@ def _derivatives(
     derivatives: _Derivatives = {}
     try:
         for dof in tied:
-            start = Conditions(second_order, replace(maximum, dof=dof))
+            start = Conditions.of(second_order, replace(maximum, dof=dof))
             if dof != peak.dof and not (start.stationarity <= _SLOPE and start.is_maximum()):
                 continue
             solved = solve(start)

@@ -1,19 +1,26 @@
-"""Surveys: all maxima of the response in given bands, located peaks as well as band ends."""
+"""Surveys: all maxima of the response in given bands, located peaks as well as band ends.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+Many of them are computed here or by workers.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Branch, FrequencyProblem, Status
+from symhbm.continuation import FrequencyProblem, Status, follow_branch
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.model import find_symmetry
 from symhbm.numerics import RADIANS, largest_displacement
 from symhbm.peaks.maximum import Maximum
+from symhbm.workers import Workers, progress_bar
 
 COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
 """Statuses of branches that reached the end of their band."""
+
+Bands = Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -50,16 +57,14 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
     return problem.of_sector(symmetry)
 
 
-def survey(
-    problem: HarmonicBalance, bands: Sequence[tuple[float, float]], max_points: int = 5000
-) -> Survey:
+def survey(problem: HarmonicBalance, bands: Bands, max_points: int = 5000) -> Survey:
     """All maxima in ``bands`` [Hz], from the frequency response over each of them."""
     maxima: list[Maximum] = []
     unbounded: list[Peak] = []
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
-        branch = Branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
+        branch = follow_branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
         if branch.status not in COMPLETE:
             status = branch.status
         unbounded += [peak for peak in branch.peaks if peak.kind == PeakKind.UNBOUNDED]
@@ -78,3 +83,50 @@ def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Maximum
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]
+
+
+class Surveyor:
+    """Surveys of problems over ``bands`` [Hz]; ``count`` is the number made.
+
+    Surveys that an ``executor`` fails to compute, because workers die or it is closed, are
+    computed in this process. A failed survey is empty, with a status that says so.
+    """
+
+    def __init__(self, bands: Bands, executor: Executor | None, progress: bool):
+        self.bands, self.count = list(bands), 0
+        self._workers = Workers(executor, "surveys")
+        self._bar = progress_bar("survey", progress)
+
+    def __enter__(self) -> "Surveyor":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def survey(
+        self, problem: Callable[[float], HarmonicBalance], values: Iterable[float]
+    ) -> list[Survey]:
+        """Surveys at values of a parameter, for each of which ``problem`` gives the problem."""
+        calls = [(problem(value), self.bands) for value in values]
+        surveys: list[Survey] = []
+        results = self._workers.map(_survey_in_worker, _try_survey, calls)
+        for (problem_at, _), result in zip(calls, results, strict=True):
+            self.count += 1
+            self._bar.update()
+            # Maxima from a worker come without their problem.
+            maxima = [replace(maximum, problem=problem_at) for maximum in result.maxima]
+            surveys.append(replace(result, maxima=maxima))
+        return surveys
+
+
+def _try_survey(problem: HarmonicBalance, bands: Bands) -> Survey:
+    try:
+        return survey(problem, bands)
+    except ArithmeticError:
+        return Survey([], [], Status.COMPUTATION_FAILED)
+
+
+def _survey_in_worker(problem: HarmonicBalance, bands: Bands) -> Survey:
+    result = _try_survey(problem, bands)
+    maxima = [replace(maximum, problem=None) for maximum in result.maxima]  # type: ignore[arg-type]
+    return replace(result, maxima=maxima)

@@ -1,8 +1,9 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
 import math
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
-from symhbm.response.accuracy import Refinement, Solution, joined, status_of
+from symhbm.response.accuracy import BranchPart, Refinement, Solution, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
 from symhbm.results import Request, tables
 
@@ -29,12 +30,40 @@ SMALLEST = 1e-3
 
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The response curve of one problem."""
-    return _Computation(problem, request).table()
+    symmetry = symmetry_of(request, problem)
+    refinement = _refinement(problem if symmetry is None else problem.of_sector(symmetry), request)
+    band = request.unit * request.band[0], request.unit * request.band[1]
+    parts = refinement.follow(0, band, request.max_points, request.per_dof)
+    solutions_at: list[list[Solution]] = []
+    if request.at is None:
+        for part in parts:
+            refinement.fill(part)
+    else:
+        values = request.unit * np.array(request.at)
+        solutions_at = [_solutions_at(refinement, parts, value) for value in values.tolist()]
+    return _Curve(request, refinement, symmetry, parts, solutions_at).table()
 
 
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
-    return _Computation(problem, request, blank=True).table()
+    n_values = 0 if request.at is None else len(request.at)
+    solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
+    return _Curve(request, _refinement(problem, request), None, [], solutions_at).table()
+
+
+def _refinement(problem: HarmonicBalance, request: Request) -> Refinement:
+    accuracy = np.inf if request.accuracy is None else request.accuracy
+    return Refinement(problem, partial(continuation_problem_of, request), accuracy)
+
+
+def _solutions_at(refinement: Refinement, parts: list[BranchPart], value: float) -> list[Solution]:
+    """The solutions at a value of a grid; where the curve may fold, there may be several."""
+    containing = [part for part in parts if part.contains(value)] or parts[:1]
+    finest = max(containing, key=lambda part: part.level)
+    return [
+        refinement.settle(Solution.at(value, finest.level, state, solves))
+        for state, solves in finest.branch.at(value)
+    ]
 
 
 def continuation_problem_of(request: Request, problem: HarmonicBalance) -> ContinuationProblem:
@@ -61,40 +90,49 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
     return find_symmetry(problem.model, problem.excitation, problem.basis)
 
 
-class _Computation:
-    """Response curve of one parameter set: branch parts first, then their tables."""
+@dataclass(frozen=True)
+class _Curve:
+    """A response curve: its branch ``parts``, and on a grid the solutions at each of its values."""
 
-    def __init__(self, problem: HarmonicBalance, request: Request, blank: bool = False):
-        self._request = request
-        self._symmetry = None if blank else symmetry_of(request, problem)
-        if self._symmetry is not None:
-            problem = problem.of_sector(self._symmetry)
-        equations_of = partial(continuation_problem_of, request)
-        self._refinement = Refinement(problem, equations_of, request.accuracy)
-        self._parts, self._status, self._highest_level = [], Status.NOT_STARTED, 0
-        if not blank:
-            self._follow()
+    request: Request
+    refinement: Refinement
+    symmetry: Symmetry | None
+    parts: list[BranchPart]
+    solutions_at: list[list[Solution]]
 
-    def _follow(self) -> None:
-        request = self._request
-        band = request.unit * request.band[0], request.unit * request.band[1]
-        self._parts = self._refinement.follow(0, band, request.max_points, request.per_dof)
-        if request.at is None:
-            for part in self._parts:
-                self._refinement.fill(part)
-        self._status = status_of(self._parts, request.accuracy)
-        levels = [part.level for part in self._parts]
-        levels += [solution.level for part in self._parts for solution in part.solutions()]
-        self._highest_level = max(levels)
+    @cached_property
+    def solutions(self) -> list[Solution]:
+        """The solutions along the path."""
+        return joined(self.parts)
+
+    @cached_property
+    def highest_level(self) -> int:
+        """The highest level of all parts and solutions."""
+        solutions = chain(*(part.solutions() for part in self.parts), *self.solutions_at)
+        return max((item.level for item in chain(self.parts, solutions)), default=0)
+
+    def status(self, points: Table) -> Status:
+        """How the curve ends, of all parts and of its ``points``."""
+        accuracy = self.request.accuracy
+        status = status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
+        if status != Status.REACHED_END:
+            return status
+        errors = [solution.error for several in self.solutions_at for solution in several]
+        if any(error > (accuracy or np.inf) for error in errors):
+            return Status.ACCURACY_NOT_REACHED
+        solved = points["converged"]
+        if "n_solutions" in points:
+            solved = solved | (np.arange(solved.shape[1]) >= points["n_solutions"][:, None])
+        return status if solved.all() else Status.POINTS_MISSING
 
     def table(self) -> Table:
         """All results as arrays."""
-        request, solutions = self._request, joined(self._parts)
-        points = self._path(solutions) if request.at is None else self._grid(request.at)
+        request, solutions = self.request, self.solutions
+        points = self._path() if request.at is None else self._grid(request.at)
         events = [(s.value, event) for s in solutions for event in self._events(s)]
         located = [
             (peak, part.level, error)
-            for part in self._parts
+            for part in self.parts
             for peak, error in zip(part.peaks, part.peak_errors, strict=True)
         ]
         peaks = self._peaks(located)
@@ -102,15 +140,16 @@ class _Computation:
             n_points=len(solutions),
             n_peaks=len(peaks["peak_value"]),
             n_events=len(events),
-            rejected_steps=self._refinement.rejected,
-            linear_solves=self._refinement.solves,
-            n_sectors=1 if self._symmetry is None else self._symmetry.n_sectors,
+            rejected_steps=self.refinement.rejected,
+            linear_solves=self.refinement.solves,
+            n_sectors=1 if self.symmetry is None else self.symmetry.n_sectors,
         )
-        status = str(self._status)
+        ended = self.status(points)
+        status = str(ended)
         if request.angles is not None:
-            share = covered([part.branch for part in self._parts], request.unit, request.band)
+            share = covered([part.branch for part in self.parts], request.unit, request.band)
             counts["angles_share"] = share
-            if self._status in ANGLES_ENDED:
+            if ended in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
         table = dict(
             event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
@@ -118,60 +157,35 @@ class _Computation:
             event_contact=np.array([event.contact for _, event in events], dtype=int),
         )
         table |= {name: np.array(count) for name, count in counts.items()}
-        harmonics = np.array(self._problem(self._highest_level).harmonics)
+        harmonics = np.array(self._problem(self.highest_level).harmonics)
         table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
         return points | peaks | table
 
     def _problem(self, level: int) -> HarmonicBalance:
-        return self._refinement.equations(level).problem
+        return self.refinement.equations(level).problem
 
-    def _path(self, solutions: list[Solution]) -> Table:
-        table = self._described(solutions)
-        values = [self._request.shown(solution.value) for solution in solutions]
+    def _path(self) -> Table:
+        solutions = self.solutions
+        values = [self.request.shown(solution.value) for solution in solutions]
+        table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
         return {"value": np.array(values, dtype=float)} | table
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""
-        solutions = [self._at(self._request.unit * float(value)) for value in at]
-        shape = len(at), max(map(len, solutions))
-        rows = [
-            i * shape[1] + k for i, several in enumerate(solutions) for k in range(len(several))
-        ]
-        table = self._described([s for several in solutions for s in several], shape, rows)
-        if not self._request.may_fold:
+        sizes = list(map(len, self.solutions_at))
+        shape = len(at), max(sizes)
+        places = [i * shape[1] + k for i, size in enumerate(sizes) for k in range(size)]
+        table = self._described([*chain(*self.solutions_at)], shape, np.array(places, dtype=int))
+        if not self.request.may_fold:
             return {"value": at} | {name: values[:, 0] for name, values in table.items()}
-        n_solutions = np.array([len(several) for several in solutions], dtype=np.int32)
-        return {"value": at, "n_solutions": n_solutions} | table
-
-    def _at(self, value: float) -> list[Solution]:
-        containing = [part for part in self._parts if part.contains(value)] or self._parts[:1]
-        if not containing:
-            return [Solution(value, self._highest_level, None, np.nan, 0)]
-        finest = max(containing, key=lambda part: part.level)
-        solutions = [
-            self._refinement.settle(Solution.at(value, finest.level, state, solves))
-            for state, solves in finest.branch.at(value)
-        ]
-        self._highest_level = max(self._highest_level, *(s.level for s in solutions))
-        accuracy = self._request.accuracy or np.inf
-        if self._status == Status.REACHED_END and any(s.error > accuracy for s in solutions):
-            self._status = Status.ACCURACY_NOT_REACHED
-        return solutions
+        return {"value": at, "n_solutions": np.array(sizes, dtype=np.int32)} | table
 
     def _described(
-        self,
-        solutions: list[Solution],
-        shape: tuple[int, ...] | None = None,
-        rows: list[int] | None = None,
+        self, solutions: list[Solution], shape: tuple[int, ...], at: np.ndarray
     ) -> Table:
-        """Results of solutions in arrays of a ``shape``.
-
-        ``rows`` are their places in the flattened array, by default one after the other.
-        """
-        shape = (len(solutions),) if shape is None else shape
-        at = np.arange(len(solutions)) if rows is None else np.array(rows, dtype=int)
-        size, highest = math.prod(shape), self._highest_level
-        table = unsolved(self._problem(highest), size, self._request.stability)
+        """Results of solutions in arrays of a ``shape``, at their places in the flattened array."""
+        size, highest = math.prod(shape), self.highest_level
+        table = unsolved(self._problem(highest), size, self.request.stability)
         table |= self._truncation(size, highest)
         table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [solution.solves for solution in solutions]
@@ -179,18 +193,16 @@ class _Computation:
         for level in {solutions[i].level for i in solved}:
             of_level = [i for i in solved if solutions[i].level == level]
             _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
-        if self._status == Status.REACHED_END and not table["converged"][at].all():
-            self._status = Status.POINTS_MISSING
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
     def _rows(self, level: int, solutions: list[Solution]) -> Table:
         """Results of solutions with the harmonics of one level."""
-        equations = self._refinement.equations(level)
+        equations = self.refinement.equations(level)
         problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
         unknowns = np.array([solution.unknowns for solution in solutions])
         frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
-        table = describe_each(problems, unknowns, frequencies, solves, self._request.stability)
-        if self._request.angles is not None:
+        table = describe_each(problems, unknowns, frequencies, solves, self.request.stability)
+        if self.request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):
                 both = slip_angles(*pair, table["contact_state"][i] == 1)
                 for name, angles in zip(("theta_0", "theta_star"), both, strict=True):
@@ -199,26 +211,26 @@ class _Computation:
                     table[name][i] = np.where(unknown, angles, table[name][i])
         errors = [solution.error for solution in solutions]
         tangents = np.array([solution.tangents for solution in solutions])
-        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self._request.unit
+        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self.request.unit
         slopes[~table["converged"]] = np.nan
         return table | self._truncation(len(solutions), level, errors) | self._slopes(slopes)
 
     def _slopes(self, slopes: FloatArray) -> Table:
         """Slopes of the amplitudes (n_points, 2, n_dof) before and after the points, by name."""
-        if self._request.at is not None:
+        if self.request.at is not None:
             return dict(amplitude_slope=slopes[:, 1])
         return dict(amplitude_slope=slopes[:, 1], amplitude_slope_before=slopes[:, 0])
 
     def _truncation(self, count: int, level: int, errors: Any = np.nan) -> Table:
         """Highest harmonics and errors of ``count`` rows; empty without an accuracy."""
-        if self._request.accuracy is None:
+        if self.request.accuracy is None:
             return {}
         highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
     def _events(self, solution: Solution) -> list[Event]:
         """The events at one point, of the contacts of all sectors."""
-        symmetry = self._symmetry
+        symmetry = self.symmetry
         if symmetry is None:
             return list(solution.events)
         of_all_sectors = [
@@ -233,7 +245,7 @@ class _Computation:
 
         Peaks of every degree of freedom are repeated for those of the other sectors.
         """
-        per_dof, symmetry = self._request.per_dof, self._symmetry
+        per_dof, symmetry = self.request.per_dof, self.symmetry
         offsets = [0]
         if symmetry is not None and per_dof:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
@@ -242,20 +254,18 @@ class _Computation:
             for peak, level, error in located
             for offset in offsets
         ]
-        rows.sort(key=lambda row: (per_dof * row[0], self._request.shown(row[1].value)))
-        shape = (
-            self._problem(self._highest_level).model.n_dof,
-            len(self._problem(self._highest_level).harmonics),
-        )
+        rows.sort(key=lambda row: (per_dof * row[0], self.request.shown(row[1].value)))
+        whole = self._problem(self.highest_level)
+        shape = whole.model.n_dof, len(whole.harmonics)
         table: Table = dict(
-            peak_value=np.array([self._request.shown(peak.value) for _, peak, _, _ in rows], float),
+            peak_value=np.array([self.request.shown(peak.value) for _, peak, _, _ in rows], float),
             peak_amplitude=np.array([peak.amplitude for _, peak, _, _ in rows], float),
             peak_dof=np.array([dof for dof, _, _, _ in rows], np.int32),
             peak_kind=np.array([str(peak.kind) for _, peak, _, _ in rows], object),
             peak_residual_norm=np.array([peak.residual_norm for _, peak, _, _ in rows], float),
             peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
         )
-        truncation = self._truncation(len(rows), self._highest_level)
+        truncation = self._truncation(len(rows), self.highest_level)
         table |= {f"peak_{name}": values for name, values in truncation.items()}
         for i, (_, peak, level, error) in enumerate(rows):
             problem = self._problem(level)

@@ -157,9 +157,7 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options["angles"] = angles
-    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
+    options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
@@ -249,16 +247,14 @@ def follow(
         index=check_index(problem, parameter, contact, dof),
     )
     problem.check_frequencies("frequency", axis["frequency"])
-    options: dict[str, Any] = dict(accuracy=accuracy, stability=stability, peaks=peaks)
-    options["angles"] = angles
-    options |= dict(sector=sector, max_points=max_points, keep=keep, verifiable=verifiable)
+    options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
 def _run(
     problem: HarmonicBalance,
     axis: dict[str, Any],
-    options: dict[str, Any],
+    options: tuple[Any, ...],
     over: Mapping[str, Any] | xr.Dataset | None,
     archive: str | os.PathLike[str] | None,
     executor: Executor | None,
@@ -267,22 +263,21 @@ def _run(
 ) -> xr.Dataset:
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)
-    peaks = options["peaks"]
+    accuracy, stability, angles, peaks, sector, keep, verifiable, max_points = options
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
     if axis["name"] in sweep.values:
         raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
     moving = {axis["name"], *sweep.values}
-    if options["accuracy"] is None:  # else harmonics are added
+    if accuracy is None:  # else harmonics are added
         check_mean(problem)
     hertz = axis.get("frequency")
     band = axis["band"] if hertz is None else (hertz, hertz)
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     of_problem = [name for name in moving if name in problem.parameters]
     may_fold = not problem.single_valued_over(of_problem)
-    accuracy = check_accuracy(problem, options["accuracy"])
-    angles = options["angles"]
+    accuracy = check_accuracy(problem, accuracy)
     if angles is not None:
         check_angles(problem, angles)
         check_path_angles(angles, may_fold, accuracy)
@@ -290,11 +285,11 @@ def _run(
         **axis,
         per_dof=peaks == "each",
         may_fold=may_fold,
-        stability=check_stability(problem, options["stability"]) or may_fold,
-        max_points=check.integer("max_points", options["max_points"], minimum=2),
+        stability=check_stability(problem, stability) or may_fold,
+        max_points=check.integer("max_points", max_points, minimum=2),
         accuracy=accuracy,
-        sector=check.flag("sector", options["sector"]),
-        keep=check_keep(options["keep"], options["verifiable"], axis["name"], accuracy),
+        sector=check.flag("sector", sector),
+        keep=check_keep(keep, verifiable, axis["name"], accuracy),
         angles=angles,
     )
     # Compiled once: copies of the problem for all parameter sets share the functions.

@@ -27,11 +27,8 @@ def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> l
     """
     laws = tuple(laws)
     problem = rebuild(dataset, laws)
-    prefixes = [
-        prefix
-        for prefix in ("", "peak_")
-        if not [name for name in _needed(dataset, prefix) if name not in dataset.variables]
-    ]
+    present = {*dataset.variables}
+    prefixes = [prefix for prefix in ("", "peak_") if {*_needed(dataset, prefix)} <= present]
     if not prefixes:
         lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
         if {*lacking} <= {*Description(dataset).left_out}:
@@ -126,12 +123,8 @@ class StoredPoints:
     @property
     def available(self) -> list[str]:
         """Names of the figures that can be computed."""
-        return [
-            name
-            for name, figure in FIGURES.items()
-            if {*figure.needs} <= self.stored.keys()
-            and (name != "angles_difference" or self.description.angles)
-        ]
+        names = [name for name, figure in FIGURES.items() if {*figure.needs} <= self.stored.keys()]
+        return [n for n in names if n != "angles_difference" or self.description.angles]
 
     @property
     def amplitude(self) -> FloatArray:
@@ -251,9 +244,10 @@ class StoredPoints:
         if bound is not None:
             entry["n_broken"] = int(np.sum(values > bound))
             entry["broken"] = worst > bound
-        # JSON has no infinity.
-        at = {
-            k: v if not isinstance(v, float) or np.isfinite(v) else str(v)
-            for k, v in labels.items()
-        }
-        return entry | {"worst": worst if np.isfinite(worst) else str(worst), "at": at}
+        at = {name: _for_json(label) for name, label in labels.items()}
+        return entry | {"worst": _for_json(worst), "at": at}
+
+
+def _for_json(value: Any) -> Any:
+    """A value as JSON has it, which has no infinity."""
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,9 +1,9 @@
 """Periodic states: Newton's method on the map over a period, or over half a period."""
 
 import contextlib
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -17,7 +17,7 @@ PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
 _ITERATIONS = 60
 """Most steps of Newton's method, from all starts."""
-_SHARES = 0.5 ** np.arange(4)
+_SHARES = tuple(0.5**k for k in range(4))
 """Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10
 """Periods that are marched where Newton's method fails: each approaches the response."""
@@ -69,11 +69,56 @@ def energy_scale(linear: LinearMotion) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class _Trial:
+class Shot:
+    """A march from a ``state`` over a period, or over half of one that repeats with a sign.
+
+    ``residual`` is that of periodicity, ``matrix`` its derivative by the state; ``scale`` weighs
+    the entries of a state by their energy.
+    """
+
     state: FloatArray
     run: March
     residual: FloatArray
-    norm: float
+    matrix: FloatArray
+    scale: FloatArray
+
+    @cached_property
+    def norm(self) -> float:
+        """Size of the residual."""
+        return float(np.linalg.norm(self.scale * self.residual))
+
+    def is_near(self, precision: float) -> bool:
+        """Whether the residual is within a precision relative to the motion."""
+        return bool(self.norm <= precision * np.linalg.norm(self.scale * self.state))
+
+    def improved(
+        self,
+        step: FloatArray,
+        near: bool,
+        shares: Sequence[float],
+        shoot: Callable[[FloatArray], "Shot"],
+    ) -> "Shot | None":
+        """The first shot after a share of a Newton step that is better, None without one.
+
+        ``near`` the periodic state the whole step must halve the residual.
+        """
+        for share in shares[: 1 if near else None]:
+            with contextlib.suppress(ArithmeticError):
+                trial = shoot(self.state + share * step)
+                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * self.norm:
+                    return trial
+        return None
+
+
+def shot(linear: LinearMotion, state: FloatArray) -> Shot:
+    """March from a state whose friction forces are put between their limits."""
+    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
+    n, state = 2 * linear.n_dof, state.copy()
+    state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
+    run = march(linear, state, length)
+    assert run.jacobian is not None
+    matrix = sign * run.jacobian - np.eye(len(state))
+    return Shot(state, run, sign * run.end - state, matrix, energy_scale(linear))
 
 
 def periodic_state(
@@ -86,19 +131,14 @@ def periodic_state(
     """
     if not linear.largest_force:
         return np.zeros(2 * linear.n_dof + len(linear.active)), 0, Status.SUCCESS
-    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
-    n, scale = 2 * linear.n_dof, energy_scale(linear)
 
-    def attempt(state: FloatArray) -> _Trial:
-        state = state.copy()
-        state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
-        run = march(linear, state, length)
-        residual = sign * run.end - state
-        if not linear.antiperiodic:
-            state = _centred(linear, run, state)
-        return _Trial(state, run, residual, float(np.linalg.norm(scale * residual)))
+    def attempt(state: FloatArray) -> Shot:
+        trial = shot(linear, state)
+        if linear.antiperiodic:
+            return trial
+        return replace(trial, state=_centred(linear, trial.run, trial.state))
 
-    def begin(state: FloatArray) -> _Trial:
+    def begin(state: FloatArray) -> Shot:
         try:
             return attempt(state)
         except ArithmeticError:
@@ -106,41 +146,33 @@ def periodic_state(
 
     current = begin(next(starts))
     for iteration in range(_ITERATIONS):
-        near = current.norm <= PERIODIC_TOLERANCE * np.linalg.norm(scale * current.state)
+        near = current.is_near(PERIODIC_TOLERANCE)
         if current.norm == 0:
             return current.state, iteration, Status.SUCCESS
-        step = _newton_step(linear, current, sign, scale)
+        step = _newton_step(linear, current)
         if step is None:
             return current.state, iteration, Status.SYSTEM_SINGULAR
-        for share in _SHARES[: 1 if near else None]:
-            with contextlib.suppress(ArithmeticError):
-                trial = attempt(current.state + share * step)
-                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
-                    current = trial
-                    break
+        trial = current.improved(step, near, _SHARES, attempt)
+        if trial is None and near:
+            return current.state, iteration, Status.SUCCESS
+        start = next(starts, None) if trial is None else None
+        if trial is not None:
+            current = trial
+        elif start is not None:
+            current = begin(start)
         else:
-            if near:
-                return current.state, iteration, Status.SUCCESS
-            start = next(starts, None)
-            if start is not None:
-                current = begin(start)
-                continue
             for _ in range(_PERIODS):
-                current = attempt(sign * current.run.end)
+                current = attempt(-current.run.end if linear.antiperiodic else current.run.end)
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _newton_step(
-    linear: LinearMotion, current: _Trial, sign: float, scale: FloatArray
-) -> FloatArray | None:
-    assert current.run.jacobian is not None
-    unit = np.eye(len(scale))
-    matrix, right = sign * current.run.jacobian - unit, -current.residual
+def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
+    scale, matrix, right = current.scale, current.matrix.copy(), -current.residual
     rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof
     if not linear.antiperiodic and not rigid:
         # The static force of a contact that never slips is free: no step changes it.
         free = 2 * linear.n_dof + np.flatnonzero(~current.run.slipped)
-        matrix[free], right[free] = unit[free], 0.0
+        matrix[free], right[free] = np.eye(len(scale))[free], 0.0
     matrix, right = matrix * (scale[:, None] / scale), scale * right
     if rigid:
         # The position of a body without springs is free instead: the step of least norm.

@@ -6,7 +6,6 @@ Its steps are polynomials too: `symhbm.time_domain.event_march` locates the even
 contacts on them. Motions need not be unique: a response nearby selects one.
 """
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -26,7 +25,7 @@ from symhbm.time_domain.linear_motion import (
     curved,
     extremes,
 )
-from symhbm.time_domain.periodic_orbit import energy_scale, state_of
+from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -40,6 +39,8 @@ _FIRST = 0.3
 """First step of the integrator over a cell of the linear motion."""
 _SHORTEST = 1e-7
 """Step of the integrator [rad] below which the motion grows without bound."""
+_SHARES = tuple(0.5**k for k in range(8))
+"""Shares of a Newton step that are tried."""
 _ITERATIONS = 40
 """Most steps of Newton's method."""
 _SMALLEST = 1e-12
@@ -200,14 +201,6 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     return motion
 
 
-@dataclass(frozen=True)
-class _Trial:
-    state: FloatArray
-    residual: FloatArray
-    matrix: FloatArray
-    norm: float
-
-
 def _periodic_state(
     integrator: IntegratedMotion, start: FloatArray
 ) -> tuple[FloatArray, int, Status]:
@@ -215,44 +208,35 @@ def _periodic_state(
     scale = energy_scale(integrator)
     farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
 
-    def attempt(state: FloatArray) -> _Trial:
+    def attempt(state: FloatArray) -> Shot:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return _shot(integrator, state, scale)
+        return _centred(integrator, shot(integrator, state))
 
     current = attempt(start)
     for iteration in range(_ITERATIONS):
-        near = current.norm <= PERIODIC * np.linalg.norm(scale * current.state)
+        near = current.is_near(PERIODIC)
         if current.norm == 0:
             return current.state, iteration, Status.SUCCESS
         matrix = current.matrix * (scale[:, None] / scale)
         step = np.linalg.lstsq(matrix, -scale * current.residual, rcond=_SMALLEST)[0] / scale
-        for share in 0.5 ** np.arange(1 if near else 8):
-            with contextlib.suppress(ArithmeticError):
-                trial = attempt(current.state + share * step)
-                if trial.norm <= (1 - (0.5 if near else 1e-4) * share) * current.norm:
-                    current = trial
-                    break
-        else:
+        trial = current.improved(step, near, _SHARES, attempt)
+        if trial is None:
             return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
+        current = trial
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _shot(integrator: IntegratedMotion, state: FloatArray, scale: FloatArray) -> _Trial:
-    """Residual of periodicity over a period, or half of it, and its derivative."""
-    length, sign = (np.pi, -1.0) if integrator.antiperiodic else (2 * np.pi, 1.0)
-    n, state = 2 * integrator.n_dof, state.copy()
-    state[n:] = np.clip(state[n:], -integrator.limit, integrator.limit)
-    run = march(integrator, state, length)
-    assert run.jacobian is not None
-    residual, matrix = sign * run.end - state, sign * run.jacobian - np.eye(len(state))
+def _centred(integrator: IntegratedMotion, trial: Shot) -> Shot:
+    """The shot with one more condition: forces of contacts that never slip are centred."""
+    residual, matrix, n = trial.residual.copy(), trial.matrix.copy(), 2 * integrator.n_dof
     if not integrator.antiperiodic:
-        for contact in np.flatnonzero(~run.slipped):
-            middle = _middle(integrator, run, state, int(contact))
+        for contact in np.flatnonzero(~trial.run.slipped):
+            middle = _middle(integrator, trial.run, trial.state, int(contact))
             residual[n + contact], matrix[n + contact] = middle
     if not np.all(np.isfinite(matrix)):
         raise ArithmeticError("the derivative of the motion is not finite")
-    return _Trial(state, residual, matrix, float(np.linalg.norm(scale * residual)))
+    return replace(trial, residual=residual, matrix=matrix)
 
 
 def _middle(

@@ -138,7 +138,7 @@ def test_no_path_begins_with_located_friction(monkeypatch):
     # The check where the form applies gives no start.
     monkeypatch.setattr(AngleCorrector, "applies", lambda *_: None)
     for target in (
-        "symhbm.continuation.branch.solve_point",
+        "symhbm.continuation.following.solve_point",
         "symhbm.continuation.start.solve_point",
     ):
         monkeypatch.setattr(target, forbidden)

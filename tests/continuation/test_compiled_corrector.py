@@ -11,12 +11,12 @@ from studies import fig03_single_blade as fig03
 from symhbm.continuation.between.located_maximum import falling_zero
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import Slopes, estimate_slopes
-from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import compiled
 from symhbm.continuation.correctors.bordered_system import point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.resonances import modes
+from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.segment import PathState
 from symhbm.numerics import machine_code
@@ -96,7 +96,7 @@ PROBLEMS = {
 
 def branch_of(name):
     build, band = PROBLEMS[name]
-    return Branch(FrequencyProblem(build()), (TURN * band[0], TURN * band[1]), 5000, False)
+    return follow_branch(FrequencyProblem(build()), (TURN * band[0], TURN * band[1]), 5000, False)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -161,7 +161,7 @@ def test_resonances_below_are_counted(name):
 def test_modes_of_a_condensed_structure_are_counted(harmonics):
     """The count alone against that of the modes, computed one by one."""
     problem = condensed(harmonics)
-    branch = Branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
+    branch = follow_branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
     for point in branch.points:
         friction = problem.locate(point.unknowns, point.value, point.slip)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction)

@@ -6,8 +6,8 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.branch import Branch
 from symhbm.continuation.events import resonances
+from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics.linear_algebra import negative_eigenvalues
@@ -199,7 +199,7 @@ MASSES = 1 + 0.01 * np.random.default_rng(0).normal(size=13)
 def test_points_of_a_path_count_the_modes_they_have(name):
     curve, band = CURVES[name]()
     unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
-    branch = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
+    branch = follow_branch(curve, (unit * band[0], unit * band[1]), 5000, False)
     assert len(branch.points) > 5
     for point in branch.points:
         problem, omega = curve.at(point.value)
@@ -220,7 +220,7 @@ def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
     monkeypatch.setattr(resonances, "modes", counted)
     curve, band = CURVES[name]()
     unit = TURN if isinstance(curve, FrequencyProblem) else 1.0
-    branch = Branch(curve, (unit * band[0], unit * band[1]), 5000, False)
+    branch = follow_branch(curve, (unit * band[0], unit * band[1]), 5000, False)
     below = [point.resonances_below for point in branch.points]
     changes = sum(after != before for after, before in zip(below[1:], below, strict=False))
     assert len(computed_at) <= 2 * (changes + branch.rejected)

@@ -24,7 +24,7 @@ import symhbm as sh
 from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_variables
-from symhbm.design.cases import Cases
+from symhbm.design.cases import Cases, Work
 from symhbm.design.certificate import certificate, status_of
 from symhbm.design.descent import Descent, Design
 from symhbm.design.optimum import ActiveSet
@@ -355,7 +355,7 @@ def held_at(load):
     """Active set, status and certificate of a search that stops at a load."""
     problem, bands = blade(), (BAND,)
     program = Program(read_variables(problem, "normal_load", BOUNDS, "common"))
-    cases = Cases(problem, parse(problem, None), program.variables, [bands])
+    cases = Cases(Work(problem, parse(problem, None), program.variables, [bands]))
     x = np.log([load])
     states = cases(x)
     design = Design(x, states, states[0].height)
@@ -400,7 +400,7 @@ def test_a_saddle_is_no_optimum():
 def survey_of_best():
     problem = blade()
     space = read_variables(problem, "normal_load", BOUNDS, "common")
-    return Cases(problem, parse(problem, None), space, [(BAND,)])(np.log([BEST_LOAD]))[0]
+    return Cases(Work(problem, parse(problem, None), space, [(BAND,)]))(np.log([BEST_LOAD]))[0]
 
 
 FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))

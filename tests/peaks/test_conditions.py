@@ -10,7 +10,7 @@ from closed_forms import OneBlade
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.between.peaks import PeakKind
-from symhbm.continuation.branch import Branch
+from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.numerics.arrays import RADIANS
 from symhbm.peaks.conditions import Conditions, solve
@@ -92,7 +92,9 @@ def solved(case):
     problem = make()
     names = (*NAMES, *(("cubic_stiffness",) if case == "cubic" else ()))
     second_order = SecondOrder(problem, names)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True)
+    branch = follow_branch(
+        FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, True
+    )
     chosen = {}
     for peak in sorted(branch.peaks, key=lambda peak: -peak.amplitude):
         assert peak.kind != PeakKind.UNBOUNDED
@@ -100,7 +102,9 @@ def solved(case):
         if len(same_kind) < 2:
             same_kind.append(Maximum.at_peak(problem, peak))
     maxima = [maximum for same_kind in chosen.values() for maximum in same_kind]
-    return second_order, [(maximum, solve(Conditions(second_order, maximum))) for maximum in maxima]
+    return second_order, [
+        (maximum, solve(Conditions.of(second_order, maximum))) for maximum in maxima
+    ]
 
 
 def values_of(problem, names):
@@ -118,7 +122,7 @@ def solved_at(conditions, change):
     }
     chosen["force_amplitude"] = float(chosen["force_amplitude"][0])
     start = replace(maximum, problem=problem.with_parameters(**chosen))
-    solution = solve(Conditions(second_order, start))
+    solution = solve(Conditions.of(second_order, start))
     assert solution is not None
     return solution
 
@@ -213,9 +217,9 @@ def test_symmetry_and_scaling_of_derivatives(case):
 def test_closed_form_of_one_blade(load):
     problem = blade(normal_load=load)
     second_order = SecondOrder(problem, ("normal_load",))
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
     peak = max(branch.peaks, key=lambda peak: peak.amplitude)
-    conditions = solve(Conditions(second_order, Maximum.at_peak(problem, peak)))
+    conditions = solve(Conditions.of(second_order, Maximum.at_peak(problem, peak)))
     form = OneBlade(1, 0.5, 1e4, 1e4, 0.5 * load)
     omega, amplitude = max(form.peaks(), key=lambda pair: pair[1])
     assert conditions.maximum.amplitude == pytest.approx(amplitude, rel=1e-10)
@@ -244,7 +248,7 @@ def test_differences_of_whole_responses(name, index):
         values[index] *= 1 + sign * step
         band = RADIANS * 50, RADIANS * 110
         curve = FrequencyProblem(problem.with_parameters(**{name: values}))
-        sides.append(Branch(curve, band, 5000, True).peaks)
+        sides.append(follow_branch(curve, band, 5000, True).peaks)
     kinds = set()
     for _, conditions in peaks:
         maximum = conditions.maximum
@@ -278,7 +282,7 @@ def test_edge_of_the_band():
     coefficient = sh.solve(problem, 70.0).coefficient.values
     unknowns = coefficient.transpose(0, 1, 2).reshape(-1)
     edge = Maximum.at_edge(problem, unknowns, omega, 2)
-    conditions = solve(Conditions(second_order, edge))
+    conditions = solve(Conditions.of(second_order, edge))
     assert conditions.maximum.frequency == pytest.approx(omega, rel=1e-15)
     values = values_of(problem, NAMES)
     # The band stays where it is.
@@ -299,7 +303,7 @@ def test_a_minimum_is_refused():
     """The slope also vanishes at a minimum between two peaks."""
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     refused = 0
     for dof in range(problem.n_dof):
         coefficients = slice(2 * dof, 2 * dof + 2)
@@ -310,7 +314,7 @@ def test_a_minimum_is_refused():
             point = branch.points[i]
             slip = problem.locate(point.unknowns, point.value).slip
             start = Maximum(problem, MaximumKind.SMOOTH, dof, point.unknowns, point.value, slip)
-            conditions = Conditions(second_order, start)
+            conditions = Conditions.of(second_order, start)
             for _ in range(20):
                 step = conditions.step()
                 if step is None or conditions.length(step) > 0.1:
@@ -318,7 +322,7 @@ def test_a_minimum_is_refused():
                 conditions = conditions.moved(step)
             if conditions.stationarity < 1e-9 and conditions.evaluation.norm < 1e-11:
                 assert not conditions.is_maximum()
-                assert solve(Conditions(second_order, conditions.maximum)) is None
+                assert solve(Conditions.of(second_order, conditions.maximum)) is None
                 refused += 1
     assert refused >= 2
 
@@ -326,7 +330,7 @@ def test_a_minimum_is_refused():
 def test_an_onset_on_a_slope_is_no_corner():
     problem = ring((1,))
     second_order = SecondOrder(problem)
-    branch = Branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
+    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 50, RADIANS * 110), 5000, True)
     corners = {(p.dof, p.value) for p in branch.peaks if p.kind == PeakKind.CORNER}
     refused = 0
     for point in (point for point in branch.points if len(point.events) == 1):
@@ -335,7 +339,7 @@ def test_an_onset_on_a_slope_is_no_corner():
         slip[contact] = False
         for dof in range(problem.n_dof):
             arguments = problem, MaximumKind.CORNER, dof, point.unknowns, point.value, slip, contact
-            conditions = solve(Conditions(second_order, Maximum(*arguments)))
+            conditions = solve(Conditions.of(second_order, Maximum(*arguments)))
             assert (conditions is not None) == ((dof, point.value) in corners)
             refused += conditions is None
     assert corners
@@ -351,11 +355,11 @@ def test_start_from_other_parameters(factor):
         problem = maximum.problem.with_parameters(
             normal_load=factor * maximum.problem.model.normal_load
         )
-        conditions = solve(Conditions(second_order, replace(maximum, problem=problem)))
+        conditions = solve(Conditions.of(second_order, replace(maximum, problem=problem)))
         if conditions is None:
             n_failed += 1
             continue
-        branch = Branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 200), 5000, True)
+        branch = follow_branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 200), 5000, True)
         same_dof = [peak for peak in branch.peaks if peak.dof == maximum.dof]
         assert any(
             conditions.maximum.amplitude == pytest.approx(peak.amplitude, rel=1e-9)
@@ -378,4 +382,4 @@ def test_wrong_starts_are_refused():
             unknowns=-maximum.unknowns,
         ),
     ):
-        assert solve(Conditions(second_order, start)) is None
+        assert solve(Conditions.of(second_order, start)) is None

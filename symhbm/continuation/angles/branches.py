@@ -6,10 +6,11 @@ there to its last.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from symhbm.continuation.angles.corrector import AngleCorrector
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.newton import NewtonResult
+from symhbm.continuation.following import follow_with
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
@@ -24,41 +25,14 @@ _BEYOND = 1e-5
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
 
 
-class AngleBranch(Branch):
-    """A branch with the switching angles as unknowns; see `Branch`."""
-
-    corrector: AngleCorrector
-
-    def _corrector_of(self, curve: ContinuationProblem) -> AngleCorrector:
-        assert curve.angles is not None
-        return AngleCorrector(curve, curve.angles)
-
-    def _follow(self, start: float, end: float, max_points: int, guess: FloatArray | None) -> None:
-        super()._follow(start, end, max_points, guess)
-        if self.status not in (Status.NO_START, Status.MINIMUM_STEP):
-            return
-        # Located friction tells whether the form applies where the branch ends.
-        value = start
-        if self.points:
-            last = self.points[-1].state
-            distance = min(_BEYOND * self.curve.scale(last)[-1], abs(end - last[-1]))
-            value = last[-1] + self._heading * distance
-        applies = self.corrector.applies(float(value))
-        if applies is not None:
-            self.status = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY
-
-    def _solve_from_scratch(self, value: float) -> NewtonResult:
-        return self.corrector.solve_from_scratch(value)
-
-
 def angle_branches(
     curve: ContinuationProblem, band: tuple[float, float], max_points: int, per_dof: bool
-) -> list[AngleBranch]:
+) -> list[Branch]:
     """The branches over the parts of a band in which the form applies, in the order of the band.
 
     The first begins where the band does; it has no points where the form does not apply there.
     """
-    branches = [AngleBranch(curve, band, max_points, per_dof)]
+    branches = [_angle_branch(curve, band, max_points, per_dof)]
     while branches[-1].status in ANGLES_ENDED and len(branches) < _MAX_BRANCHES:
         following = _next_branch(branches[-1], band, max_points)
         if following is None:
@@ -67,11 +41,37 @@ def angle_branches(
     return branches
 
 
-def _next_branch(
-    branch: AngleBranch, band: tuple[float, float], max_points: int
-) -> AngleBranch | None:
+def _angle_branch(
+    curve: ContinuationProblem,
+    band: tuple[float, float],
+    max_points: int,
+    per_dof: bool,
+    guess: FloatArray | None = None,
+) -> Branch:
+    """One branch; arguments as of `follow_branch`."""
+    assert curve.angles is not None
+    corrector = AngleCorrector(curve, curve.angles)
+    branch = follow_with(corrector, corrector.solve_from_scratch, band, max_points, per_dof, guess)
+    if branch.status not in (Status.NO_START, Status.MINIMUM_STEP):
+        return branch
+    # Located friction tells whether the form applies where the branch ends.
+    start, end = band
+    value = start
+    if branch.points:
+        last = branch.points[-1].state
+        distance = min(_BEYOND * curve.scale(last)[-1], abs(end - last[-1]))
+        value = last[-1] + (distance if end > start else -distance)
+    applies = corrector.applies(float(value))
+    if applies is None:
+        return branch
+    ended = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY
+    return replace(branch, status=ended)
+
+
+def _next_branch(branch: Branch, band: tuple[float, float], max_points: int) -> Branch | None:
     """The branch after another one, None where none starts up to the end of the band."""
     curve, corrector = branch.curve, branch.corrector
+    assert isinstance(corrector, AngleCorrector)
     begin, end = branch.points[-1].value if branch.points else band[0], band[1]
     heading = 1 if end > begin else -1
     distance = _FIRST * max(abs(begin), curve.smallest)
@@ -87,13 +87,13 @@ def _next_branch(
         if not solution.converged:
             distance *= _NOT_CONVERGED
             continue
-        back = AngleBranch(curve, (value, begin), max_points, branch.per_dof, solution.unknowns)
+        back = _angle_branch(curve, (value, begin), max_points, branch.per_dof, solution.unknowns)
         corrector.solves += back.corrector.solves
         first = back.points[-1] if back.points else None
         if first is None or first.value == end:
             continue
         rest = first.value, end
-        forward = AngleBranch(curve, rest, max_points, branch.per_dof, first.unknowns)
+        forward = _angle_branch(curve, rest, max_points, branch.per_dof, first.unknowns)
         if forward.points and (forward.points[-1].value - begin) * heading > 0:
             return forward
         corrector.solves += forward.corrector.solves

@@ -17,7 +17,8 @@ from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE, structure_matrices
-from symhbm.numerics import FloatArray, weighted
+from symhbm.model import weighted
+from symhbm.numerics import FloatArray
 
 _FELT = 2.0
 """Distance from a resonance ahead, in half widths, up to which it changes the path."""

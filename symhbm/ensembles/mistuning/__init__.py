@@ -6,13 +6,7 @@ other parameters drawn. The attribute ``drawn`` (JSON) of every variable tells h
 archives of the response too. `xarray.merge` joins draws of different distributions.
 """
 
-from symhbm.ensembles.mistuning.draws import (
-    explicit,
-    harmonic,
-    lognormal,
-    pattern,
-    truncated_normal,
-    uniform,
-)
+from symhbm.ensembles.mistuning.draws import lognormal, truncated_normal, uniform
+from symhbm.ensembles.mistuning.patterns import explicit, harmonic, pattern
 
 __all__ = ["explicit", "harmonic", "lognormal", "pattern", "truncated_normal", "uniform"]

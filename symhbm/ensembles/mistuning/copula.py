@@ -4,6 +4,7 @@ Values are arrays ``(n_samples, n)`` by parameter, with ``n`` blades or contacts
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -77,25 +78,26 @@ def _sobol(
     return {name: share[:n_samples] for name, share in shares.items()}
 
 
+@dataclass(frozen=True)
 class Copula:
-    """Gaussian copula of parameters with values per blade or contact.
+    """Gaussian copula of parameters with values per blade or contact, from roots of correlations.
 
-    Parameters
-    ----------
-    sizes
-        Number of blades or contacts by parameter.
-    correlation
-        Between neighbours: a correlation length, a matrix, or either by parameter.
-    between
-        Correlation of pairs of parameters.
-
-    Raises
-    ------
-    TypeError, ValueError, KeyError
-        If they are no correlations, or fit no parameter.
+    ``neighbours`` are those between blades or contacts by parameter, ``parameters`` that between
+    the parameters ``together``.
     """
 
-    def __init__(self, sizes: Mapping[str, int], correlation: Any, between: Any):
+    neighbours: dict[str, FloatArray]
+    together: list[str]
+    parameters: FloatArray
+
+    @classmethod
+    def of(cls, sizes: Mapping[str, int], correlation: Any, between: Any) -> "Copula":
+        """The copula of parameters with ``sizes`` values.
+
+        ``correlation`` between neighbours is a correlation length, a matrix, or either by
+        parameter; ``between`` are correlations of pairs of parameters. Raises TypeError, ValueError
+        and KeyError if they are no correlations, or fit no parameter.
+        """
         by_name: dict[str, Any] = {}
         if isinstance(correlation, Mapping):
             by_name |= correlation
@@ -103,23 +105,23 @@ class Copula:
             by_name |= dict.fromkeys(sizes, correlation)
         for name in by_name:
             check.known(name, sizes, "parameter that is drawn")
-        self._neighbours = {
+        neighbours = {
             name: _root(f"correlation of {name}", _matrix(name, value, sizes[name]))
             for name, value in by_name.items()
         }
-        self._together, matrix = _between(sizes, between)
-        self._parameters = _root("between", matrix)
+        together, matrix = _between(sizes, between)
+        return cls(neighbours, together, _root("between", matrix))
 
     def couple(self, shares: dict[str, FloatArray]) -> dict[str, FloatArray]:
         """Correlated shares, each still uniform, from independent ones."""
         result = dict(shares)
-        if self._together:
-            scores = _mixed(self._parameters, [ndtri(shares[name]) for name in self._together])
+        if self.together:
+            scores = _mixed(self.parameters, [ndtri(shares[name]) for name in self.together])
             result |= {
                 name: np.clip(ndtr(score), *_OPEN)
-                for name, score in zip(self._together, scores, strict=True)
+                for name, score in zip(self.together, scores, strict=True)
             }
-        for name, root in self._neighbours.items():
+        for name, root in self.neighbours.items():
             columns = list(ndtri(result[name]).T)
             result[name] = np.clip(ndtr(np.stack(_mixed(root, columns), axis=1)), *_OPEN)
         return result

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from symhbm.ensembles.statistics.population import Population, slices
+from symhbm.ensembles.statistics.population import Population, meant, slices
 from symhbm.numerics import FloatArray, check
 
 _MEMORY = 3 * 2**27
@@ -50,14 +50,11 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
         dims = (grid, "dof") if of_what == "amplitude" else (grid,)
         dims += ("quantile",) * (statistic == "quantile")
         response = "amplitude" if of_what == "amplitude" else "largest amplitude of all blades"
-        long_name = f"{statistic} of the {response} over the samples"
-        attributes = {"units": "m", "long_name": long_name}
+        attributes = meant(f"{statistic} of the {response} over the samples", "m")
         variables[name] = (dims, np.concatenate(parts), attributes)
-    attributes = {"units": "1", "long_name": "share of the samples below"}
-    coordinates = {grid: dataset[grid], "dof": dataset["dof"]}
-    result = xr.Dataset(
-        variables, coordinates | {"quantile": ("quantile", probabilities, attributes)}
-    )
+    shares = "quantile", probabilities, meant("share of the samples below")
+    coordinates = {grid: dataset[grid], "dof": dataset["dof"], "quantile": shares}
+    result = xr.Dataset(variables, coordinates)
     return ensemble.explained(result, "Envelope of an ensemble of responses", per_sample=False)
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from symhbm.ensembles.statistics.population import meant
 from symhbm.ensembles.statistics.univariate import (
     BOUND,
     Values,
@@ -76,41 +77,22 @@ def convergence(
             "that did not fail"
         )
     rows = [_summary(data.values[: int(k)], probabilities, confidence) for k in chosen]
-    units = data.units
-    unit_of = {"share_below_maximum": "1"}
     dims = {
         "quantile_value": ("quantile",),
         "quantile_interval": ("quantile", "bound"),
         "mean_interval": ("bound",),
         "standard_deviation_interval": ("bound",),
     }
-    result = xr.Dataset(
-        {
-            name: (
-                ("n_samples", *dims.get(name, ())),
-                np.array([row[name] for row in rows]),
-                {
-                    "units": unit_of.get(name, units),
-                    "long_name": f"{name.replace('_', ' ')} of the {data.meaning}",
-                },
-            )
-            for name in rows[0]
-        },
-        {
-            "n_samples": (
-                "n_samples",
-                chosen.astype(np.int64),
-                {"units": "1", "long_name": "number of samples"},
-            ),
-            "quantile": (
-                "quantile",
-                probabilities,
-                {"units": "1", "long_name": "share of the samples below"},
-            ),
-            "bound": BOUND,
-        },
-        {"confidence": confidence},
-    )
+    variables = {}
+    for name in rows[0]:
+        units = "1" if name == "share_below_maximum" else data.units
+        attributes = meant(f"{name.replace('_', ' ')} of the {data.meaning}", units)
+        values_by_size = np.array([row[name] for row in rows])
+        variables[name] = (("n_samples", *dims.get(name, ())), values_by_size, attributes)
+    n_samples = "n_samples", chosen.astype(np.int64), meant("number of samples")
+    shares = "quantile", probabilities, meant("share of the samples below")
+    coordinates = {"n_samples": n_samples, "quantile": shares, "bound": BOUND}
+    result = xr.Dataset(variables, coordinates, {"confidence": confidence})
     return data.labelled(result, "Convergence of statistics with the number of samples")
 
 
@@ -191,10 +173,10 @@ def position(
     interval = np.array(test.proportion_ci(confidence, method="exact"))
     ordered = np.append(np.sort(data.values), np.inf)
     rank = np.ceil(probabilities ** (1 / n) * (size + 1)).astype(int) - 1
-    of_share = {"units": "1", "long_name": f"share of samples below {value:g}"}
-    of_worst = {"units": "1", "long_name": f"probability that the worst of {n} is below {value:g}"}
-    of_quantile = {"units": "1", "long_name": f"probability of the worst of {n}"}
-    of_value = {"units": data.units, "long_name": f"quantile of the worst of {n}"}
+    of_share = meant(f"share of samples below {value:g}")
+    of_worst = meant(f"probability that the worst of {n} is below {value:g}")
+    of_quantile = meant(f"probability of the worst of {n}")
+    of_value = meant(f"quantile of the worst of {n}", data.units)
     result = xr.Dataset(
         {
             "share_below": ((), share, of_share),

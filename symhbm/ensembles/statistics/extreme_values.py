@@ -11,6 +11,7 @@ from scipy import optimize
 from scipy.special import gamma
 
 from symhbm.continuation import Status
+from symhbm.ensembles.statistics.population import meant
 from symhbm.ensembles.statistics.univariate import (
     BOUND,
     Values,
@@ -119,30 +120,24 @@ def extreme_value_fit(
             for name, value in tests.items():
                 larger = sum(distances[name] >= value for distances in refit_distances)
                 p_values[name] = (1 + larger) / (1 + len(refit_distances))
-    return data.labelled(
-        _label(
-            dict(
-                status=np.array(status, dtype=object),
-                **fitted,
-                **{f"{name}_interval": value for name, value in intervals.items()},
-                **tests,
-                **{f"{name}_p_value": value for name, value in p_values.items()},
-                block_maximum=maxima,
-                n_blocks=n_blocks,
-                n_unused=data.values.size - n_blocks * block,
-                n_refits_failed=n_failed,
-            ),
-            probabilities,
-            data.units,
-        ).assign_attrs(
-            distribution=distribution,
-            block=block,
-            confidence=confidence,
-            n_bootstrap=n_bootstrap,
-            seed=seed,
+    result = _label(
+        dict(
+            status=np.array(status, dtype=object),
+            **fitted,
+            **{f"{name}_interval": value for name, value in intervals.items()},
+            **tests,
+            **{f"{name}_p_value": value for name, value in p_values.items()},
+            block_maximum=maxima,
+            n_blocks=n_blocks,
+            n_unused=data.values.size - n_blocks * block,
+            n_refits_failed=n_failed,
         ),
-        "Extreme value distribution of block maxima",
+        probabilities,
+        data.units,
     )
+    settings = dict(block=block, confidence=confidence, n_bootstrap=n_bootstrap, seed=seed)
+    result = result.assign_attrs(distribution=distribution, **settings)
+    return data.labelled(result, "Extreme value distribution of block maxima")
 
 
 def _fit(
@@ -244,10 +239,8 @@ def _distances(maxima: FloatArray, fit: FloatArray) -> dict[str, float]:
     below = np.exp(logarithm)
     gap = np.maximum(rank / n - below, below - (rank - 1) / n).max()
     logs = logarithm + np.log(-np.expm1(logarithm))[::-1]
-    return dict(
-        kolmogorov_smirnov=float(gap),
-        anderson_darling=float(-n - np.mean((2 * rank - 1) * logs)),
-    )
+    square = -n - np.mean((2 * rank - 1) * logs)
+    return dict(kolmogorov_smirnov=float(gap), anderson_darling=float(square))
 
 
 def _label(values: dict, probabilities: FloatArray, units: str) -> xr.Dataset:
@@ -258,6 +251,6 @@ def _label(values: dict, probabilities: FloatArray, units: str) -> xr.Dataset:
         dims = ("block",) if name == "block_maximum" else dims
         dims += ("bound",) if name.endswith("_interval") else ()
         unit = units if name.removesuffix("_interval") in with_units else "1"
-        variables[name] = (dims, value, {"units": unit, "long_name": name.replace("_", " ")})
-    attributes = {"units": "1", "long_name": "probability that a block maximum stays below"}
+        variables[name] = (dims, value, meant(name.replace("_", " "), unit))
+    attributes = meant("probability that a block maximum stays below")
     return xr.Dataset(variables, {"level": ("level", probabilities, attributes), "bound": BOUND})

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
-from symhbm.ensembles.statistics.population import Population, followed
+from symhbm.ensembles.statistics.population import Population, followed, meant
 from symhbm.numerics import check
 from symhbm.results import Description
 
@@ -81,22 +81,19 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
         sources = ("grid", "grid", "grid")
         if kind == "amplification_of_peaks":
             sources = (*_sources(dataset, ensemble.description, along), tuned_source)
-        attributes = {"units": "1", "source": sources[0], "tuned_source": sources[2]}
-        result[kind] = factor.assign_attrs(attributes, long_name=meaning)
-        attributes |= {"source": sources[1], "long_name": of_all}
-        result[f"largest_{kind}"] = largest.assign_attrs(attributes)
-        attributes = {"units": "1", "long_name": f"degree of freedom of the {of_all}"}
+        common = {"source": sources[0], "tuned_source": sources[2]}
+        result[kind] = factor.assign_attrs(common | meant(meaning))
+        common["source"] = sources[1]
+        result[f"largest_{kind}"] = largest.assign_attrs(common | meant(of_all))
+        attributes = meant(f"degree of freedom of the {of_all}")
         result[f"dof_of_largest_{kind}"] = blade.where(used, -1).assign_attrs(attributes)
         if kind == "amplification_at_frequency":
-            attributes = {
-                "units": dataset[along].attrs["units"],
-                "long_name": f"{along} of the {meaning}",
-            }
-            value = by_sample["value"]
+            value, units = by_sample["value"], dataset[along].attrs["units"]
+            attributes = meant(f"{along} of the {meaning}", units)
             result[f"{along}_of_amplification"] = value.assign_attrs(attributes)
-            attributes["long_name"] = f"{along} of the {of_all}"
-            of_blade = value.isel(dof=blade)
-            result[f"{along}_of_largest_amplification"] = of_blade.assign_attrs(attributes)
+            attributes = meant(f"{along} of the {of_all}", units)
+            of_blade = value.isel(dof=blade).assign_attrs(attributes)
+            result[f"{along}_of_largest_amplification"] = of_blade
     return ensemble.explained(result, "Amplification factors of an ensemble", per_sample=True)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from symhbm.ensembles.statistics.population import Population
+from symhbm.ensembles.statistics.population import Population, meant
 from symhbm.numerics import FloatArray, FourierBasis, largest_displacement, unknowns_of
 
 
@@ -48,9 +48,9 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     names = ("amplitude", "peak_amplitude", "peak_coefficient")
     result = ensemble.by_samples(ratios, names).where(used)
     meaning = "inverse participation ratio of the amplitudes"
-    result["localisation_at_peak"].attrs = {"units": "1", "long_name": f"{meaning} at the peak"}
+    result["localisation_at_peak"].attrs = meant(f"{meaning} at the peak")
     if ensemble.on_grid:
-        result["localisation"].attrs = {"units": "1", "long_name": meaning}
+        result["localisation"].attrs = meant(meaning)
         result = result.assign_coords({ensemble.along: dataset[ensemble.along]})
     return ensemble.explained(result, "Localisation of an ensemble of responses", per_sample=True)
 

@@ -65,6 +65,17 @@ def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
     return dataset[chosen].reset_coords(drop=True)
 
 
+def meant(long_name: str, units: str = "1") -> dict[str, str]:
+    """The attributes of a variable."""
+    return {"units": units, "long_name": long_name}
+
+
+def counted(result: xr.Dataset, n_used: int, n_failed: int, used: str) -> xr.Dataset:
+    """The result with the number of samples; ``used`` tells what was used."""
+    failed = ((), n_failed, meant("samples that failed, left out"))
+    return result.assign(n_used=((), n_used, meant(used)), n_failed=failed)
+
+
 class Population:
     """The samples of one dataset.
 
@@ -128,9 +139,7 @@ class Population:
     def explained(self, result: xr.Dataset, title: str, per_sample: bool) -> xr.Dataset:
         """The result with the number of samples, the parameters, the problem and a title."""
         n_used = int(self.used.sum())
-        result["n_used"] = ((), n_used, {"units": "1", "long_name": "complete samples"})
-        attributes = {"units": "1", "long_name": "samples that failed, left out"}
-        result["n_failed"] = ((), self.size - n_used, attributes)
+        result = counted(result, n_used, self.size - n_used, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))
         result = result.assign({k: v for k, v in source.data_vars.items() if k not in result.dims})
         if per_sample:

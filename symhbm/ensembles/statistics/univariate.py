@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.ensembles.statistics.population import origin
+from symhbm.ensembles.statistics.population import counted, origin
 from symhbm.numerics import FloatArray, check
 from symhbm.results import SCHEMA_VERSION
 from symhbm.results.archive import check_schema
@@ -29,9 +29,7 @@ class Numbers(NamedTuple):
 
     def labelled(self, result: xr.Dataset, title: str) -> xr.Dataset:
         """The result with the number of samples, the source and a title."""
-        result["n_used"] = ((), self.values.size, {"units": "1", "long_name": "numbers used"})
-        attributes = {"units": "1", "long_name": "samples that failed, left out"}
-        result["n_failed"] = ((), self.n_failed, attributes)
+        result = counted(result, self.values.size, self.n_failed, "numbers used")
         versions = {"symhbm_schema": SCHEMA_VERSION, "symhbm_version": version("symhbm")}
         result = result.assign(self.source.data_vars).assign_attrs(versions | self.source.attrs)
         return result.assign_attrs(title=title, of=self.meaning)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
-from symhbm.model.structure import NearModes
-from symhbm.numerics import FloatArray, negative_eigenvalues, weighted
+from symhbm.model.structure import NearModes, weighted
+from symhbm.numerics import FloatArray, negative_eigenvalues
 
 _NEAR_POLE = 1e-9
 """Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""

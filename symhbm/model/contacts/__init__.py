@@ -1,17 +1,13 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
 from symhbm.model.contacts.coulomb import (
-    ContactState,
     Coulomb,
     HysteresisLoop,
     Loop,
-    SampledCoulomb,
     hysteresis_loops,
-    locate,
     located_of,
     loops_near_limit,
     on_loop,
-    slip_limit,
     stick_intervals,
     travel,
 )
@@ -24,7 +20,6 @@ from symhbm.model.contacts.smooth import SmoothLaw
 __all__ = [
     "FREE",
     "ContactLaw",
-    "ContactState",
     "Contacts",
     "Coulomb",
     "CubicSpring",
@@ -33,18 +28,15 @@ __all__ = [
     "Located",
     "Loop",
     "Parameter",
-    "SampledCoulomb",
     "SmoothLaw",
     "Switch",
     "check_pairs",
     "graph_of",
     "hysteresis_loops",
-    "locate",
     "located_of",
     "loops_near_limit",
     "named",
     "on_loop",
-    "slip_limit",
     "stick_intervals",
     "travel",
 ]

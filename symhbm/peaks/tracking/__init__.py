@@ -1,19 +1,20 @@
 """Maxima followed over a parameter, and their upper envelope."""
 
 from symhbm.peaks.tracking.branches import Parameter
-from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue, Surveyor
+from symhbm.peaks.tracking.envelope import EnvelopePoint, UpperEnvelope
+from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue
 from symhbm.peaks.tracking.step import advanced, polished
 from symhbm.peaks.tracking.track import retrack
-from symhbm.peaks.tracking.upper_envelope import EnvelopePoint, UpperEnvelope
+from symhbm.peaks.tracking.upper_envelope import upper_envelope
 
 __all__ = [
     "EnvelopePoint",
     "LeadingBranches",
     "Parameter",
     "SurveyedValue",
-    "Surveyor",
     "UpperEnvelope",
     "advanced",
     "polished",
     "retrack",
+    "upper_envelope",
 ]

@@ -12,41 +12,58 @@ import scipy
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
+from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.step import advanced
 from symhbm.peaks.tracking.track import TrackStatus, track
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
-SAME_MAXIMUM = 1e-8
-"""Relative difference of amplitude and frequency below which two maxima are the same."""
 _ABSENT = -np.inf
 
 
+@dataclass(frozen=True, eq=False)
 class Parameter:
-    """One parameter that varies, of all blades or contacts alike or only of that at ``index``.
+    """One parameter between two values, of all blades or contacts alike or that at ``index``."""
 
-    ``logarithmic`` tells whether its coordinate is the logarithm.
-    """
+    problem: HarmonicBalance
+    name: str
+    index: int | None
+    low: float
+    high: float
 
-    def __init__(
-        self, problem: HarmonicBalance, name: str, index: int | None, band: tuple[float, float]
-    ):
-        self.problem, self.name, self.index = problem, name, index
-        self.low, self.high = sorted(band)
-        self.logarithmic = self.low > 0
-        self.second_order = SecondOrder(problem, [name])
-        nominal = np.asarray(problem.parameters[name], dtype=float)
-        chosen = np.ones(nominal.shape)
-        if index is not None:
-            chosen[:] = np.arange(len(chosen)) == index
-        self._nominal, self._chosen = nominal, chosen
-        self._direction = np.atleast_1d(problem.own(name, chosen))
-        self.at = lru_cache(maxsize=64)(self._at)
+    @property
+    def logarithmic(self) -> bool:
+        """Whether its coordinate is the logarithm."""
+        return self.low > 0
 
-    def _at(self, value: float) -> HarmonicBalance:
-        values = np.where(self._chosen > 0, value, self._nominal)
-        return self.problem.with_parameters(**{self.name: values})
+    @cached_property
+    def second_order(self) -> SecondOrder:
+        """Second derivatives of the balance by unknowns, frequency and the parameter."""
+        return SecondOrder(self.problem, [self.name])
+
+    @cached_property
+    def _chosen(self) -> FloatArray:
+        """1 for the entries that vary, 0 for the others."""
+        chosen = np.ones(np.shape(self.problem.parameters[self.name]))
+        if self.index is not None:
+            chosen[:] = np.arange(len(chosen)) == self.index
+        return chosen
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        return np.atleast_1d(self.problem.own(self.name, self._chosen))
+
+    @cached_property
+    def at(self) -> Callable[[float], HarmonicBalance]:
+        """The problem at a value."""
+        nominal = np.asarray(self.problem.parameters[self.name], dtype=float)
+
+        def at(value: float) -> HarmonicBalance:
+            values = np.where(self._chosen > 0, value, nominal)
+            return self.problem.with_parameters(**{self.name: values})
+
+        return lru_cache(maxsize=64)(at)
 
     def problem_path(self, first: float, last: float) -> Callable[[float], HarmonicBalance]:
         """The problems from one value (0) to another (1)."""
@@ -64,6 +81,10 @@ class Parameter:
         """The coordinate in which lengths are measured: the value or its logarithm."""
         return np.log(value) if self.logarithmic else np.asarray(value, dtype=float)
 
+    def at_coordinate(self, coordinate: FloatArray) -> FloatArray:
+        """The values at coordinates."""
+        return np.exp(coordinate) if self.logarithmic else coordinate
+
     def slope(self, conditions: Conditions) -> float:
         """Derivative of the amplitude of a maximum by the parameter, zero if within round-off."""
         slope = float(conditions.gradient @ self._direction)
@@ -79,7 +100,7 @@ class Parameter:
         return slope, curvature + (slope if self.logarithmic else 0.0)
 
 
-@dataclass
+@dataclass(eq=False)
 class MaximumBranch:
     """One maximum over ascending ``values`` of the parameter, its ``conditions`` solved at each.
 
@@ -164,40 +185,36 @@ class MaximumBranch:
         self.__dict__.pop("_spline", None)
 
 
+@dataclass(frozen=True)
 class FollowedBranches:
     """All branches of maxima that were followed.
 
-    ``unbounded`` are the ranges where a peak is unbounded, ``poles`` the values where they begin,
-    with the last maximum before each.
+    ``bands`` [rad/s] are those of the frequency; ``unbounded`` are the ranges where a peak is
+    unbounded, ``poles`` the values where they begin, with the last maximum before each.
     """
 
-    def __init__(self, parameter: Parameter, bands: Sequence[tuple[float, float]]):
-        self.parameter, self.bands = parameter, bands
-        self.branches: list[MaximumBranch] = []
-        self.unbounded: list[tuple[float, float]] = []
-        self.poles: list[tuple[float, Conditions]] = []
+    parameter: Parameter
+    bands: Sequence[tuple[float, float]]
+    branches: list[MaximumBranch] = field(default_factory=list)
+    unbounded: list[tuple[float, float]] = field(default_factory=list)
+    poles: list[tuple[float, Conditions]] = field(default_factory=list)
 
     def follow(self, start: Conditions, first: float, last: float) -> None:
         """Follow a maximum from one value to another, and join it to the branches it meets."""
-        parameter = self.parameter
+        parameter, down = self.parameter, last < first
         problem_path = parameter.problem_path(first, last)
         tracked = track(parameter.second_order, start, problem_path, bands=self.bands)
-        steps = tracked.steps
-        values = [parameter.value(first, last, s) for s, _ in steps]
-        conditions = [maximum for _, maximum in steps]
+        values = [parameter.value(first, last, s) for s, _ in tracked.steps]
+        conditions = [maximum for _, maximum in tracked.steps]
         events = {i: values[i] for i in tracked.events}
         end_status = TrackStatus.REACHED_END, tracked.status
-        if last < first:
-            n = len(values)
-            values, conditions, end_status = (
-                values[::-1],
-                conditions[::-1],
-                (end_status[1], end_status[0]),
-            )
-            events = {n - 2 - i: event for i, event in events.items()}
         if tracked.status == TrackStatus.UNBOUNDED:
-            self.unbounded.append((last, values[0]) if last < first else (values[-1], last))
-            self.poles.append((parameter.value(first, last, tracked.pole), steps[-1][1]))
+            self.unbounded.append((last, values[-1]) if down else (values[-1], last))
+            self.poles.append((parameter.value(first, last, tracked.pole), conditions[-1]))
+        if down:
+            events = {len(values) - 2 - i: event for i, event in events.items()}
+            values, conditions = values[::-1], conditions[::-1]
+            end_status = tracked.status, TrackStatus.REACHED_END
         kept = [0, *(i for i in range(1, len(values)) if values[i] > values[i - 1])]
         if len(kept) < len(values):
             events = {int(np.searchsorted(kept, i)): event for i, event in events.items()}
@@ -205,30 +222,22 @@ class FollowedBranches:
         self._join(MaximumBranch(parameter, values, conditions, events, end_status))
 
     def _join(self, branch: MaximumBranch) -> None:
-        for other in self.branches:
-            if branch.values[0] == other.values[-1] and is_same_maximum(
-                branch.conditions[0], other.conditions[-1]
-            ):
-                self.branches.remove(other)
-                branch = _joined(other, branch)
-                break
-        for other in self.branches:
-            if branch.values[-1] == other.values[0] and is_same_maximum(
-                branch.conditions[-1], other.conditions[0]
-            ):
-                self.branches.remove(other)
-                branch = _joined(branch, other)
-                break
+        below = next((other for other in self.branches if _meet(other, branch)), None)
+        if below is not None:
+            self.branches.remove(below)
+            branch = _joined(below, branch)
+        above = next((other for other in self.branches if _meet(branch, other)), None)
+        if above is not None:
+            self.branches.remove(above)
+            branch = _joined(branch, above)
         self.branches.append(branch)
 
     def branches_through(self, start: Conditions, value: float) -> list[MaximumBranch]:
         """The branches that contain a maximum at a value."""
         through: list[MaximumBranch] = []
         for branch in self.branches:
-            may_contain = (
-                branch.covers(value) and branch.conditions[0].maximum.dof == start.maximum.dof
-            )
-            solved = branch.at(value) if may_contain else None
+            same_dof = branch.conditions[0].maximum.dof == start.maximum.dof
+            solved = branch.at(value) if same_dof and branch.covers(value) else None
             if solved is not None and is_same_maximum(solved, start):
                 branch.insert(value, solved)
                 through.append(branch)
@@ -247,16 +256,16 @@ class FollowedBranches:
         at_value = np.array([value])
         estimates = [(float(b.heights(at_value)[0]), i) for i, b in enumerate(self.branches)]
         best: tuple[MaximumBranch, Conditions] | None = None
+        best_height = 0.0
         for height, i in sorted(estimates, reverse=True):
-            best_height = best[1].maximum.amplitude if best else 0.0
             # Interpolated heights are accurate to a few per cent, mostly far better.
             if height < 0.95 * best_height or height == _ABSENT:
                 break
             solved = self.branches[i].at(value)
             if solved is None:
                 return None  # the branch not solved for may be the highest
-            if best is None or solved.maximum.amplitude > best[1].maximum.amplitude:
-                best = self.branches[i], solved
+            if best is None or solved.maximum.amplitude > best_height:
+                best, best_height = (self.branches[i], solved), solved.maximum.amplitude
         return best
 
 
@@ -265,9 +274,15 @@ def is_same_maximum(first: Conditions, second: Conditions) -> bool:
     a, b = first.maximum, second.maximum
     return (
         a.dof == b.dof
-        and abs(a.frequency - b.frequency) <= SAME_MAXIMUM * b.frequency
-        and abs(a.amplitude - b.amplitude) <= SAME_MAXIMUM * b.amplitude
+        and abs(a.frequency - b.frequency) <= tolerances.SAME_MAXIMUM * b.frequency
+        and abs(a.amplitude - b.amplitude) <= tolerances.SAME_MAXIMUM * b.amplitude
     )
+
+
+def _meet(low: MaximumBranch, high: MaximumBranch) -> bool:
+    """Whether one branch ends in the maximum in which the other begins."""
+    same_value = low.values[-1] == high.values[0]
+    return same_value and is_same_maximum(low.conditions[-1], high.conditions[0])
 
 
 def _joined(low: MaximumBranch, high: MaximumBranch) -> MaximumBranch:
@@ -275,6 +290,5 @@ def _joined(low: MaximumBranch, high: MaximumBranch) -> MaximumBranch:
     shift = len(low.values) - 1
     events = low.events | {i + shift: event for i, event in high.events.items()}
     values, conditions = low.values + high.values[1:], low.conditions + high.conditions[1:]
-    return MaximumBranch(
-        low.parameter, values, conditions, events, (low.end_status[0], high.end_status[1])
-    )
+    end_status = low.end_status[0], high.end_status[1]
+    return MaximumBranch(low.parameter, values, conditions, events, end_status)

@@ -6,15 +6,8 @@ import numpy as np
 import scipy
 
 from symhbm.peaks.conditions import Conditions
+from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import MaximumBranch, Parameter
-
-_MAX_STEPS, _PRECISION = 8, 1e-9
-"""Newton steps to a crossing, and the last relative step; convergence is quadratic."""
-_TOLERANCE = 1e-5
-"""Relative error allowed to cubic interpolation between two points."""
-_MIN_LENGTH = 1e-7
-"""Length of an interval below which no point is added."""
-_MAX_DEPTH = 6
 
 
 def crossing(
@@ -24,35 +17,29 @@ def crossing(
 
     ``low`` and ``high`` enclose the crossing of the interpolated heights.
     """
-    first, last = (
-        max(falling.values[0], rising.values[0]),
-        min(falling.values[-1], rising.values[-1]),
-    )
+    first = max(falling.values[0], rising.values[0])
+    last = min(falling.values[-1], rising.values[-1])
     if first >= last:
         return None
     low, high = (min(max(value, first), last) for value in (low, high))
 
     def lead(value: float) -> tuple[float, float]:
-        results = [branch.at(value) for branch in (falling, rising)]
-        solved = [conditions for conditions in results if conditions is not None]
-        if len(solved) < 2:
+        before, after = falling.at(value), rising.at(value)
+        if before is None or after is None:
             raise ArithmeticError
-        heights = [conditions.maximum.amplitude for conditions in solved]
-        rates = [
-            falling.parameter.slope(conditions) / conditions.maximum.amplitude
-            for conditions in solved
-        ]
-        return float(np.log(heights[0] / heights[1])), rates[0] - rates[1]
+        log_ratio = np.log(before.maximum.amplitude / after.maximum.amplitude)
+        rates = [falling.parameter.slope(c) / c.maximum.amplitude for c in (before, after)]
+        return float(log_ratio), rates[0] - rates[1]
 
     try:
         value = _estimated_crossing(falling, rising, low, high)
-        for _ in range(_MAX_STEPS):
+        for _ in range(tolerances.CROSSING_STEPS):
             log_ratio, rate = lead(value)
             step = -log_ratio / rate if rate < 0 else np.inf
             if not first <= value + step <= last or abs(step) > 2 * (high - low):
                 break
             value += step
-            if abs(step) <= _PRECISION * value:
+            if abs(step) <= tolerances.CROSSING_PRECISION * value:
                 return value
         # Interpolated heights enclose the crossing only approximately: widen the interval.
         margin = 1e-6 * high
@@ -93,7 +80,8 @@ def fill(branch: MaximumBranch, start: float, end: float) -> None:
     while pending:
         low, high, depth = pending.pop()
         maxima = [branch.conditions[bisect_left(values, value)] for value in (low, high)]
-        if depth > _MAX_DEPTH or _deviation(parameter, low, high, *maxima) <= _TOLERANCE:
+        accurate = _deviation(parameter, low, high, *maxima) <= tolerances.INTERPOLATION
+        if accurate or depth > tolerances.INTERPOLATION_DEPTH:
             continue
         middle = parameter.value(low, high, 0.5)
         solved = branch.at(middle)
@@ -110,7 +98,7 @@ def _deviation(
     Second derivatives give the correction that a polynomial of fifth order makes in the middle.
     """
     length = float(parameter.coordinate(high) - parameter.coordinate(low))
-    if length <= _MIN_LENGTH:
+    if length <= tolerances.SHORTEST_INTERVAL:
         return 0.0
     rise = np.log(last.maximum.amplitude / first.maximum.amplitude)
     (low_rate, low_curvature), (high_rate, high_curvature) = (

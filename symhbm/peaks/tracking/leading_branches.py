@@ -6,76 +6,18 @@ missed. If one that may lead appears there, both halves are surveyed in turn, un
 row agree with the branches followed.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
-from symhbm.numerics import FloatArray
+from symhbm.numerics import RADIANS
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.survey import Survey, survey
+from symhbm.peaks.survey import Survey, Surveyor
+from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import FollowedBranches, Parameter
 from symhbm.peaks.tracking.step import verified
-from symhbm.workers import Workers, progress_bar
-
-AGREEMENT = 1e-9
-"""Relative difference by which a survey may be higher than the followed branches."""
-_CANDIDATE_SHARE = 0.9
-"""Share of the largest response from which a maximum is followed."""
-_PER_DECADE = 6, 2
-"""First surveys per decade: with many DOFs, and with one."""
-_MIN_INTERVALS = 4, 2
-"""Least number of intervals between the first surveys: with many DOFs, and with one."""
-_FIRST_SHARE = 1e-3
-"""Share of the largest value at which a band that begins at zero has its second survey."""
-_MAX_DEPTH = 7
-"""How often an interval is halved."""
-_MIN_INTERVAL = 0.08
-"""Relative width of an interval below which it is halved only if surveys disagree."""
-_CONFIRMATIONS = 2
-"""Surveys in a row that must agree, with many DOFs; one suffices with a single DOF."""
-_SLOPE_FACTOR = 2.0
-"""Factor by which slopes between two surveys may exceed those at one of them."""
-
-Bands = Sequence[tuple[float, float]]
-
-
-class Surveyor:
-    """Surveys of problems over ``bands`` [Hz]; ``count`` is the number made.
-
-    Surveys that an ``executor`` fails to compute, because workers die or it is closed, are
-    computed in this process. A failed survey is empty, with a status that says so.
-    """
-
-    def __init__(self, bands: Bands, executor: Executor | None, progress: bool):
-        self.bands, self.count = list(bands), 0
-        self._workers = Workers(executor, "surveys")
-        self._bar = progress_bar("survey", progress)
-
-    def __enter__(self) -> "Surveyor":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def survey(
-        self, problem: Callable[[float], HarmonicBalance], values: Iterable[float]
-    ) -> list[Survey]:
-        """Surveys at values of a parameter, for each of which ``problem`` gives the problem."""
-        calls = [(problem(value), self.bands) for value in values]
-        surveys: list[Survey] = []
-        results = self._workers.map(_survey_in_worker, _try_survey, calls)
-        for (problem_at, _), result in zip(calls, results, strict=True):
-            self.count += 1
-            self._bar.update()
-            # Maxima from a worker come without their problem.
-            maxima = [replace(maximum, problem=problem_at) for maximum in result.maxima]
-            surveys.append(replace(result, maxima=maxima))
-        return surveys
 
 
 @dataclass
@@ -87,22 +29,56 @@ class SurveyedValue:
     candidates: list[Conditions]
 
 
+@dataclass
 class LeadingBranches:
-    """Branches that hold the highest maximum over a whole band of the parameter.
+    """Branches that hold the highest maximum over a whole band of the parameter, once `follow` ran.
 
-    Surveys are made at ``wanted`` values and where these are far apart. ``unresolved`` are the
-    ranges where a survey is higher than the followed branches, ``incomplete`` the surveys that did
-    not reach the end of the frequency band.
+    ``unresolved`` are the ranges where a survey is higher than the followed branches,
+    ``incomplete`` the surveys that did not reach the end of the frequency band.
     """
 
-    def __init__(self, parameter: Parameter, surveyor: Surveyor, wanted: FloatArray | None = None):
-        self.parameter, self.surveyor = parameter, surveyor
-        bands = [(2 * np.pi * low, 2 * np.pi * high) for low, high in surveyor.bands]
-        self.followed = FollowedBranches(parameter, bands)
-        self.surveyed: dict[float, SurveyedValue] = {}
-        self.unresolved: list[tuple[float, float]] = []
-        self.incomplete: list[SurveyedValue] = []
-        self._build([] if wanted is None else wanted.tolist())
+    parameter: Parameter
+    surveyor: Surveyor
+    surveyed: dict[float, SurveyedValue] = field(default_factory=dict)
+    unresolved: list[tuple[float, float]] = field(default_factory=list)
+    incomplete: list[SurveyedValue] = field(default_factory=list)
+
+    @cached_property
+    def followed(self) -> FollowedBranches:
+        """All branches that were followed."""
+        bands = [(RADIANS * low, RADIANS * high) for low, high in self.surveyor.bands]
+        return FollowedBranches(self.parameter, bands)
+
+    def follow(self, wanted: list[float]) -> None:
+        """Survey at ``wanted`` values and where these are far apart, and follow what may lead."""
+        # One call for all first surveys, which an executor computes in parallel.
+        surveyed = self.survey(_first_values(self.parameter, wanted))
+        remaining = 1 if self.parameter.problem.n_dof == 1 else tolerances.CONFIRMATIONS
+        triples = zip(surveyed[::2], surveyed[1::2], surveyed[2::2], strict=False)
+        pending = [(*triple, remaining) for triple in triples]
+        for depth in range(tolerances.SURVEY_DEPTH + 1):
+            intervals: list[tuple[SurveyedValue, SurveyedValue, int]] = []
+            for low, middle, high, remaining in pending:
+                self._follow_candidates(low, high)
+                agrees = all(map(self._agrees, (low, middle, high)))
+                confirmed = agrees and not self._reveals_leader(low, middle, high)
+                remaining = remaining - 1 if confirmed else tolerances.CONFIRMATIONS
+                self._follow_candidates(low, middle)
+                self._follow_candidates(middle, high)
+                if not agrees and depth == tolerances.SURVEY_DEPTH:
+                    self.unresolved.append((low.value, high.value))
+                wide = high.value > (1 + tolerances.MIN_INTERVAL) * low.value
+                if remaining and (wide or not agrees):
+                    intervals += [(low, middle, remaining), (middle, high, remaining)]
+            if depth == tolerances.SURVEY_DEPTH:
+                return
+            middles = self.survey(
+                [self.parameter.value(low.value, high.value, 0.5) for low, high, _ in intervals]
+            )
+            pending = [
+                (low, middle, high, remaining)
+                for (low, high, remaining), middle in zip(intervals, middles, strict=True)
+            ]
 
     def check(self, values: list[float]) -> bool:
         """Survey further values and follow what was missed there; whether all surveys agree."""
@@ -111,10 +87,8 @@ class LeadingBranches:
         all_values = sorted(self.surveyed)
         for surveyed in new_values:
             index = all_values.index(surveyed.value)
-            low, high = (
-                self.surveyed[all_values[i]]
-                for i in (max(index - 1, 0), min(index + 1, len(all_values) - 1))
-            )
+            neighbours = all_values[max(index - 1, 0) : index + 2]
+            low, high = self.surveyed[neighbours[0]], self.surveyed[neighbours[-1]]
             if not self._agrees(surveyed) or self._reveals_leader(low, surveyed, high):
                 self._follow_candidates(low, surveyed)
                 self._follow_candidates(surveyed, high)
@@ -131,10 +105,9 @@ class LeadingBranches:
             if not result.complete:
                 self.incomplete.append(surveyed)
             if not result.unbounded:
-                floor = _CANDIDATE_SHARE * result.height
+                floor = tolerances.CANDIDATE_SHARE * result.height
                 high_maxima = [s for s in result.maxima if s.amplitude >= floor]
-                second_order = self.parameter.second_order
-                candidates = [verified(second_order, maximum) for maximum in high_maxima]
+                candidates = [verified(self.parameter.second_order, s) for s in high_maxima]
                 surveyed.candidates = [c for c in candidates if c is not None]
             surveyed_values.append(surveyed)
             self.surveyed[value] = surveyed
@@ -154,47 +127,13 @@ class LeadingBranches:
                 ranges += [(max(r[0], low), min(r[1], high)) for r in inside] or [(low, high)]
         return ranges
 
-    def _build(self, wanted: list[float]) -> None:
-        # One call for all first surveys, which an executor computes in parallel.
-        surveyed = self.survey(_first_values(self.parameter, wanted))
-        remaining = 1 if self.parameter.problem.n_dof == 1 else _CONFIRMATIONS
-        pending = [
-            (*triple, remaining)
-            for triple in zip(surveyed[::2], surveyed[1::2], surveyed[2::2], strict=False)
-        ]
-        for depth in range(_MAX_DEPTH + 1):
-            intervals: list[tuple[SurveyedValue, SurveyedValue, int]] = []
-            for low, middle, high, remaining in pending:
-                self._follow_candidates(low, high)
-                agrees = all(map(self._agrees, (low, middle, high)))
-                remaining = (
-                    remaining - 1
-                    if agrees and not self._reveals_leader(low, middle, high)
-                    else _CONFIRMATIONS
-                )
-                self._follow_candidates(low, middle)
-                self._follow_candidates(middle, high)
-                if not agrees and depth == _MAX_DEPTH:
-                    self.unresolved.append((low.value, high.value))
-                if remaining and (not agrees or high.value > (1 + _MIN_INTERVAL) * low.value):
-                    intervals += [(low, middle, remaining), (middle, high, remaining)]
-            if depth == _MAX_DEPTH:
-                return
-            middles = self.survey(
-                [self.parameter.value(low.value, high.value, 0.5) for low, high, _ in intervals]
-            )
-            pending = [
-                (low, middle, high, remaining)
-                for (low, high, remaining), middle in zip(intervals, middles, strict=True)
-            ]
-
     def _reveals_leader(
         self, low: SurveyedValue, middle: SurveyedValue, high: SurveyedValue
     ) -> bool:
         """Whether the survey in the middle shows a maximum, not followed, that may lead nearby."""
         if not middle.candidates:
             return False
-        reach = _SLOPE_FACTOR * max(high.value - middle.value, middle.value - low.value)
+        reach = tolerances.SLOPE_FACTOR * max(high.value - middle.value, middle.value - low.value)
         highest, *others = sorted(middle.candidates, key=lambda c: -c.maximum.amplitude)
 
         def rate(conditions: Conditions) -> float:
@@ -223,7 +162,7 @@ class LeadingBranches:
         if not surveyed.survey.maxima:
             return False
         highest = self.followed.highest(surveyed.value)
-        floor = (1 - AGREEMENT) * surveyed.survey.height
+        floor = (1 - tolerances.AGREEMENT) * surveyed.survey.height
         return highest is not None and highest[1].maximum.amplitude >= floor
 
     def _between_unbounded(self, surveyed: SurveyedValue) -> bool:
@@ -237,15 +176,16 @@ class LeadingBranches:
 def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:
     """An odd number of values over the whole band, those ``wanted`` among them."""
     low, high, single_dof = parameter.low, parameter.high, parameter.problem.n_dof == 1
-    first = low if low > 0 else _FIRST_SHARE * high
+    first = low if low > 0 else tolerances.FIRST_SHARE * high
     fixed = [first]
     for value in wanted:
-        if (1 + _MIN_INTERVAL) * fixed[-1] < value < high:
+        if (1 + tolerances.MIN_INTERVAL) * fixed[-1] < value < high:
             fixed.append(value)
     fixed.append(high)
-    widest = min(
-        np.log(10) / _PER_DECADE[single_dof], np.log(high / first) / _MIN_INTERVALS[single_dof]
+    per_decade, least = (
+        counts[single_dof] for counts in (tolerances.SURVEYS_PER_DECADE, tolerances.MIN_INTERVALS)
     )
+    widest = min(np.log(10) / per_decade, np.log(high / first) / least)
     values = [] if low > 0 else [low]
     for start, end in pairwise(fixed):
         number = max(1, int(np.ceil(np.log(end / start) / widest - 1e-9)))
@@ -254,16 +194,3 @@ def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:
     if len(values) % 2 == 0:
         values.insert(-1, parameter.value(values[-2], high, 0.5))
     return values
-
-
-def _try_survey(problem: HarmonicBalance, bands: Bands) -> Survey:
-    try:
-        return survey(problem, bands)
-    except ArithmeticError:
-        return Survey([], [], Status.COMPUTATION_FAILED)
-
-
-def _survey_in_worker(problem: HarmonicBalance, bands: Bands) -> Survey:
-    result = _try_survey(problem, bands)
-    maxima = [replace(maximum, problem=None) for maximum in result.maxima]  # type: ignore[arg-type]
-    return replace(result, maxima=maxima)

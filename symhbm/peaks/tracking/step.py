@@ -6,18 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.continuation import Branch, FrequencyProblem, solve_point
+from symhbm.continuation import FrequencyProblem, follow_branch, solve_point
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum, MaximumKind
-
-_MAX_DISTANCE = 0.3
-"""Distance from the prediction beyond which the solution may be another maximum."""
-_MAX_POINTS = 2000
-_WINDOW = 2e-3
-_MAX_WINDOWS = 4
-"""Relative half width of the first search window, and the number of windows."""
+from symhbm.peaks.tracking import tolerances
 
 
 def problems_between(
@@ -46,19 +40,17 @@ def problems_between(
 
 
 def advanced(
-    conditions: Conditions, problem: HarmonicBalance, max_distance: float = _MAX_DISTANCE
+    conditions: Conditions, problem: HarmonicBalance, max_distance: float = tolerances.MAX_DISTANCE
 ) -> tuple[Conditions, float] | None:
     """The maximum of the same kind after a step, and its distance from the prediction."""
     try:
         start = predicted(conditions, problem)
         solved = None if start is None else solve(start)
-        if start is None or solved is None:
-            return None
-        distance = distance_between(start.maximum, solved.maximum)
-        if not np.all(np.isfinite(solved.by_parameters)):
+        if start is None or solved is None or not np.all(np.isfinite(solved.by_parameters)):
             return None
     except ArithmeticError:
         return None
+    distance = distance_between(start.maximum, solved.maximum)
     return (solved, distance) if distance <= max_distance else None
 
 
@@ -74,7 +66,7 @@ def predicted(conditions: Conditions, problem: HarmonicBalance) -> Conditions | 
         return None
     unknowns = maximum.unknowns + change[:n]
     moved = replace(maximum, problem=problem, unknowns=unknowns, frequency=frequency)
-    return Conditions(second_order, moved, conditions.multipliers + change[n + 1 :])
+    return Conditions.of(second_order, moved, conditions.multipliers + change[n + 1 :])
 
 
 def parameter_values(second_order: SecondOrder, problem: HarmonicBalance) -> FloatArray:
@@ -99,14 +91,13 @@ def search(
         edge = Maximum.at_edge(problem, solved.unknowns, start.frequency, start.dof)
         return verified(second_order, edge) if solved.converged else None
     low, high = band_of(start.frequency, bands)
-    below = above = _WINDOW * start.frequency
-    for _ in range(_MAX_WINDOWS):
+    below = above = tolerances.WINDOW * start.frequency
+    for _ in range(tolerances.MAX_WINDOWS):
         ends = max(start.frequency - below, low), min(start.frequency + above, high)
         if ends[0] >= ends[1]:
             return None
-        branch = Branch(
-            FrequencyProblem(problem), ends, _MAX_POINTS, per_dof=True, guess=start.unknowns
-        )
+        curve, most = FrequencyProblem(problem), tolerances.WINDOW_POINTS
+        branch = follow_branch(curve, ends, most, per_dof=True, guess=start.unknowns)
         if not branch.points:
             return None
         width = ends[1] - ends[0]
@@ -118,10 +109,7 @@ def search(
         peaks = [p for p in branch.peaks if p.dof == start.dof and p.kind != PeakKind.UNBOUNDED]
         for peak in sorted(peaks, key=mismatch):
             conditions = verified(second_order, Maximum.at_peak(problem, peak))
-            if (
-                conditions is not None
-                and relative_height(conditions.maximum, start) <= max_difference
-            ):
+            if conditions and relative_height(conditions.maximum, start) <= max_difference:
                 return conditions
         ends = branch.points[0], branch.points[-1]
         edges = [Maximum.at_edge(problem, p.unknowns, p.value, start.dof) for p in ends]
@@ -135,8 +123,8 @@ def search(
 def verified(second_order: SecondOrder, maximum: Maximum) -> Conditions | None:
     """The solved conditions of a maximum; None unless it is one with finite derivatives."""
     try:
-        solved = solve(Conditions(second_order, maximum))
-        return solved if solved is not None and np.all(np.isfinite(solved.by_parameters)) else None
+        solved = solve(Conditions.of(second_order, maximum))
+        return solved if solved and np.all(np.isfinite(solved.by_parameters)) else None
     except ArithmeticError:
         return None
 
@@ -168,14 +156,11 @@ def expected_maximum(conditions: Conditions, problem: HarmonicBalance) -> Maximu
         prediction = predicted(conditions, problem)
     except ArithmeticError:
         prediction = None
-    return (
-        replace(conditions.maximum, problem=problem) if prediction is None else prediction.maximum
-    )
+    return prediction.maximum if prediction else replace(conditions.maximum, problem=problem)
 
 
 def distance_between(maximum: Maximum, reference: Maximum) -> float:
     """Distance of two maxima, relative to the response; frequencies count tenfold."""
-    distance = np.linalg.norm(maximum.unknowns - reference.unknowns) / np.linalg.norm(
-        reference.unknowns
-    )
-    return float(np.hypot(distance, 10 * (maximum.frequency / reference.frequency - 1)))
+    change, size = maximum.unknowns - reference.unknowns, np.linalg.norm(reference.unknowns)
+    shift = 10 * (maximum.frequency / reference.frequency - 1)
+    return float(np.hypot(np.linalg.norm(change) / size, shift))

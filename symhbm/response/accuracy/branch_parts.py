@@ -1,5 +1,6 @@
 """Solutions with an error estimate, and branch parts of different levels that make a curve."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -9,6 +10,12 @@ from symhbm.continuation import Branch, Event, PathPoint, PathState, Status
 from symhbm.continuation.between import Peak, amplitude_and_slope, is_smooth_fold, leading
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.truncation import SMALLEST
+
+_MARGIN = 2
+"""Points that a refined part adds at both ends, so that it agrees with its neighbours there."""
+
+Span = tuple[int, int]
+"""First and last of consecutive points."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +117,73 @@ def status_of(parts: list[BranchPart], accuracy: float | None) -> Status:
     return Status.REACHED_END
 
 
-def agree(coarse: BranchPart, i: int, fine: BranchPart, j: int, accuracy: float) -> bool:
+def replaced(
+    whole: BranchPart,
+    inaccurate: np.ndarray,
+    refined: Callable[[Span], list[BranchPart] | None],
+    accuracy: float,
+) -> list[BranchPart]:
+    """The whole with its ``inaccurate`` points replaced, by parts that agree at their ends.
+
+    ``refined`` gives the parts with more harmonics over a span of points, None where they failed.
+    """
+    by_span: dict[Span, list[BranchPart] | None] = {}
+    numbers = np.flatnonzero(inaccurate).tolist()
+    spans = _merged([_widened(whole, (i, i), inaccurate) for i in numbers])
+    while True:
+        for span in spans:
+            if span not in by_span:
+                by_span[span] = refined(span)
+        wider = [_agreeing(whole, span, by_span[span], inaccurate, accuracy) for span in spans]
+        if wider == spans:
+            break
+        spans = _merged(wider)
+    result, at = [], 0
+    for first, last in spans:
+        parts = by_span[first, last]
+        if parts is not None:
+            result += [whole.cut(at, first)] if first > at else []
+            result += parts
+            at = last
+    return result + ([whole.cut(at, whole.last)] if at < whole.last else [])
+
+
+def _agreeing(
+    whole: BranchPart,
+    span: Span,
+    parts: list[BranchPart] | None,
+    inaccurate: np.ndarray,
+    accuracy: float,
+) -> Span:
+    """The same span if the whole agrees with ``parts`` at both ends, else a wider one."""
+    if parts is None:
+        return span
+    first, last = span
+    wide = _widened(whole, span, inaccurate, by=max(_MARGIN, (last - first) // 2))
+    low, high = parts[0], parts[-1]
+    if first > 0 and not _agree(whole, first, low, low.first, accuracy):
+        first = wide[0]
+    if last < whole.last and not _agree(whole, last, high, high.last, accuracy):
+        last = wide[1]
+    return first, last
+
+
+def _widened(whole: BranchPart, span: Span, inaccurate: np.ndarray, by: int = _MARGIN) -> Span:
+    """A span and a margin, with ends at accurate points that are neither events nor peaks."""
+    peaks, points, ends = {peak.value for peak in whole.peaks}, whole.branch.points, []
+
+    def unfit(i: int) -> bool:
+        return bool(inaccurate[i] or points[i].events or points[i].value in peaks)
+
+    for end, direction in zip(span, (-1, 1), strict=True):
+        at = end + direction * by
+        while 0 < at < whole.last and unfit(at):
+            at += direction
+        ends.append(min(max(at, 0), whole.last))
+    return ends[0], ends[1]
+
+
+def _agree(coarse: BranchPart, i: int, fine: BranchPart, j: int, accuracy: float) -> bool:
     """Whether point ``i`` of a branch and ``j`` of one with more harmonics agree at a value.
 
     Compared are the amplitudes, the contact states and the signs of the slopes.
@@ -129,9 +202,9 @@ def agree(coarse: BranchPart, i: int, fine: BranchPart, j: int, accuracy: float)
     return bool(alike.all() if coarse.branch.per_dof else alike[leading(fine_amplitude)])
 
 
-def merged(spans: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def _merged(spans: list[Span]) -> list[Span]:
     """Spans in ascending order; those that touch or overlap become one."""
-    result: list[tuple[int, int]] = []
+    result: list[Span] = []
     for first, last in sorted(spans):
         if result and first <= result[-1][1]:
             result[-1] = result[-1][0], max(last, result[-1][1])

@@ -5,15 +5,18 @@ harmonic. The contact forces and the modes of the structure tell where they are.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import LARGEST_SIZE
+from symhbm.continuation import LARGEST_SIZE, ContinuationProblem, PathPoint
 from symhbm.continuation.events import Reduced, reduced
 from symhbm.model.contacts import stick_intervals
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics import FloatArray, FourierBasis, largest_displacement
+from symhbm.response.accuracy.harmonic_sets import HarmonicSets
+from symhbm.response.accuracy.truncation import reference
 
 _LEAST_DAMPING = 1e-300
 """[rad2/s2] Keeps resonant responses of undamped modes finite."""
@@ -28,6 +31,52 @@ class Superharmonics(NamedTuple):
 
     detuning: FloatArray
     response: FloatArray
+
+
+def superharmonic_levels(
+    equations: ContinuationProblem,
+    points: Sequence[PathPoint],
+    sets: HarmonicSets,
+    level: int,
+    accuracy: float,
+) -> list[int]:
+    """Levels with the harmonics that excite resonances between points, by segment.
+
+    ``points`` solve the equations with the harmonics of a ``level``. Resonances count where their
+    response is larger than the ``accuracy``. Empty without harmonics that reach a mode.
+    """
+    problems, frequencies = zip(*(equations.at(p.value) for p in points), strict=True)
+    # A followed parameter makes the structure stiffest at one of its ends.
+    ends = problems[0], problems[-1]
+    harmonics = _reaching(sets, level, ends, min(frequencies))
+    if not len(harmonics):
+        return []
+    unknowns = [point.unknowns for point in points]
+    references = [
+        reference(largest_displacement(p.basis, p.coefficients(u))[0])
+        for p, u in zip(problems, unknowns, strict=True)
+    ]
+    modes = superharmonics(problems, unknowns, frequencies, harmonics, references)
+    levels = []
+    for left, right in pairwise(modes or []):
+        large = np.maximum(left.response, right.response) > accuracy
+        crossed = np.any(large & (left.detuning * right.detuning < 0), axis=1)
+        levels.append(sets.level(int(harmonics[crossed].max())) if crossed.any() else level)
+    return levels
+
+
+def _reaching(
+    sets: HarmonicSets, level: int, problems: Sequence[HarmonicBalance], slowest: float
+) -> np.ndarray:
+    """Truncated harmonics below the highest natural frequency, at the ``slowest`` [rad/s]."""
+    if problems[0].n_dof > LARGEST_SIZE:
+        return np.array([])
+    beyond = np.array([n for n in sets.harmonics(sets.last) if n > sets.highest(level)])
+    try:
+        stiffest = [max(reduced(p, int(n)).stiffest for p in problems) for n in beyond]
+    except np.linalg.LinAlgError:
+        return np.array([])
+    return beyond[beyond * slowest < np.array(stiffest)]
 
 
 def superharmonics(

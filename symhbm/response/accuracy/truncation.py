@@ -5,6 +5,7 @@ those that it lacks. Newton's method with the larger set tells how far the respo
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -98,23 +99,17 @@ def distance(
     return Truncation(error, share, corrector.solves + 1)
 
 
+@dataclass
 class _Search:
-    """Newton's method from one response to that of the larger problem."""
+    """Newton's method from a ``start`` (n_unknowns,) [m] to a response of the larger problem."""
 
-    def __init__(
-        self,
-        problem: HarmonicBalance,
-        larger: HarmonicBalance,
-        unknowns: FloatArray,
-        frequency: float,
-    ):
-        self.problem, self.larger = problem, larger
-        self.unknowns, self.frequency = unknowns, frequency
-        self.start = embed(problem, larger, unknowns)
-        self.change = np.zeros_like(self.start)
-        self.solves = 0
-        self.running = True
-        self.converged = False
+    larger: HarmonicBalance
+    frequency: float
+    start: FloatArray
+    change: FloatArray
+    solves: int = 0
+    running: bool = True
+    converged: bool = False
 
     def advance(self, friction) -> None:
         """One Newton step, with the friction of the present response."""
@@ -145,9 +140,9 @@ class _Search:
 
 
 def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
-    searches = [
-        _Search(*point) for point in zip(problems, larger, unknowns, frequencies, strict=True)
-    ]
+    starts = [embed(*point) for point in zip(problems, larger, unknowns, strict=True)]
+    points = zip(larger, frequencies, starts, strict=True)
+    searches = [_Search(*point, change=np.zeros_like(point[-1])) for point in points]
     while running := [search for search in searches if search.running]:
         try:
             motions = [search.start + search.change for search in running]
@@ -169,10 +164,9 @@ def _error(
     size = reference(after)
     square = (larger.coefficients(change) / size[:, None]) ** 2
     belongs = larger.basis.order[:, None] == np.array(larger.harmonics)
-    error = max(
-        float(np.max(np.abs(after - before) / size)),
-        _PHASELESS * float(np.sqrt(square.sum(axis=1)).max()),
-    )
+    of_amplitudes = float(np.max(np.abs(after - before) / size))
+    of_coefficients = float(np.sqrt(square.sum(axis=1)).max())
+    error = max(of_amplitudes, _PHASELESS * of_coefficients)
     return _SAFETY * error, np.sqrt(square @ belongs).max(axis=0)
 
 

@@ -1,0 +1,189 @@
+"""Following of branches over a whole band: path after path, missed events and peaks added."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from symhbm.balance import Evaluation
+from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
+from symhbm.continuation.branch import Branch
+from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.deflation import other_solution
+from symhbm.continuation.newton import NewtonResult
+from symhbm.continuation.path import Path
+from symhbm.continuation.point import EventKind, PathPoint
+from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.status import Status
+from symhbm.numerics import FloatArray
+
+_RESTARTS = (1, 10, 100, 1000)
+"""Distances beyond a pole at which a new path starts, over that of the last point before it."""
+_MAX_DEPTH = 4
+"""How often a segment is followed again because its step passed over events."""
+
+
+def follow_branch(
+    curve: ContinuationProblem,
+    band: tuple[float, float],
+    max_points: int,
+    per_dof: bool,
+    guess: FloatArray | None = None,
+) -> Branch:
+    """The branch of a curve from the first to the last value of a ``band``.
+
+    An unbounded resonance ends a path, and another path starts beyond it. ``per_dof`` asks for the
+    peaks of every degree of freedom instead of those of the largest response; ``guess``
+    (n_unknowns,) [m] may be a response close to that at the first value.
+    """
+    corrector = Corrector(curve)
+
+    def solve_from_scratch(value: float) -> NewtonResult:
+        result = solve_point(*curve.at(value))
+        corrector.solves += result.iterations
+        return result
+
+    return follow_with(corrector, solve_from_scratch, band, max_points, per_dof, guess)
+
+
+def follow_with(
+    corrector: Corrector,
+    solve_from_scratch: Callable[[float], NewtonResult],
+    band: tuple[float, float],
+    max_points: int,
+    per_dof: bool,
+    guess: FloatArray | None = None,
+) -> Branch:
+    """As `follow_branch`, with a corrector and a way to solve without a neighbouring solution."""
+    curve, (start, end) = corrector.curve, band
+    heading = 1 if end > start else -1
+    follower = _Follower(corrector, per_dof)
+    points: list[PathPoint] = []
+    peaks: list[Peak] = []
+    status, missed = Status.NO_START, 0
+
+    def solved(unknowns: FloatArray | None, value: float) -> NewtonResult:
+        solution = None if unknowns is None else corrector.free(unknowns, value)
+        return solution if solution and solution.converged else solve_from_scratch(value)
+
+    solution = solved(guess, start)
+    if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
+        status = solution.status
+    while solution.converged and (end - start) * heading > 0:
+        # Without a solution beyond its pole the branch keeps the status of the path.
+        path = Path(curve, solution.unknowns, start, end, corrector, max_points)
+        path_points = list(path)
+        max_points -= len(path_points)
+        follower.rejected += path.rejected
+        status = path.status
+        more_points, more_peaks, more_missed = follower.with_peaks(
+            follower.with_missed_events(path_points)
+        )
+        points += more_points
+        peaks += sorted(more_peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
+        missed += more_missed
+        if path.status != Status.UNBOUNDED:
+            break
+        last = path_points[-1]
+        scale = curve.scale(last.state)
+        tangent = corrector.tangent(last.state, scale, last.before / scale, last.slip)
+        if tangent is None:
+            break
+        pole = unbounded_peak(curve.problem, last, tangent.direction * scale)
+        to_pole = pole.value - last.value
+        if not 0 < to_pole * heading < (end - last.value) * heading:
+            break  # the band ends on the flank of the resonance, before its pole
+        peaks.append(pole)
+        for distance in np.array(_RESTARTS) * to_pole:
+            start = pole.value + distance
+            solution = solved(-last.unknowns, start)
+            if solution.converged:
+                break
+    if missed and status == Status.REACHED_END:
+        status = Status.PEAK_NOT_LOCATED
+    complete = status == Status.REACHED_END and not curve.single_valued
+    if complete and any(_has_other_solution(corrector, points[i]) for i in (0, -1)):
+        status = Status.OTHER_SOLUTIONS
+    if complete and any(e.kind == EventKind.BRANCH for p in points for e in p.events):
+        status = Status.BRANCH_POINTS
+    return Branch(corrector, solve_from_scratch, per_dof, points, peaks, status, follower.rejected)
+
+
+@dataclass
+class _Follower:
+    """Adds to the points of a path what its steps passed over; ``rejected`` counts its steps."""
+
+    corrector: Corrector
+    per_dof: bool
+    rejected: int = 0
+
+    def with_missed_events(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
+        """The points of a path together with the events that its steps passed over."""
+        single_valued = self.corrector.curve.single_valued
+        values = find_missed_events(points, self.corrector) if single_valued else {}
+        completed = points[:1]
+        for i, (left, right) in enumerate(pairwise(points)):
+            if i in values and depth < _MAX_DEPTH:
+                added = self._points_through(left, right, values[i]) or []
+                completed += self.with_missed_events([left, *added, right], depth + 1)[1:-1]
+            completed.append(right)
+        return completed
+
+    def with_peaks(
+        self, points: list[PathPoint], depth: int = 0
+    ) -> tuple[list[PathPoint], list[Peak], int]:
+        """A path with its peaks among its points, the peaks, and how many could not be solved for.
+
+        A segment in which a contact has another state is followed again, through that state.
+        """
+        located = locate_peaks(points, self.corrector, self.per_dof)
+        path, peaks, missed = [], located.peaks, located.lost
+        for i, left in enumerate(points):
+            path += [left, *located.between.get(i, ())]
+            if i not in located.other_states:
+                continue
+            right = points[i + 1]
+            value = located.other_states[i]
+            added = self._points_through(left, right, value) if depth < _MAX_DEPTH else None
+            if added is None:
+                # The other state is one of round-off, next to the limit.
+                alone = locate_peaks([left, right], self.corrector, self.per_dof, True)
+                path += alone.between.get(0, ())
+                peaks += alone.peaks
+                missed += alone.lost + len(alone.other_states)
+                continue
+            refined, more_peaks, more_missed = self.with_peaks([left, *added, right], depth + 1)
+            path += refined[1:-1]
+            peaks += more_peaks
+            missed += more_missed
+        return path, peaks, missed
+
+    def _points_through(
+        self, left: PathPoint, right: PathPoint, value: float
+    ) -> list[PathPoint] | None:
+        """The points between two others, one of them at a ``value`` that the path passed over."""
+        followed = [left]
+        for end in (value, right.value):
+            base, corrector = followed[-1], self.corrector
+            path = Path(corrector.curve, left.unknowns, base.value, end, corrector, base=base)
+            followed += list(path)[1:]
+            self.rejected += path.rejected
+            if path.status != Status.REACHED_END:
+                return None
+        # A contact still in another state at the right point changes there, but for round-off.
+        return followed[1:-1] if np.array_equal(followed[-1].slip, left.slip) else None
+
+
+def _has_other_solution(corrector: Corrector, point: PathPoint) -> bool:
+    """Whether Newton's method finds another solution at the value of a point."""
+    curve = corrector.curve
+    linear = linear_response(*curve.at(point.value))
+    starts = [1.01 * point.unknowns, *([] if linear is None else [linear])]
+
+    def balance(unknowns: FloatArray) -> Evaluation:
+        corrector.solves += 1
+        return curve.evaluate(unknowns, point.value)
+
+    return other_solution(balance, point.unknowns, starts) is not None

@@ -1,0 +1,139 @@
+"""Rows of a peak curve: the largest peak at values of the parameter, as results and a status."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from symhbm.continuation import Status
+from symhbm.continuation.between import Peak, PeakKind
+from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
+from symhbm.peaks.conditions import Conditions
+from symhbm.peaks.maximum import Maximum, MaximumKind
+from symhbm.peaks.tracking import (
+    EnvelopePoint,
+    LeadingBranches,
+    SurveyedValue,
+    UpperEnvelope,
+    polished,
+)
+
+_AGREEMENT = 1e-9
+"""Relative difference of a survey and a row that counts as none: peaks are located that well."""
+
+
+class Row(NamedTuple):
+    """The largest peak at a value of the parameter: its amplitude [m], frequency [Hz] and others.
+
+    ``slope`` is the derivative of the amplitude by the parameter, NaN where there is none;
+    ``unknowns`` (n_unknowns,) [m] the response, NaN where it is unbounded.
+    """
+
+    value: float
+    amplitude: float
+    frequency: float
+    kind: str
+    dof: int
+    slope: float
+    residual_norm: float
+    unknowns: FloatArray
+
+    @classmethod
+    def of(cls, value: float, maximum: Maximum, slope: float) -> "Row":
+        """The row of a maximum."""
+        unknowns, omega = maximum.unknowns, maximum.frequency
+        peak = maximum.amplitude, omega / RADIANS, str(maximum.kind), maximum.dof
+        return cls(value, *peak, slope, maximum.problem.evaluate(unknowns, omega).norm, unknowns)
+
+    @classmethod
+    def unbounded(cls, value: float, pole: Peak | None, n_unknowns: int) -> "Row":
+        """The row where a peak is unbounded, as far as its ``pole`` is known."""
+        frequency, dof = (np.nan, -1) if pole is None else (pole.value / RADIANS, pole.dof)
+        unknown, kind = np.full(n_unknowns, np.nan), str(PeakKind.UNBOUNDED)
+        return cls(value, np.inf, frequency, kind, dof, np.nan, np.nan, unknown)
+
+
+def rows_of(
+    leading: LeadingBranches, envelope: UpperEnvelope, grid: FloatArray | None
+) -> list[Row]:
+    """The rows at the values asked for, or at all points that were solved for."""
+    if grid is not None:
+        return [_at(leading, value) for value in grid.tolist()]
+    rows = {p.value: _solved(leading, p.value, p.conditions) for p in envelope.points}
+    for value, surveyed in leading.surveyed.items():
+        row = rows.get(value)
+        if row is None or surveyed.survey.height > (1 + _AGREEMENT) * row.amplitude:
+            rows[value] = _surveyed(leading, surveyed)
+    return [rows[value] for value in sorted(rows)]
+
+
+def _at(leading: LeadingBranches, value: float) -> Row:
+    ranges = *leading.unbounded, *leading.unresolved
+    unresolved = any(low <= value <= high for low, high in ranges)
+    highest = None if unresolved else leading.followed.highest(value)
+    if highest is None:
+        return _surveyed(leading, leading.surveyed.get(value) or leading.survey([value])[0])
+    return _solved(leading, value, highest[1])
+
+
+def _solved(leading: LeadingBranches, value: float, conditions: Conditions) -> Row:
+    conditions = polished(conditions)
+    return Row.of(value, conditions.maximum, leading.parameter.slope(conditions))
+
+
+def _surveyed(leading: LeadingBranches, surveyed: SurveyedValue) -> Row:
+    """The highest maximum of a survey, which need not have derivatives."""
+    survey, value = surveyed.survey, surveyed.value
+    if survey.unbounded or not survey.maxima:
+        pole = survey.unbounded[0] if survey.unbounded else None
+        return Row.unbounded(value, pole, leading.parameter.problem.n_unknowns)
+    for candidate in surveyed.candidates:
+        if candidate.maximum.amplitude >= (1 - _AGREEMENT) * survey.maxima[0].amplitude:
+            return _solved(leading, value, candidate)
+    return Row.of(value, survey.maxima[0], np.nan)
+
+
+def results_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]) -> Table:
+    """All results by the names of the dataset."""
+    problem, name = leading.parameter.problem, leading.parameter.name
+    responses = [problem.everywhere(row.unknowns) for row in rows]
+    minima = [minimum.conditions.maximum for minimum in envelope.minima]
+    frequencies = np.array([minimum.frequency for minimum in minima])
+    symmetry = problem.symmetry
+    return {
+        "peak_amplitude": np.array([row.amplitude for row in rows]),
+        "peak_frequency": np.array([row.frequency for row in rows]),
+        "peak_kind": np.array([row.kind for row in rows], dtype=object),
+        "peak_dof": np.array([row.dof for row in rows], dtype=np.int32),
+        "peak_amplitude_slope": np.array([row.slope for row in rows]),
+        "peak_residual_norm": np.array([row.residual_norm for row in rows]),
+        "peak_coefficient": np.array([by_harmonic(problem.basis, x) for x in responses]),
+        f"minimum_{name}": _values(envelope.minima),
+        "minimum_amplitude": np.array([minimum.amplitude for minimum in minima]),
+        "minimum_frequency": frequencies / RADIANS,
+        "minimum_kind": _kinds(envelope.minima),
+        f"event_{name}": _values(envelope.events),
+        "event_kind": _kinds(envelope.events),
+        "surveyed": np.array([row.value in leading.surveyed for row in rows]),
+        "n_sectors": np.int32(1 if symmetry is None else symmetry.n_sectors),
+        "n_surveys": np.int32(leading.surveyor.count),
+    }
+
+
+def status_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]) -> str:
+    """Status sentences for the user."""
+    kinds = {row.kind for row in rows}
+    said = {
+        Status.SURVEY_INCOMPLETE: leading.incomplete,
+        Status.PEAK_NOT_FOLLOWED: leading.unresolved or envelope.unresolved,
+        Status.PEAK_UNBOUNDED: PeakKind.UNBOUNDED in kinds or leading.unbounded,
+        Status.PEAK_AT_EDGE: MaximumKind.EDGE in kinds,
+    }
+    return "; moreover, ".join(s for s, applies in said.items() if applies) or Status.REACHED_END
+
+
+def _values(points: list[EnvelopePoint]) -> FloatArray:
+    return np.array([point.value for point in points], dtype=float)
+
+
+def _kinds(points: list[EnvelopePoint]) -> np.ndarray:
+    return np.array([str(point.kind) for point in points], dtype=object)
