@@ -107,7 +107,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
     theta_star = theta_0 + (theta_star - theta_0) % (2 * np.pi)
 
     def motion(angle: np.ndarray) -> np.ndarray:
-        return problem.relative(unknowns)[0] @ problem.basis.values(angle).T
+        return problem.layout.relative(unknowns)[0] @ problem.basis.values(angle).T
 
     def force(angle: np.ndarray) -> np.ndarray:
         turned = (angle - theta_0) % (2 * np.pi)
@@ -118,7 +118,7 @@ def _balanced(problem: sh.HarmonicBalance, limit: float, stiffness: float) -> di
         return sign * np.where(turned % np.pi < theta_star - theta_0, stuck, -limit)
 
     law = problem.locate(unknowns, 0.0).groups["friction"].details
-    seen = stiffness * law.matrix[0] @ problem.relative(unknowns)[0] + limit * law.vector[0]
+    seen = stiffness * law.matrix[0] @ problem.layout.relative(unknowns)[0] + limit * law.vector[0]
     marks = _marks(theta_0, theta_star)
     return dict(
         displacement=motion(ANGLES),

@@ -114,7 +114,7 @@ def _one_harmonic(problem: sh.HarmonicBalance, path: xr.Dataset, frequency: floa
 
 
 def _largest(problem: sh.HarmonicBalance, unknowns: np.ndarray) -> float:
-    return float(np.linalg.norm(problem.coefficients(unknowns), axis=1).max())
+    return float(np.linalg.norm(problem.layout.coefficients(unknowns), axis=1).max())
 
 
 def exact_peak(

@@ -81,9 +81,9 @@ def balanced_state(problem: sh.HarmonicBalance, unknowns: np.ndarray) -> np.ndar
     law = problem.locate(unknowns, 0.0).groups["friction"].details
     model = problem.model
     force = model.contact_stiffness[:, None] * np.einsum(
-        "cij,cj->ci", law.matrix, problem.relative(unknowns)
+        "cij,cj->ci", law.matrix, problem.layout.relative(unknowns)
     )
     force += (model.friction_coefficient * model.normal_load)[:, None] * law.vector
-    coefficients = problem.coefficients(unknowns)
+    coefficients = problem.layout.coefficients(unknowns)
     x, slope = (coefficients @ problem.basis.values(0.0, d) for d in (0, 1))
     return np.concatenate([x, slope, force @ problem.basis.values(0.0)])

@@ -3,15 +3,18 @@
 from symhbm.balance.batch import check_each, locate_each
 from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.contacts import BalancedContacts, BalancedGroup
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
-from symhbm.balance.equations import BalancedGroup, Equations
+from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
+from symhbm.balance.unknowns import UnknownLayout
 
 __all__ = [
+    "BalancedContacts",
     "BalancedGroup",
     "ContactStates",
     "DynamicStiffness",
@@ -20,6 +23,7 @@ __all__ = [
     "HarmonicBalance",
     "SecondOrder",
     "SwitchingAngles",
+    "UnknownLayout",
     "by_row",
     "check_each",
     "check_mean",

@@ -47,10 +47,10 @@ def _locate_all(
 ) -> ContactStates:
     """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
     first, located = problems[0], {}
-    relative = first.relative(unknowns)
+    relative = first.layout.relative(unknowns)
     for group in first.groups:
-        motion = first.motions(group, relative)
-        each = [problem.values_of(group) for problem in problems]
+        motion = first.contacts.motions(group, relative)
+        each = [problem.contacts.values_of(group) for problem in problems]
         values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
         at = np.repeat(frequencies, group.n)
         flat = motion.reshape(-1, motion.shape[-1])

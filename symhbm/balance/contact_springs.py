@@ -26,14 +26,14 @@ def contact_springs(
 ) -> ContactSprings:
     """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`."""
     n_harmonics = sum(n > 0 for n in problem.harmonics)
-    relative = problem.relative(unknowns)
+    relative = problem.layout.relative(unknowns)
     parts: list[list[FloatArray]] = [[np.zeros((n_harmonics, 0))] for _ in range(2)]
-    for group in problem.compiled[0].groups:
+    for group in problem.contacts.groups:
         if not group.n:
             continue
-        values = problem.values_of(group)
+        values = problem.contacts.values_of(group)
         given = (
-            problem.motions(group, relative).ravel(),
+            problem.contacts.motions(group, relative).ravel(),
             np.full(group.n, frequency),
             np.array([values[name] for name in group.law.parameters]).T.ravel(),
             contacts.groups[group.name].events.ravel(),
@@ -49,7 +49,7 @@ def contact_springs(
 def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
     """Springs (n_harmonics, m^2 of each contact) as those of `ContactSprings`."""
     equations = problem.compiled[0]
-    n_rows, couples = equations.n_rows, any(g.rows.shape[1] > 1 for g in equations.groups)
+    n_rows, couples = equations.layout.n_rows, any(g.rows.shape[1] > 1 for g in equations.groups)
     result = np.zeros((len(springs), n_rows, n_rows) if couples else (len(springs), n_rows))
     first = 0
     for group in equations.groups:

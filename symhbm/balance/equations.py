@@ -1,7 +1,7 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -9,8 +9,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.contacts import BalancedGroup
+from symhbm.balance.unknowns import UnknownLayout
 from symhbm.model import Structure, Symmetry
-from symhbm.model.contacts import FREE, ContactLaw, Located, graph_of
+from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (
     Assembly,
     Compiled,
@@ -25,57 +27,10 @@ MATRIX_INPUTS = ("mass", "damping", "stiffness")
 FORCE_INPUTS = ("force_amplitude", "force_shape")
 
 
-class BalancedGroup(NamedTuple):
-    """A group of contacts as it is balanced: all of its contacts, or those of one sector.
-
-    ``laws`` of the problem may march over samples what the structure's locates. ``contacts`` (n,)
-    and ``rows`` (n, m) number contacts and displacements among those balanced; ``parameters``
-    names the values of the law in the structure; ``events`` is the input that tells its events.
-    """
-
-    name: str
-    law: ContactLaw
-    contacts: NDArray[np.intp]
-    rows: NDArray[np.intp]
-    parameters: dict[str, str]
-
-    @property
-    def n(self) -> int:
-        """Number of contacts."""
-        return len(self.contacts)
-
-    @property
-    def n_switches(self) -> int:
-        """Number of switches of all its contacts."""
-        return self.n * len(self.law.switches)
-
-    @property
-    def events(self) -> str:
-        """The name of the input that holds the events of its contacts."""
-        return f"{self.name}.events"
-
-
 def identifier(name: str) -> str:
     """What an input is called in CasADi functions, whose names hold no points."""
     group, point, own = name.partition(".")
     return f"{own}_of_{group}" if point else group
-
-
-def balanced_groups(
-    model: Structure, symmetry: Symmetry | None, samples: int | None
-) -> tuple[BalancedGroup, ...]:
-    """The groups of a structure as they are balanced, friction over ``samples`` where given."""
-    contacts = np.arange(model.n_contacts) if symmetry is None else symmetry.contacts
-    position = np.full(model.n_contacts, -1)
-    position[contacts] = np.arange(len(contacts))
-    first_row = np.concatenate([[0], np.cumsum([len(model.contact_rows[j]) for j in contacts])])
-    result = []
-    for group in model.groups:
-        own = np.sort(position[group.contacts][position[group.contacts] >= 0])
-        rows = first_row[own][:, None] + np.arange(group.rows.shape[1])
-        law = group.law if samples is None else group.law.sampled(samples)
-        result.append(BalancedGroup(group.name, law, own, rows.astype(int), group.parameters))
-    return tuple(result)
 
 
 class Equations:
@@ -87,14 +42,13 @@ class Equations:
     contacts that do something: the others cost time. With a ``symmetry`` the equations are those
     of one sector: its unknowns, its equations and its contacts.
 
-    ``expansion`` (sparse) gives the unknowns of the whole structure, ``directions`` (sparse) the
-    coefficients of the relative displacements from the unknowns, row by row. ``assemble`` makes the
-    stored entries of the Jacobian a matrix, full up to a size, sparse above. ``closed`` tells that
-    the events of contacts are closed forms, found in the same call: ``closed_form`` maps unknowns,
-    frequency, parameters and imposed states of switches to residual, magnitude, Jacobian,
-    derivative by frequency and what `ContactLaw.event_graph` gives of each group, a contact a
-    column; ``conservative`` maps the first three to the Jacobian of elastic less inertia forces and
-    the inertia forces (n_dof, n_components).
+    ``layout`` tells what the unknowns are. ``assemble`` makes the stored entries of the Jacobian a
+    matrix, full up to a size, sparse above. ``closed`` tells that the events of contacts are closed
+    forms, found in the same call: ``closed_form`` maps unknowns, frequency, parameters and imposed
+    states of switches to residual, magnitude, Jacobian, derivative by frequency and what
+    `ContactLaw.event_graph` gives of each group, a contact a column; ``conservative`` maps the
+    first three to the Jacobian of elastic less inertia forces and the inertia forces
+    (n_dof, n_components).
     """
 
     def __init__(
@@ -116,10 +70,11 @@ class Equations:
         self.dofs: NDArray[np.intp] = dofs
         self.contacts: NDArray[np.intp] = contacts
         each = sp.eye_array(size)
-        self.n_rows = directions.shape[0]
-        self.directions = (sp.kron(directions, each) @ self.expansion).tocsr()
-        self.directions.eliminate_zeros()
-        self.directions_absolute = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
+        spread = (sp.kron(directions, each) @ self.expansion).tocsr()
+        spread.eliminate_zeros()
+        sizes = len(dofs), model.n_dof, directions.shape[0]
+        self.layout = UnknownLayout(basis, *sizes, self.expansion, spread)
+        self._sizes = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
         names = [name for group in self.groups for name in group.parameters.values()]
         self.parameter_names = (*MATRIX_INPUTS, *names, *FORCE_INPUTS)
         n_dof = len(self.dofs)
@@ -146,7 +101,7 @@ class Equations:
             viscous = omega * ca.mtimes([matrices["damping"], x, ca.DM(derivative).T])
             return inertia, viscous, ca.mtimes(matrices["stiffness"], x)
 
-        spread_absolute = constant(self.directions_absolute)
+        spread_absolute = constant(self._sizes)
         whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
@@ -206,14 +161,14 @@ class Equations:
         """Coefficients of a group's displacements from the unknowns, and from their sizes."""
         size = self.basis.n_components
         rows = (group.rows.ravel()[:, None] * size + np.arange(size)).ravel()
-        if len(rows) == self.directions.shape[0]:
-            return self.directions, self.directions_absolute
-        return self.directions[rows], self.directions_absolute[rows]
+        if group.rows.size == self.layout.n_rows:
+            return self.layout.directions, self._sizes
+        return self.layout.directions[rows], self._sizes[rows]
 
     def _motions(self, group: BalancedGroup, all_rows: Any) -> Any:
         """Of all coefficients of displacements those of a group, a contact a column."""
         size = self.basis.n_components
-        by_row = ca.reshape(all_rows, size, self.n_rows)
+        by_row = ca.reshape(all_rows, size, self.layout.n_rows)
         columns = by_row[:, group.rows.ravel().tolist()] if group.n else ca.SX(size, 0)
         return ca.reshape(columns, size * group.rows.shape[1], group.n)
 
@@ -226,7 +181,7 @@ class Equations:
         """Forces of a group, their sizes, largest differences, Jacobian and slope by frequency."""
         kernel, symbol = graph_of(group.law, self.basis).force, self._symbol
         omega = symbol["frequency"]
-        relative = ca.mtimes(constant(self.directions), symbol["unknowns"])
+        relative = ca.mtimes(constant(self.layout.directions), symbol["unknowns"])
         data = (
             self._motions(group, relative),
             self._motions(group, travel),
@@ -259,7 +214,7 @@ class Equations:
         """The functions of equations whose events are closed forms."""
         symbol = self._symbol
         imposed = ca.SX.sym("imposed", sum(group.n_switches for group in self.groups))
-        relative = ca.mtimes(constant(self.directions), symbol["unknowns"])
+        relative = ca.mtimes(constant(self.layout.directions), symbol["unknowns"])
         packed, first = [], 0
         for group in self.groups:
             graph, q = graph_of(group.law, self.basis).events, len(group.law.switches)

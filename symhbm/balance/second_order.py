@@ -72,7 +72,7 @@ class SecondOrder:
         jacobian = ca.jacobian(balance, variables)
         hessian = ca.hessian(ca.dot(multipliers, balance), variables)[0]
         added = []
-        for group in problem.compiled[0].groups:
+        for group in problem.contacts.groups:
             spread = self._event_variables(problem, group, symbol, variables)
             if spread is None:
                 continue
@@ -109,18 +109,18 @@ class SecondOrder:
             evaluation = problem.evaluate(unknowns, frequency, slip)
         contacts = evaluation.friction
         named = problem.arguments(unknowns, frequency, friction=contacts)
-        relative, weights = problem.relative(unknowns), problem.relative(multipliers)
+        relative, weights = problem.layout.relative(unknowns), problem.layout.relative(multipliers)
         added = []
-        for group in problem.compiled[0].groups:
+        for group in problem.contacts.groups:
             if not group.n or not group.law.n_events(problem.basis):
                 continue
             moving = group.law.moving_events(
                 problem.basis,
                 contacts.groups[group.name],
-                problem.motions(group, relative),
+                problem.contacts.motions(group, relative),
                 frequency,
-                problem.values_of(group),
-                problem.motions(group, weights),
+                problem.contacts.values_of(group),
+                problem.contacts.motions(group, weights),
             )
             added.append(moving.ravel())
         inputs = [np.ravel(named[name], order="F") for name in self._inputs]

@@ -141,7 +141,7 @@ class SwitchingAngles:
         the motion tells which contacts slip. One held in ``slip`` short of its limit has the
         ``rho`` above 1 that the equations continue to.
         """
-        _, rows, stiffness, limit = problem.sliders()
+        _, rows, stiffness, limit = problem.contacts.sliders()
         located = problem.locate(unknowns, 0.0)
         asked = located.slip if slip is None else slip
         slip = asked & (limit > 0) & (stiffness > 0)
@@ -150,7 +150,7 @@ class SwitchingAngles:
         if slip.any():
             travel = 2 * limit[slip] / stiffness[slip]
             first, onset = _first_slip(
-                problem.basis, problem.relative(unknowns)[rows][slip], travel
+                problem.basis, problem.layout.relative(unknowns)[rows][slip], travel
             )
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
@@ -172,9 +172,9 @@ class SwitchingAngles:
         ``theta_0``, no reversal while it slips, no force beyond the limit while it sticks; a
         sticking one no reason to slip.
         """
-        _, rows, stiffness, limit = problem.sliders()
+        _, rows, stiffness, limit = problem.contacts.sliders()
         result = (problem.locate(unknowns, 0.0).slip_margin <= SLACK) | (limit == 0)
-        waves = problem.relative(unknowns)[rows]
+        waves = problem.layout.relative(unknowns)[rows]
         points = turning_points(problem.basis, waves)
         for j in np.flatnonzero(np.isfinite(theta_star)):
             half = points.count[j] // 2
@@ -208,7 +208,7 @@ def slip_angles(
     travel, both = 2 * limit, np.full((2, model.n_contacts), np.nan)
     slips = slip[contact] & (travel > 0) & (stiffness > 0)
     if slips.any():
-        waves = (model.directions[rows] @ problem.everywhere(unknowns))[slips]
+        waves = (model.directions[rows] @ problem.layout.everywhere(unknowns))[slips]
         both[:, contact[slips]] = _first_slip(basis, waves, travel[slips] / stiffness[slips])
     return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
 
@@ -218,7 +218,7 @@ def friction_of(problem: HarmonicBalance) -> tuple[BalancedGroup, Coulomb]:
 
     Raises TypeError where contacts of another law have events, or the limit is not ``mu F_n``.
     """
-    switching = [group for group in problem.compiled[0].groups if group.law.switches]
+    switching = [group for group in problem.contacts.groups if group.law.switches]
     law = switching[0].law if len(switching) == 1 else None
     if type(law) is not Coulomb:
         laws = ", ".join(repr(group.law) for group in switching) or "none"

@@ -63,8 +63,8 @@ class ContinuationProblem(ABC):
         All arrays (n_unknowns + 1,).
         """
         problem = self.problem
-        difference = problem.coefficients((point - other)[:-1] / scale[:-1])
-        level = problem.coefficients(point[:-1] / scale[:-1])
+        difference = problem.layout.coefficients((point - other)[:-1] / scale[:-1])
+        level = problem.layout.coefficients(point[:-1] / scale[:-1])
         strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
         difference = np.linalg.norm(difference, axis=0) / np.clip(strength, WEAKEST, 1.0)
         return float(np.hypot(np.linalg.norm(difference), (point - other)[-1] / scale[-1]))
@@ -86,9 +86,9 @@ class FrequencyProblem(ContinuationProblem):
     ) -> Evaluation:
         """Residual and derivatives at the angular frequency ``value``."""
         evaluation = self.problem.evaluate(unknowns, value, slip)
-        if not self.problem.margins_move:
+        if not self.problem.contacts.margins_move:
             return evaluation
-        by_frequency, _ = self.problem.margin_slopes(value)
+        by_frequency, _ = self.problem.contacts.margin_slopes(value)
         return replace(evaluation, slip_margin_by_parameter=by_frequency)
 
 
@@ -111,7 +111,7 @@ class ParameterProblem(ContinuationProblem):
         self.name = name = problem.parameter_name(name)
         self.frequency = frequency
         self.smallest = smallest
-        self.single_valued = problem.single_valued_over([name])
+        self.single_valued = not problem.many_valued_laws([name])
         nominal = np.asarray(problem.parameters[name], dtype=float)
         chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
         if index is not None:
@@ -158,7 +158,7 @@ class ParameterProblem(ContinuationProblem):
         chosen = self.chosen(problem)
         slip_margin_by_parameter: FloatArray | float = 0.0
         if self.name in problem.model.contact_parameters:
-            by_value = problem.margin_slopes(frequency)[1][self.name]
+            by_value = problem.contacts.margin_slopes(frequency)[1][self.name]
             slip_margin_by_parameter = by_value @ chosen
         return replace(
             evaluation,

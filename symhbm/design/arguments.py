@@ -37,11 +37,13 @@ def read_variables(
                 f"{argument}={check.shown(value)}: expected entries for "
                 f"{', '.join(map(str, names))} alone, {unused[0]!r} is not designed"
             )
-    allowed = [name for name in problem.parameters if problem.about(name).designed]
+    allowed = [name for name in problem.parameters if problem.model.about(name).designed]
     groups: list[Group] = []
-    given, names = names, [problem.parameter_name(name) for name in names]
+    given, names = (
+        names,
+        [problem.parameter_name(name, allowed, "parameter that can be designed") for name in names],
+    )
     for said, name in zip(given, names, strict=True):
-        check.known(name, allowed, "parameter that can be designed")
         where = "bounds" if len(names) == 1 else f"bounds[{said!r}]"
         lower, upper = _pair(where, _entry_of("bounds", bounds, said, len(names)))
         n_entries = np.size(problem.parameters[name])

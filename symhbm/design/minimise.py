@@ -212,7 +212,7 @@ def _responses(
     own = [variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
     for name in [name for name in variables.names if name in sweep.values]:
         values = [of_case.parameters(problem, x)[name] for of_case in own]
-        inner, coords = problem.dims_of(name), sweep.values[name].coords
+        inner, coords = problem.model.dims_of(name), sweep.values[name].coords
         labels = {str(label): coords[label] for label in coords if label not in inner}
         array = np.reshape(values, (*sweep.shape, *np.shape(values[0])))
         over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)

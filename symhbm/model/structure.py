@@ -7,7 +7,7 @@ ground. Contacts of one law are a group; groups may act side by side on the same
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -346,24 +346,29 @@ class Structure(ABC):
             other._put(self.parameter_name(name), value)
         return other
 
-    def parameter_name(self, name: str) -> str:
+    def parameter_name(
+        self,
+        name: str,
+        allowed: Collection[str] | None = None,
+        what: str = "parameter of this model",
+    ) -> str:
         """What a parameter is called here: by its name alone where one group has it.
 
-        Raises KeyError for no parameter, and for the name of several.
+        Raises KeyError for the name of several, and for none of those ``allowed``, by default of
+        all, calling it ``what``.
         """
-        known = self.parameters
-        if name in known:
-            return name
-        of_groups = [f"{g.name}.{name}" for g in self.groups if name in g.parameters]
-        if len(of_groups) > 1:
-            raise KeyError(
-                f"{name!r} is a parameter of several groups; say {' or '.join(of_groups)}"
-            )
-        group, _, own = name.partition(".")
-        alone = [g for g in self.groups if g.name == group and own in g.parameters]
-        if alone:
-            return alone[0].parameters[own]
-        check.known(name, known, "parameter of this model")
+        allowed = self.parameters if allowed is None else allowed
+        if isinstance(name, str) and name not in allowed:
+            of_groups = [f"{g.name}.{name}" for g in self.groups if name in g.parameters]
+            if len(of_groups) > 1:
+                several = f"{name!r} is a parameter of several groups; say "
+                raise KeyError(several + " or ".join(of_groups))
+            group, _, own = name.partition(".")
+            alone = [
+                g.parameters[own] for g in self.groups if g.name == group and own in g.parameters
+            ]
+            name = alone[0] if alone else name
+        check.known(name, allowed, what)
         return name
 
     def _put(self, name: str, value: ArrayLike) -> None:

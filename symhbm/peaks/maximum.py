@@ -120,17 +120,21 @@ class Maximum:
     def _at_limit(self) -> tuple[BalancedGroup, int, FloatArray, dict[str, FloatArray]]:
         """Of the contact of a corner: group, number within, motion (m K,) and values (1,)."""
         problem = self.problem
-        group, contact, _ = problem.switch(self.contact)
-        motion = problem.motions(group, problem.relative(self.unknowns))[contact]
-        values = {name: array[[contact]] for name, array in problem.values_of(group).items()}
+        group, contact, _ = problem.contacts.switch(self.contact)
+        motion = problem.contacts.motions(group, problem.layout.relative(self.unknowns))[contact]
+        values = {
+            name: array[[contact]] for name, array in problem.contacts.values_of(group).items()
+        }
         return group, contact, motion, values
 
     def moved(self, unknowns: FloatArray, frequency: float) -> "Maximum":
         """The same maximum at other unknowns and another frequency."""
         loop = self.loop
         if loop is not None:
-            group, contact, _ = self.problem.switch(loop.contact)
-            motion = self.problem.motions(group, self.problem.relative(unknowns))[contact]
+            group, contact, _ = self.problem.contacts.switch(loop.contact)
+            motion = self.problem.contacts.motions(group, self.problem.layout.relative(unknowns))[
+                contact
+            ]
             loop = loop.on(self.problem.basis, motion)
         return replace(self, unknowns=unknowns, frequency=frequency, loop=loop)
 
@@ -186,7 +190,9 @@ class Maximum:
             group, contact, motion, _ = self._at_limit
             gradient = self._limit[1]
             by_motion, others = np.split(gradient, [len(motion)])
-            row[: self.problem.n_unknowns] = self.problem.by_unknowns(group, contact, by_motion)
+            row[: self.problem.n_unknowns] = self.problem.contacts.by_unknowns(
+                group, contact, by_motion
+            )
             columns, places = self._columns(second_order)
             row[columns] = others[places]
         return row
@@ -195,7 +201,7 @@ class Maximum:
         """Second derivative of the limit of a corner by all variables, dense or sparse by size."""
         group, contact, motion, _ = self._at_limit
         block, size = self._limit[2], len(motion)
-        rows = self.problem.by_unknowns(group, contact, np.eye(size))
+        rows = self.problem.contacts.by_unknowns(group, contact, np.eye(size))
         involved = np.flatnonzero(rows.any(axis=0))
         columns, places = self._columns(second_order)
         spread = np.zeros((len(block), len(involved) + len(columns)))
@@ -214,7 +220,7 @@ class Maximum:
         basis, loop = self.problem.basis, self.loop
         group, _, motion, values = self._at_limit
         if loop is None:
-            place = self.problem.switch(self.contact)[2]
+            place = self.problem.contacts.switch(self.contact)[2]
             return group.law.margin_expansion(basis, motion, self.frequency, values, place)
         moved_loop = loop.on(basis, motion)
         angle = np.array([moved_loop.end, moved_loop.begin])[:: loop.sides[1]]
@@ -245,15 +251,15 @@ def _loops(
 
     Their ``contact`` is the number of the switch.
     """
-    relative, loops = problem.relative(unknowns), []
+    relative, loops = problem.layout.relative(unknowns), []
     for switch in np.flatnonzero(slip).tolist():
-        group, contact, _ = problem.switch(switch)
+        group, contact, _ = problem.contacts.switch(switch)
         if not isinstance(group.law, Coulomb):
             continue
-        spring = group.law.sliders(frequency, problem.values_of(group))
+        spring = group.law.sliders(frequency, problem.contacts.values_of(group))
         stiffness, limit = (float(part[contact]) for part in spring)
         if stiffness > 0 and limit > 0:
-            motion = problem.motions(group, relative)[contact]
+            motion = problem.contacts.motions(group, relative)[contact]
             loops += loops_near_limit(problem.basis, motion, switch, stiffness, limit)
     return sorted(loops, key=lambda pair: pair[0])
 

@@ -105,7 +105,7 @@ def peak_curve(
     check_problem(problem, whole=True)
     bound = check_parameter(problem, parameter)
     parameter = problem.parameter_name(parameter)
-    ends = check_band("band", band, bound, f" [{problem.about(parameter).units}]")
+    ends = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")
     low, high = sorted(ends)
     grid = check_grid(at, ends)
     index = check_index(problem, parameter, contact, dof)
@@ -116,7 +116,7 @@ def peak_curve(
             f"samples={problem.samples}: expected a problem with located switching angles; "
             "peaks of friction over samples cannot be followed"
         )
-    if not problem.single_valued_over([parameter]):
+    if problem.many_valued_laws([parameter]):
         laws = problem.many_valued_laws([parameter])
         raise ValueError(
             f"problem: expected contacts that leave responses unique, got {laws}; peaks on "

@@ -95,7 +95,7 @@ def _surveyed(leading: LeadingBranches, surveyed: SurveyedValue) -> Row:
 def results_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]) -> Table:
     """All results by the names of the dataset."""
     problem, name = leading.parameter.problem, leading.parameter.name
-    responses = [problem.everywhere(row.unknowns) for row in rows]
+    responses = [problem.layout.everywhere(row.unknowns) for row in rows]
     minima = [minimum.conditions.maximum for minimum in envelope.minima]
     frequencies = np.array([minimum.frequency for minimum in minima])
     symmetry = problem.symmetry

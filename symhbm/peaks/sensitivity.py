@@ -106,7 +106,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     for name, pair in derivatives.items():
-        parameter_dims = stored.problem.dims_of(name) if np.ndim(parameters[name]) else ()
+        parameter_dims = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
         dims = (*stored.dims, "peaking_dof", *parameter_dims)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
             meaning = variables.derivative(of, name, stored.problem.records)
@@ -232,7 +232,7 @@ def _derivatives(
     problem: HarmonicBalance, second_order: SecondOrder, peak: Peak
 ) -> tuple[str, _Derivatives]:
     """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
-    amplitude, _ = largest_displacement(problem.basis, problem.coefficients(peak.unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(peak.unknowns))
     tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
@@ -263,9 +263,9 @@ def _contacts_at_rest(maximum: Maximum) -> list[int]:
     normal load the contact never sticks.
     """
     problem = maximum.problem
-    moving = problem.relative(maximum.unknowns)[:, problem.basis.order > 0]
+    moving = problem.layout.relative(maximum.unknowns)[:, problem.basis.order > 0]
     at_rest = np.abs(moving).max(axis=1) <= _REST * np.abs(maximum.unknowns).max()
-    contact, row, stiffness, limit = problem.sliders(maximum.frequency)
+    contact, row, stiffness, limit = problem.contacts.sliders(maximum.frequency)
     kink = (problem.basis.order[0] == 0) | (limit == 0)
     return contact[at_rest[row] & kink & (stiffness > 0)].tolist()
 

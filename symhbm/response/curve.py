@@ -269,7 +269,7 @@ class _Curve:
         table |= {f"peak_{name}": values for name, values in truncation.items()}
         for i, (_, peak, level, error) in enumerate(rows):
             problem = self._problem(level)
-            coefficients = by_harmonic(problem.basis, problem.everywhere(peak.unknowns))
+            coefficients = by_harmonic(problem.basis, problem.layout.everywhere(peak.unknowns))
             row = dict(coefficient=coefficients[None]) | self._truncation(1, level, error)
             _put(table, np.array([i]), {f"peak_{name}": values for name, values in row.items()})
         return table

@@ -101,7 +101,7 @@ def _described(
     converged = norm <= ACCEPTED
     contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(
-        coefficient=by_harmonic(basis, first.everywhere(unknowns)),
+        coefficient=by_harmonic(basis, first.layout.everywhere(unknowns)),
         amplitude=_amplitude(first, unknowns),
         **{name: contacts[name] for name in _OF_CONTACTS if name not in _COUNTS},
     )
@@ -134,13 +134,13 @@ def results_of_contacts(
     """Results of the contacts (n_points, n_contacts), added where several laws act on one."""
     first, shape = problems[0], (len(problems), problems[0].n_contacts)
     table: Table = {name: np.full(shape, nothing) for name, nothing in _OF_CONTACTS.items()}
-    relative = first.relative(unknowns)
+    relative = first.layout.relative(unknowns)
     for group in first.groups:
         if not group.n or group.name not in located.groups:
             continue
-        each = [problem.values_of(group) for problem in problems]
+        each = [problem.contacts.values_of(group) for problem in problems]
         values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
-        motion = first.motions(group, relative)
+        motion = first.contacts.motions(group, relative)
         motion = motion.reshape(-1, motion.shape[-1])
         at = np.repeat(frequencies, group.n)
         states = located.groups[group.name]

@@ -85,7 +85,7 @@ def point_figures(
         mismatch = _contact_mismatch(problem, evaluation, results, stored, marched, scale)
         figures["contact_mismatch"] = mismatch
     if "amplitude" in stored:
-        amplitude = largest_displacement(basis, problem.coefficients(unknowns))[0]
+        amplitude = largest_displacement(basis, problem.layout.coefficients(unknowns))[0]
         figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
     return figures
 
@@ -104,7 +104,7 @@ def _energy_error(
 ) -> float:
     """Work of the force minus the energy dissipated, over the sum of absolute work terms."""
     model, basis = problem.model, problem.basis
-    x = problem.coefficients(unknowns)
+    x = problem.layout.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
     rate = x @ basis.derivative_matrix.T / basis.norm
     force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
@@ -122,12 +122,12 @@ def _marched(
 ) -> tuple[FloatArray, FloatArray]:
     """Dissipation of each contact by a slider marched over its reversals, and its scale [J]."""
     dissipation, scale = np.zeros((2, problem.n_contacts))
-    contact, rows, stiffness, limit = problem.sliders(frequency)
+    contact, rows, stiffness, limit = problem.contacts.sliders(frequency)
     others = np.setdiff1d(np.arange(problem.n_contacts), contact)
     dissipation[others] = scale[others] = results["dissipation"][others]
     if not len(contact):
         return dissipation, scale
-    points = turning_points(problem.basis, problem.relative(unknowns)[rows])
+    points = turning_points(problem.basis, problem.layout.relative(unknowns)[rows])
     # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
     value = np.column_stack([points.value, points.value[:, 0]])
     force, slipped = limit.copy(), np.zeros(len(limit))
@@ -157,7 +157,7 @@ def _contact_mismatch(
     if not problem.n_contacts:
         return 0.0
     near = np.zeros(problem.n_contacts, dtype=bool)
-    near[problem.contacts_of_switches[np.abs(evaluation.friction.slip_margin) < _EDGE]] = True
+    near[problem.contacts.of_switches[np.abs(evaluation.friction.slip_margin) < _EDGE]] = True
     stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
     mismatch = [
         (results["contact_state"] != stored["contact_state"]) & ~near,

@@ -155,7 +155,7 @@ def frf(
     """
     check_problem(problem)
     band = check_band("frequency", frequency, "positive", " in Hz")
-    problem.check_frequencies("frequency", band)
+    problem.model.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
     options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
     return _run(problem, axis, options, over, archive, executor, throw, progress)
@@ -238,7 +238,7 @@ def follow(
     check_problem(problem)
     bound = check_parameter(problem, parameter)
     parameter = problem.parameter_name(parameter)
-    band = check_band("band", band, bound, f" [{problem.about(parameter).units}]")
+    band = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")
     axis = dict(
         name=parameter,
         band=band,
@@ -246,7 +246,7 @@ def follow(
         frequency=check.scalar("frequency", frequency, "positive"),
         index=check_index(problem, parameter, contact, dof),
     )
-    problem.check_frequencies("frequency", axis["frequency"])
+    problem.model.check_frequencies("frequency", frequency)
     options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
@@ -276,7 +276,7 @@ def _run(
     band = axis["band"] if hertz is None else (hertz, hertz)
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     of_problem = [name for name in moving if name in problem.parameters]
-    may_fold = not problem.single_valued_over(of_problem)
+    may_fold = bool(problem.many_valued_laws(of_problem))
     accuracy = check_accuracy(problem, accuracy)
     if angles is not None:
         check_angles(problem, angles)

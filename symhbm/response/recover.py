@@ -89,12 +89,15 @@ def recovered(
     matrices = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
     exact = [matrix.tocsr().astype(LONG) for matrix in matrices]
     force = problem.excitation.amplitude * problem.excitation.shape(structure.n_dof, basis)
-    evaluation, contacts = problem.evaluate(unknowns, frequency), problem.contact_forces(unknowns)
+    evaluation, contacts = (
+        problem.evaluate(unknowns, frequency),
+        problem.contact_forces(unknowns, frequency),
+    )
     magnitude = np.abs(force)
     magnitude[masters] += np.abs(contacts)
     force[masters] -= contacts
     motion = np.zeros_like(force)
-    motion[masters] = problem.coefficients(unknowns)
+    motion[masters] = problem.layout.coefficients(unknowns)
     residual = np.zeros_like(force)
     for n in basis.harmonics:
         first = basis.component(n)

@@ -73,7 +73,7 @@ def solve(
     """
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
-    problem.check_frequencies("frequency", frequency)
+    problem.model.check_frequencies("frequency", frequency)
     if accuracy is None:  # else harmonics are added
         check_mean(problem)
     warn_of_doubts(problem.model, (frequency, frequency))

@@ -132,9 +132,9 @@ def with_provenance(
     """
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
-        about = problem.about(name)
+        about = problem.model.about(name)
         long_name, attributes = about.meaning, {"units": about.units, "long_name": about.meaning}
-        dims = () if np.ndim(value) == 0 else problem.dims_of(name)
+        dims = () if np.ndim(value) == 0 else problem.model.dims_of(name)
         if name in sweep.values:
             swept = sweep.values[name]
             drawn = {DRAWN: swept.attrs[DRAWN]} if DRAWN in swept.attrs else {}

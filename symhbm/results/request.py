@@ -90,7 +90,7 @@ def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
     name = problem.parameter_name(parameter)
     if isinstance(problem.parameters[name], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    return problem.about(name).followed
+    return problem.model.about(name).followed
 
 
 def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
@@ -130,7 +130,7 @@ def check_index(
     for name, number in {"contact": contact, "dof": dof}.items():
         if number is None:
             continue
-        if not any(dim.endswith(name) for dim in problem.dims_of(parameter)):
+        if not any(dim.endswith(name) for dim in problem.model.dims_of(parameter)):
             raise ValueError(
                 f"{name}={check.shown(number)}: expected None, {parameter} has no value per {name}"
             )

@@ -167,7 +167,7 @@ def label_peak_curve(
 ) -> xr.Dataset:
     """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
     variables = _of_one_set(results, status, request.name, problem.records)
-    units = problem.about(request.name).units
+    units = problem.model.about(request.name).units
     dims, values, attributes = variables["peak_amplitude_slope"]
     attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes

@@ -127,7 +127,7 @@ def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr
         value = xr.DataArray(values, dims=dims, coords=coords)
     check.array(where, value.values)
     value = value.copy(data=_natural(problem, name, value.values, where))
-    pattern = problem.dims_of(name)
+    pattern = problem.model.dims_of(name)
     for dim in (*value.dims, *value.coords):
         own = is_pattern(dim) or dim in PARAMETERS
         if dim in RESERVED and not own:

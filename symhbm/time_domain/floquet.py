@@ -44,7 +44,7 @@ def multipliers(
     _, row, stiffness, limit = model.sliders(frequency)
     carries = (stiffness > 0) & (limit > 0)
     active, stiffness, limit = row[carries], stiffness[carries], limit[carries]
-    relative = problem.relative(unknowns)
+    relative = problem.layout.relative(unknowns)
     contact, begin, end = stick_intervals(problem.basis, relative[active], stiffness, limit)
     slipping, contact = np.unique(active[contact], return_inverse=True)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))

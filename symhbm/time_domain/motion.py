@@ -38,6 +38,6 @@ def _with_more_harmonics(
 ) -> Balanced:
     """The solution of the balance with more harmonics."""
     larger = HarmonicBalance(balance.model, balance.excitation, larger_set(balance.harmonics))
-    coefficient = by_harmonic(balance.basis, balance.coefficients(unknowns))
+    coefficient = by_harmonic(balance.basis, balance.layout.coefficients(unknowns))
     start = unknowns_of(larger.basis, balance.harmonics, coefficient)
     return larger, newton(partial(larger.evaluate, frequency=frequency), start).unknowns

@@ -50,14 +50,20 @@ def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
 
 def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
     """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
-    located, relative = balance.locate(unknowns, frequency), balance.relative(unknowns)
+    located, relative = balance.locate(unknowns, frequency), balance.layout.relative(unknowns)
     friction = np.zeros((balance.n_contacts, balance.basis.n_components))
     for group in balance.groups:
-        if group.n and group.law.sliders(frequency, values := balance.values_of(group)) is not None:
-            motion, states = balance.motions(group, relative), located.groups[group.name]
+        if (
+            group.n
+            and group.law.sliders(frequency, values := balance.contacts.values_of(group))
+            is not None
+        ):
+            motion, states = balance.contacts.motions(group, relative), located.groups[group.name]
             at = motion, frequency, values
             friction[group.contacts] = group.law.forces(balance.basis, states, *at)
-    x, slope = (balance.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1))
+    x, slope = (
+        balance.layout.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1)
+    )
     return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
 
 

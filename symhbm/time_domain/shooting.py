@@ -180,7 +180,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     Raises ValueError for a mass matrix that is not positive definite.
     """
     frequency = check.scalar("frequency", frequency, "positive")
-    coefficients = np.abs(balance.coefficients(unknowns))
+    coefficients = np.abs(balance.layout.coefficients(unknowns))
     size = float(coefficients.sum(axis=1).max()) or 1.0
     integrator = IntegratedMotion(balance, frequency, size)
     even = coefficients[:, balance.basis.order % 2 == 0]

@@ -85,7 +85,7 @@ def _jacobian(problem: HarmonicBalance, evaluation: Evaluation, frequency: float
     directions = problem.model.directions.toarray()
     unit = np.eye(problem.basis.n_components)
     for group in problem.groups if problem.basis.order[0] == 0 else ():
-        sliders = group.law.sliders(frequency, problem.values_of(group))
+        sliders = group.law.sliders(frequency, problem.contacts.values_of(group))
         if sliders is None:
             continue
         located = evaluation.friction.groups[group.name]
@@ -125,6 +125,6 @@ def verdict(rate: float, frequency: float) -> int:
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
     slides = np.zeros(problem.n_contacts, dtype=bool)
-    slides[problem.contacts_of_switches[evaluation.friction.slip]] = True
-    contact, _, stiffness, limit = problem.sliders(frequency)
+    slides[problem.contacts.of_switches[evaluation.friction.slip]] = True
+    contact, _, stiffness, limit = problem.contacts.sliders(frequency)
     return bool(np.any(slides[contact] & (stiffness > 0) & (limit > 0)))

@@ -43,12 +43,12 @@ def test_residual_in_the_time_domain(harmonics):
     problem = ring(harmonics=harmonics, normal_load=0.0)
     omega, tau = 123.0, np.linspace(0, 2 * np.pi, 40)
     unknowns, basis, model = unknowns_of(problem), problem.basis, problem.model
-    wave = problem.coefficients(unknowns)
+    wave = problem.layout.coefficients(unknowns)
     x, v, a = (omega**d * wave @ basis.values(tau, d).T for d in range(3))
     blades = np.arange(model.n_dof)[:, None]
     force = 1.3 * np.cos(tau - 2 * np.pi * 2 * blades / model.n_dof)
     left = model.mass_matrix @ a + model.damping_matrix @ v + model.stiffness_matrix @ x - force
-    residual = problem.coefficients(problem.evaluate(unknowns, omega).residual)
+    residual = problem.layout.coefficients(problem.evaluate(unknowns, omega).residual)
     np.testing.assert_allclose(residual @ basis.values(tau).T, left, rtol=0, atol=1e-12)
 
 

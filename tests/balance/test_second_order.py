@@ -35,9 +35,9 @@ def ring(harmonics, springs=False):
 
 def with_limits(problem, unknowns, shares):
     """The problem with limits of slip at these shares of what its contacts need to stick."""
-    points = turning_points(problem.basis, problem.relative(unknowns))
+    points = turning_points(problem.basis, problem.layout.relative(unknowns))
     spread = points.value.max(axis=1) - points.value.min(axis=1)
-    limit = problem.sliders().stiffness * spread / 2 * shares
+    limit = problem.contacts.sliders().stiffness * spread / 2 * shares
     return problem.with_parameters(normal_load=limit / problem.model.friction_coefficient)
 
 
@@ -135,7 +135,7 @@ def test_small_loops_are_among_the_motions(compiled, harmonics):
     for _ in range(20):
         unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
         here = with_limits(problem, unknowns, [0.1, 0.2, 0.3])
-        motion, (_, _, stiffness, limit) = here.relative(unknowns), here.sliders()
+        motion, (_, _, stiffness, limit) = here.layout.relative(unknowns), here.contacts.sliders()
         contact, begin, end = stick_intervals(here.basis, motion, stiffness, limit)
         change = np.einsum(
             "im,im->i", here.basis.values(end) - here.basis.values(begin), motion[contact]

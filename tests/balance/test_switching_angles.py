@@ -68,7 +68,7 @@ def assert_angles(result, evaluation):
 def reverses_while_slipping(problem, unknowns, contact=0):
     """By samples: whether y rises after it first fell by 2 g / k_d from its largest value."""
     tau = np.linspace(0, TURN, 20_000, endpoint=False)
-    wave = problem.basis.values(tau) @ problem.relative(unknowns)[contact]
+    wave = problem.basis.values(tau) @ problem.layout.relative(unknowns)[contact]
     wave = np.roll(wave, -int(np.argmax(wave)))[: len(tau) // 2]
     model = problem.model
     limit = model.friction_coefficient[contact] * model.normal_load[contact]
@@ -317,7 +317,7 @@ def test_equations_agree_with_located_friction(shares, harmonics):
     n = problem.n_unknowns
     size = np.abs(exact.jacobian).max()
     np.testing.assert_allclose(jacobian[:n, :n], exact.jacobian, rtol=0, atol=1e-12 * size)
-    travel = 1e5 * np.abs(problem.relative(unknowns)).sum(axis=1).max()
+    travel = 1e5 * np.abs(problem.layout.relative(unknowns)).sum(axis=1).max()
     # The onset is located to about 1e-15 rad over the square root of the distance to its ends.
     assert np.abs(jacobian[:n, n:]).max() <= 1e-11 * travel
 

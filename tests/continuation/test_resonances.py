@@ -38,8 +38,8 @@ def test_negative_eigenvalues(size, kind):
 
 def springs(problem, unknowns, friction):
     """Those of the contacts in each harmonic above 0, written once more."""
-    basis, relative = problem.basis, problem.relative(unknowns)
-    law, (_, _, springs, limits) = friction.groups["friction"].details, problem.sliders()
+    basis, relative = problem.basis, problem.layout.relative(unknowns)
+    law, (_, _, springs, limits) = friction.groups["friction"].details, problem.contacts.sliders()
     rows = []
     for n in problem.harmonics:
         if n == 0:

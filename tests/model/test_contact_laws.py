@@ -82,10 +82,12 @@ def test_coupled_force_against_samples(harmonics):
     force = problem.evaluate(unknowns, omega).residual - without.evaluate(unknowns, omega).residual
     tau = 2 * np.pi * np.arange(512) / 512
     functions = problem.basis.values(tau)
-    x = functions @ problem.coefficients(unknowns).T
+    x = functions @ problem.layout.coefficients(unknowns).T
     sampled = 1e7 * (x**2).sum(axis=1, keepdims=True) * x
     expected = 2 * np.pi / 512 * (functions * problem.basis.norm).T @ sampled
-    np.testing.assert_allclose(problem.coefficients(force), expected.T, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(
+        problem.layout.coefficients(force), expected.T, rtol=1e-12, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])

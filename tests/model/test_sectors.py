@@ -217,18 +217,18 @@ def test_equations_of_the_sector_are_those_of_the_ring(n_sectors, order, harmoni
         return
     sector = sh.HarmonicBalance(problem.model, force, problem.harmonics, symmetry=found)
     unknowns = 1e-4 * np.random.default_rng(seed).normal(size=sector.n_unknowns)
-    everywhere = sector.everywhere(unknowns).ravel()
+    everywhere = sector.layout.everywhere(unknowns).ravel()
     one = sector.evaluate(unknowns, 900.0)
     ring_of_it = problem.evaluate(everywhere, 900.0)
     # Round-off of forces of up to 1e6 N/m times 1e-4 m.
     np.testing.assert_allclose(
-        sector.everywhere(one.residual).ravel(), ring_of_it.residual, rtol=0, atol=1e-10
+        sector.layout.everywhere(one.residual).ravel(), ring_of_it.residual, rtol=0, atol=1e-10
     )
     direction = np.random.default_rng(seed + 1).normal(size=sector.n_unknowns)
     # The same of stiffnesses.
     np.testing.assert_allclose(
-        sector.everywhere(one.jacobian @ direction).ravel(),
-        ring_of_it.jacobian @ sector.everywhere(direction).ravel(),
+        sector.layout.everywhere(one.jacobian @ direction).ravel(),
+        ring_of_it.jacobian @ sector.layout.everywhere(direction).ravel(),
         rtol=0,
         atol=1e-7,
     )
@@ -245,4 +245,4 @@ def test_a_sector_refuses_parameters_that_differ():
     ):
         with pytest.raises(ValueError, match=next(iter(bad))):
             sector.with_parameters(**bad)
-    assert sector.with_parameters(normal_load=3.0).sliders().limit == pytest.approx([1.5])
+    assert sector.with_parameters(normal_load=3.0).contacts.sliders().limit == pytest.approx([1.5])

@@ -340,7 +340,7 @@ def test_harmonic_balance_approaches_the_exact_motion():
         start = motion.coefficients(balance.harmonics)[0].ravel()
         found = newton(partial(balance.evaluate, frequency=motion.frequency), start)
         assert found.converged
-        wave = balance.coefficients(found.unknowns)
+        wave = balance.layout.coefficients(found.unknowns)
         error = np.abs(balance.basis.values(tau) @ wave.T - exact).max() / largest
         scaled[highest] = error * highest**3
         amplitude = largest_displacement(balance.basis, wave)[0]
@@ -484,7 +484,7 @@ def test_just_beyond_the_onset_of_slip_of_a_ring(hertz, start):
     near = motion.coefficients(balance.harmonics)[0].ravel()
     found = newton(partial(balance.evaluate, frequency=motion.frequency), near)
     assert found.converged
-    wave = balance.coefficients(found.unknowns)
+    wave = balance.layout.coefficients(found.unknowns)
     amplitude = largest_displacement(balance.basis, wave)[0]
     np.testing.assert_allclose(amplitude, motion.amplitude, rtol=1e-5)
 

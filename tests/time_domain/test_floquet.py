@@ -190,7 +190,7 @@ def test_against_the_integrated_variation(harmonics):
     """Along any motion, a solution or not."""
     problem, omega = several(harmonics), 1.9
     unknowns = np.random.default_rng(2).normal(size=problem.n_unknowns) / len(harmonics)
-    model, relative = problem.model, problem.relative(unknowns)
+    model, relative = problem.model, problem.layout.relative(unknowns)
     directions = model.directions.toarray()
     mass, damping, stiffness = (
         getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")

@@ -173,7 +173,7 @@ class AngleCorrector(Corrector):
             return False
         problem, _ = self.curve.at(float(point[-1]))
         past_limit = crossed(evaluation.friction.slip_margin, slip)
-        _, _, stiffness, limit = problem.sliders()
+        _, _, stiffness, limit = problem.contacts.sliders()
         slides = slip & (limit > 0) & (stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles

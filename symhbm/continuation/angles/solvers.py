@@ -217,8 +217,8 @@ def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, Flo
     coefficients, _, rho = angles.split(unknowns)
     response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
     balance = np.full(len(coefficients), magnitude or 1.0)
-    _, rows, stiffness, _ = problem.sliders()
-    spring = stiffness * np.abs(problem.relative(coefficients)[rows]).sum(axis=1)
+    _, rows, stiffness, _ = problem.contacts.sliders()
+    spring = stiffness * np.abs(problem.layout.relative(coefficients)[rows]).sum(axis=1)
     turning = np.where(slip, spring, 1.0)
     # In gross slip the forces of Eq. (11) are small. Relative to them the equation loses digits,
     # relative to the spring force theta_star does: their geometric mean suits both.

@@ -103,8 +103,8 @@ class AngleSystem:
         rho = np.where(limit > 0, 1.0, rho)
         evaluation = curve.evaluate(guess[:-1], float(guess[-1]), slip)
         magnitude = evaluation.magnitude or 1.0
-        _, rows, stiffness, _ = problem.sliders()
-        spring = stiffness * np.abs(problem.relative(coefficients)[rows]).sum(axis=1)
+        _, rows, stiffness, _ = problem.contacts.sliders()
+        spring = stiffness * np.abs(problem.layout.relative(coefficients)[rows]).sum(axis=1)
         column = np.concatenate([scale[:-1], np.ones(len(rho)), rho, scale[-1:]])
         row = np.concatenate(
             [

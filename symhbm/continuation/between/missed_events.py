@@ -102,7 +102,7 @@ def _doubtful_shares(
 def _relative_motion(problem: HarmonicBalance, at: PathState) -> ValueAndRate:
     """The relative motions of all contacts, and their derivatives along the tangent."""
     value, rate = (
-        problem.relative(array[..., :-1]).reshape(len(array), -1)
+        problem.layout.relative(array[..., :-1]).reshape(len(array), -1)
         for array in (at.state, at.direction)
     )
     return ValueAndRate(at, value, rate)
@@ -115,7 +115,7 @@ def _angles(basis: FourierBasis) -> int:
 def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     """Half the range of the relative motions (..., n_contacts) of responses (..., n_unknowns)."""
     basis = problem.basis
-    relative = problem.relative(unknowns.reshape(-1, unknowns.shape[-1]))
+    relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
     if _angles(basis) == 1:
         motion = np.hypot(relative[..., 0], relative[..., 1])
     else:

@@ -49,7 +49,7 @@ class AtLimit:
         """The slip margin of the contact, and its gradient."""
         row = np.zeros(len(self.scale))
         margins = evaluation.friction.slip_margin
-        row[:-1] = self.curve.problem.margin_gradient(evaluation.friction, self.contact)
+        row[:-1] = self.curve.problem.contacts.margin_gradient(evaluation.friction, self.contact)
         row[-1] = np.broadcast_to(evaluation.slip_margin_by_parameter, margins.shape)[self.contact]
         return float(margins[self.contact]), row * self.scale
 
@@ -101,5 +101,5 @@ def slip_margin_rate(
     curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
 ) -> FloatArray:
     """Derivative of the slip margins along a direction of the path, (n_contacts,)."""
-    rate = curve.problem.margin_rate(evaluation.friction, direction[:-1])
+    rate = curve.problem.contacts.margin_rate(evaluation.friction, direction[:-1])
     return rate + evaluation.slip_margin_by_parameter * direction[-1]

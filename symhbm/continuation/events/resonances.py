@@ -107,9 +107,9 @@ def _largest_contact_force(
     problem: HarmonicBalance, size: float, friction: ContactStates
 ) -> FloatArray:
     """Bound of the contact forces in other harmonics (n_rows,) [N], 0 where none slips."""
-    result, switched = np.zeros(problem.compiled[0].n_rows), bool(friction.slip.any())
-    for group in problem.compiled[0].groups:
-        largest = group.law.largest_force(problem.values_of(group), size, switched)
+    result, switched = np.zeros(problem.layout.n_rows), bool(friction.slip.any())
+    for group in problem.contacts.groups:
+        largest = group.law.largest_force(problem.contacts.values_of(group), size, switched)
         result[group.rows] += largest[:, None]
     return result
 
@@ -212,7 +212,9 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     highest = np.inf
-    stuck_springs = problem.stuck_springs
+    stuck_springs = problem.model.stuck_springs
+    if problem.symmetry is not None:
+        stuck_springs = stuck_springs[problem.model.rows_of(problem.symmetry.contacts)]
     if problem.model.bounded:
         stuck = stiffness + (springs * stuck_springs) @ springs.conj().T
         highest = float(np.sqrt(np.linalg.eigvalsh(stuck)[-1]))

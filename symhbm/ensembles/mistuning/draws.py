@@ -163,13 +163,13 @@ def _draw(
     spreads = dict(zip(nominal, spreads.values(), strict=True))
     n_samples = check.integer("n_samples", n_samples, minimum=1)
     seed = check.integer("seed", seed, minimum=0)
+    model = problem if isinstance(problem, Structure) else problem.model
     widths = {
-        name: _spread(name, spread, nominal[name], distribution, problem.about(name).bound)
+        name: _spread(name, spread, nominal[name], distribution, model.about(name).bound)
         for name, spread in spreads.items()
     }
     sizes = {name: values.size for name, values in nominal.items()}
     copula = Copula.of(sizes, correlation, between)
-    model = problem if isinstance(problem, Structure) else problem.model
     counts = {"dof": model.n_dof, "contact": model.n_contacts, "": 1}
     streams = {name: counts["".join(dims_of(name))] for name in DRAWABLE}
     streams |= {name: nominal[name].size for name in nominal if name not in streams}

@@ -38,6 +38,7 @@ def explicit(
         For bad arguments and values out of range.
     """
     nominal = nominal_values(problem, values)
+    model = problem if isinstance(problem, Structure) else problem.model
     values = dict(zip(nominal, values.values(), strict=True))
     relative = check.flag("relative", relative)
     samples: dict[str, FloatArray] = {}
@@ -52,7 +53,7 @@ def explicit(
             shape = ", ".join(["n_samples", *map(str, expected)])
             raise ValueError(f"{name}: expected values of shape ({shape}), got {array.shape}")
         samples[name] = check.array(
-            name, array * nominal[name] if relative else array, problem.about(name).bound
+            name, array * nominal[name] if relative else array, model.about(name).bound
         )
     for expectation, by_name in {
         "as many samples of each parameter": {name: len(array) for name, array in samples.items()},

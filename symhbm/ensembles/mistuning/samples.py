@@ -30,9 +30,7 @@ def nominal_values(
     allowed = [name for name in problem.parameters if name != "engine_order"]
     if not names:
         raise ValueError(f"expected at least one parameter by name of {', '.join(allowed)}")
-    own = [name if name in allowed else problem.parameter_name(name) for name in names]
-    for name in own:
-        check.known(name, allowed, "parameter that can be drawn")
+    own = [problem.parameter_name(name, allowed, "parameter that can be drawn") for name in names]
     return {name: np.asarray(problem.parameters[name], dtype=float) for name in own}
 
 
@@ -43,11 +41,12 @@ def labelled_samples(
 ) -> xr.Dataset:
     """Dataset of samples (n_samples, ...) by parameter, and the description of each draw."""
     n_samples = len(next(iter(values.values())))
+    model = problem if isinstance(problem, Structure) else problem.model
     variables = {}
     for name, array in values.items():
-        units, long_name = problem.about(name)[:2]
+        units, long_name = model.about(name)[:2]
         attributes = {"units": units, "long_name": long_name, DRAWN: json.dumps(drawn[name])}
-        variables[name] = (("sample", *problem.dims_of(name)), array, attributes)
+        variables[name] = (("sample", *model.dims_of(name)), array, attributes)
     sample = ("sample", np.arange(n_samples), {"long_name": "sample", "units": "1"})
     attributes = {
         "title": "Draws of mistuned parameters",

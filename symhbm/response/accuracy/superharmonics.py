@@ -53,7 +53,7 @@ def superharmonic_levels(
         return []
     unknowns = [point.unknowns for point in points]
     references = [
-        reference(largest_displacement(p.basis, p.coefficients(u))[0])
+        reference(largest_displacement(p.basis, p.layout.coefficients(u))[0])
         for p, u in zip(problems, unknowns, strict=True)
     ]
     modes = superharmonics(problems, unknowns, frequencies, harmonics, references)
@@ -94,9 +94,9 @@ def superharmonics(
     """
     if not problems or problems[0].n_dof > LARGEST_SIZE:
         return None
-    sliders = [p.sliders(omega) for p, omega in zip(problems, frequencies, strict=True)]
-    rows, n_rows = sliders[0].row, problems[0].compiled[0].n_rows
-    relative = [p.relative(u)[rows] for p, u in zip(problems, unknowns, strict=True)]
+    sliders = [p.contacts.sliders(omega) for p, omega in zip(problems, frequencies, strict=True)]
+    rows, n_rows = sliders[0].row, problems[0].layout.n_rows
+    relative = [p.layout.relative(u)[rows] for p, u in zip(problems, unknowns, strict=True)]
     stiffness = np.concatenate([of_point.stiffness for of_point in sliders])
     limit = np.concatenate([of_point.limit for of_point in sliders])
     basis = problems[0].basis

@@ -68,7 +68,7 @@ def embed(problem: HarmonicBalance, larger: HarmonicBalance, unknowns: FloatArra
     """Unknowns of a problem among those of one with more harmonics."""
     inside = np.isin(larger.basis.order, problem.basis.order)
     result = np.zeros((larger.n_dof, larger.basis.n_components))
-    result[:, inside] = problem.coefficients(unknowns)
+    result[:, inside] = problem.layout.coefficients(unknowns)
     return result.ravel()
 
 
@@ -159,10 +159,10 @@ def _error(
     larger: HarmonicBalance, start: FloatArray, change: FloatArray
 ) -> tuple[float, FloatArray]:
     """Relative error of a response that changes by ``change``, and the share of each harmonic."""
-    motions = [larger.coefficients(u) for u in (start, start + change)]
+    motions = [larger.layout.coefficients(u) for u in (start, start + change)]
     before, after = (largest_displacement(larger.basis, motion)[0] for motion in motions)
     size = reference(after)
-    square = (larger.coefficients(change) / size[:, None]) ** 2
+    square = (larger.layout.coefficients(change) / size[:, None]) ** 2
     belongs = larger.basis.order[:, None] == np.array(larger.harmonics)
     of_amplitudes = float(np.max(np.abs(after - before) / size))
     of_coefficients = float(np.sqrt(square.sum(axis=1)).max())

@@ -1,0 +1,168 @@
+"""The contacts of a balance, group by group: their motions, events, margins and sliders."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.unknowns import UnknownLayout
+from symhbm.model import SliderContacts, Structure, Symmetry
+from symhbm.model.contacts import ContactLaw
+from symhbm.numerics import FloatArray
+
+
+class BalancedGroup(NamedTuple):
+    """A group of contacts as it is balanced: all of its contacts, or those of one sector.
+
+    ``law`` may march over samples what the structure's locates. ``contacts`` (n,) and ``rows``
+    (n, m) number contacts and displacements among those balanced; ``parameters`` names the values
+    of the law in the structure; ``events`` is the input that tells its events.
+    """
+
+    name: str
+    law: ContactLaw
+    contacts: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    parameters: dict[str, str]
+
+    @property
+    def n(self) -> int:
+        """Number of contacts."""
+        return len(self.contacts)
+
+    @property
+    def n_switches(self) -> int:
+        """Number of switches of all its contacts."""
+        return self.n * len(self.law.switches)
+
+    @property
+    def events(self) -> str:
+        """The name of the input that holds the events of its contacts."""
+        return f"{self.name}.events"
+
+
+def balanced_groups(
+    model: Structure, symmetry: Symmetry | None, samples: int | None
+) -> tuple[BalancedGroup, ...]:
+    """The groups of a structure as they are balanced, friction over ``samples`` where given."""
+    contacts = np.arange(model.n_contacts) if symmetry is None else symmetry.contacts
+    position = np.full(model.n_contacts, -1)
+    position[contacts] = np.arange(len(contacts))
+    first_row = np.concatenate([[0], np.cumsum([len(model.contact_rows[j]) for j in contacts])])
+    result = []
+    for group in model.groups:
+        own = np.sort(position[group.contacts][position[group.contacts] >= 0])
+        rows = first_row[own][:, None] + np.arange(group.rows.shape[1])
+        law = group.law if samples is None else group.law.sampled(samples)
+        result.append(BalancedGroup(group.name, law, own, rows.astype(int), group.parameters))
+    return tuple(result)
+
+
+@dataclass(frozen=True)
+class BalancedContacts:
+    """The contacts that a balance compiles, with their values.
+
+    ``values`` are those of the parameters by group and by names of its law, (n,) each. Switches are
+    numbered group by group and contact by contact.
+    """
+
+    layout: UnknownLayout
+    groups: tuple[BalancedGroup, ...]
+    values: dict[str, dict[str, FloatArray]]
+
+    def values_of(self, group: BalancedGroup) -> dict[str, FloatArray]:
+        """Values of the parameters of the contacts of a group."""
+        return self.values[group.name]
+
+    def motions(self, group: BalancedGroup, relative: FloatArray) -> FloatArray:
+        """Of displacements (..., n_rows, n_components) a group's, (..., n, m n_components)."""
+        rows = group.rows.ravel()
+        if len(rows) != self.layout.n_rows:
+            relative = relative[..., rows, :]
+        size = group.rows.shape[1] * self.layout.basis.n_components
+        return relative.reshape(*relative.shape[:-2], group.n, size)
+
+    def locate(
+        self, unknowns: FloatArray, frequency: float, held: NDArray[np.bool_] | None = None
+    ) -> ContactStates:
+        """Events of all contacts at the unknowns; ``held`` (n_switches,) imposes states."""
+        relative, located, first = self.layout.relative(unknowns), {}, 0
+        for group in self.groups:
+            own, q = None, len(group.law.switches)
+            if held is not None:
+                own = held[first : first + group.n_switches].reshape(group.n, q)
+            first += group.n_switches
+            arguments = self.motions(group, relative), frequency, self.values_of(group), own
+            located[group.name] = group.law.locate(self.layout.basis, *arguments)
+        return ContactStates(located)
+
+    def sliders(self, frequency: float = 0.0) -> SliderContacts:
+        """The contacts that are springs in series with sliders, at a frequency [rad/s]."""
+        parts = [(*np.zeros((2, 0), dtype=int), *np.zeros((2, 0)))]
+        for group in self.groups:
+            sliders = group.law.sliders(frequency, self.values_of(group))
+            if sliders is not None:
+                parts.append((group.contacts, group.rows[:, 0], *sliders))
+        return SliderContacts(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def switch(self, number: int) -> tuple[BalancedGroup, int, int]:
+        """The group of a switch, the contact within, and which of the law's switches it is."""
+        for group in self.groups:
+            if number < group.n_switches:
+                return group, *divmod(number, len(group.law.switches))
+            number -= group.n_switches
+        raise IndexError(f"number={number}: expected one of the switches of all contacts")
+
+    @property
+    def of_switches(self) -> NDArray[np.intp]:
+        """The contact of each switch, (n_switches,)."""
+        each = [np.repeat(group.contacts, len(group.law.switches)) for group in self.groups]
+        return np.concatenate([np.zeros(0, dtype=int), *each])
+
+    def by_unknowns(self, group: BalancedGroup, contact: int, by_motion: FloatArray) -> FloatArray:
+        """Derivatives (..., n_unknowns) from those by a contact's motion, (..., m n_components)."""
+        rows = group.rows[contact].tolist()
+        parts = np.split(by_motion, len(rows), axis=-1)
+        each = [self.layout.by_unknowns(row, part) for row, part in zip(rows, parts, strict=True)]
+        return each[0] if len(each) == 1 else np.sum(each, axis=0)
+
+    def margin_gradient(self, states: ContactStates, switch: int) -> FloatArray:
+        """Derivative of the margin of one switch by the unknowns, (n_unknowns,)."""
+        group, contact, place = self.switch(switch)
+        by_motion = states.groups[group.name].margins_by_motion[contact, place]
+        return self.by_unknowns(group, contact, by_motion)
+
+    def margin_rate(self, states: ContactStates, direction: FloatArray) -> FloatArray:
+        """Derivative of all margins along a direction of the unknowns, (n_switches,)."""
+        relative, rates = self.layout.relative(direction), [np.zeros(0)]
+        for group in self.groups:
+            motion = self.motions(group, relative)
+            by_motion = np.moveaxis(states.groups[group.name].margins_by_motion, 1, 0)
+            each = [np.einsum("cm,cm->c", of_switch, motion) for of_switch in by_motion]
+            rates += [np.stack(each, axis=1).ravel()] if each else []
+        return np.concatenate(rates)
+
+    @property
+    def margins_move(self) -> bool:
+        """Whether margins of switches depend on the frequency at a given motion."""
+        return any(group.law.margins_move for group in self.groups)
+
+    def margin_slopes(self, frequency: float) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Derivatives of the margins at a given motion: by the frequency and by parameters.
+
+        (n_switches,), and by name (n_switches, n) for the n contacts of the parameter.
+        """
+        n_switches, first = sum(group.n_switches for group in self.groups), 0
+        by_frequency, by_values = np.zeros(n_switches), {}
+        for group in self.groups:
+            at = first + np.arange(group.n_switches)
+            first += group.n_switches
+            slopes = group.law.margin_slopes(frequency, self.values_of(group))
+            by_frequency[at] = slopes[0].ravel()
+            owner = np.repeat(np.arange(group.n), len(group.law.switches))
+            for name, values in zip(group.parameters.values(), slopes[1], strict=True):
+                by_values[name] = np.zeros((n_switches, group.n))
+                by_values[name][at, owner] = values.ravel()
+        return by_frequency, by_values
