@@ -6,7 +6,13 @@ import numpy as np
 import scipy
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
+from symhbm.continuation.between import (
+    LocatedPeaks,
+    Peak,
+    locate_peaks,
+    solved_between,
+    unbounded_peak,
+)
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, slope_of
@@ -46,6 +52,7 @@ class Branch:
         self.corrector = self._corrector_of(curve)
         self.points: list[PathPoint] = []
         self.peaks: list[Peak] = []
+        self.between: dict[int, list[tuple[PathState, int]]] = {}
         self.rejected = 0
         self.status = Status.NO_START
         self._heading = 1 if band[1] > band[0] else -1
@@ -69,7 +76,7 @@ class Branch:
             points_left -= len(path_points)
             self.rejected += path.rejected
             self.status = path.status
-            points, peaks, missed_here = self._with_peaks(self._with_missed_events(path_points))
+            points, peaks, missed_here = self._searched(path_points)
             self.points += points
             self.peaks += sorted(peaks, key=lambda peak: (self.per_dof * peak.dof, peak.value))
             missed += missed_here
@@ -103,26 +110,32 @@ class Branch:
     def _corrector_of(self, curve: ContinuationProblem) -> Corrector:
         return Corrector(curve)
 
-    def _with_missed_events(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
-        """The points of a path together with the events that its steps passed over."""
-        values = find_missed_events(points, self.corrector) if self.curve.single_valued else {}
-        completed = []
-        for i, point in enumerate(points):
-            completed.append(point)
-            if i in values and depth < _MAX_DEPTH:
-                added = self._points_through(point, points[i + 1], values[i]) or []
-                segment = [point, *added, points[i + 1]]
-                completed += self._with_missed_events(segment, depth + 1)[1:-1]
-        return completed
+    def fill(self) -> None:
+        """Solve for what interpolation needs: ``between``, by the index of the point before.
 
-    def _with_peaks(
-        self, points: list[PathPoint], depth: int = 0
+        Segments in which this shows events or peaks that the path passed over are followed again.
+        """
+        self.between, passed = solved_between(self.points, self.corrector, self.per_dof)
+        missed = 0
+        for _ in range(_MAX_DEPTH):
+            if not passed:
+                break
+            again = LocatedPeaks([], {}, missed, passed)
+            self.points, peaks, missed = self._searched(self.points, again)
+            known = {(peak.value, peak.dof) for peak in self.peaks}
+            self.peaks += [peak for peak in peaks if (peak.value, peak.dof) not in known]
+            self.between, passed = solved_between(self.points, self.corrector, self.per_dof)
+        if (missed or passed) and self.status == Status.REACHED_END:
+            self.status = Status.PEAK_NOT_LOCATED
+
+    def _searched(
+        self, points: list[PathPoint], located: LocatedPeaks | None = None, depth: int = 0
     ) -> tuple[list[PathPoint], list[Peak], int]:
         """A path with its peaks among its points, the peaks, and how many could not be solved for.
 
         A segment in which a contact has another state is followed again, through that state.
         """
-        located = locate_peaks(points, self.corrector, self.per_dof)
+        located = located or locate_peaks(points, self.corrector, self.per_dof)
         path, peaks, missed = [], located.peaks, located.lost
         for i, left in enumerate(points):
             path += [left, *located.between.get(i, ())]
@@ -140,10 +153,10 @@ class Branch:
                 peaks += alone.peaks
                 missed += alone.lost + len(alone.other_states)
                 continue
-            refined, more_peaks, more_missed = self._with_peaks([left, *added, right], depth + 1)
-            path += refined[1:-1]
-            peaks += more_peaks
-            missed += more_missed
+            refined = self._searched([left, *added, right], depth=depth + 1)
+            path += refined[0][1:-1]
+            peaks += refined[1]
+            missed += refined[2]
         return path, peaks, missed
 
     def _points_through(

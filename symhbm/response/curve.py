@@ -70,7 +70,7 @@ class _Computation:
         if self._symmetry is not None:
             problem = problem.of_sector(self._symmetry)
         equations_of = partial(continuation_problem_of, request)
-        self._refinement = Refinement(problem, equations_of, request.accuracy)
+        self._refinement = Refinement(problem, equations_of, request.accuracy, request.at is None)
         self._parts, self._status, self._highest_level = [], Status.NOT_STARTED, 0
         if not blank:
             self._follow()
@@ -79,9 +79,8 @@ class _Computation:
         request = self._request
         band = request.unit * request.band[0], request.unit * request.band[1]
         self._parts = self._refinement.follow(0, band, request.max_points, request.per_dof)
-        if request.at is None:
-            for part in self._parts:
-                self._refinement.fill(part)
+        for part in self._parts:
+            self._refinement.fill(part)
         self._status = status_of(self._parts, request.accuracy)
         levels = [part.level for part in self._parts]
         levels += [solution.level for part in self._parts for solution in part.solutions()]

@@ -22,7 +22,7 @@ from symhbm.continuation import (
     slope_of,
 )
 from symhbm.continuation.angles import angle_branches
-from symhbm.continuation.between import Peak, solved_between
+from symhbm.continuation.between import Peak
 from symhbm.continuation.events import reduced
 from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.response.accuracy.branch_parts import BranchPart, Solution, agree, merged
@@ -52,7 +52,8 @@ class Refinement:
     """Branches of one problem with the harmonics that an ``accuracy`` needs.
 
     ``equations_of`` makes a continuation problem. Without an accuracy the harmonics are those of
-    the problem. ``solves`` counts all linear solves, ``rejected`` all rejected steps.
+    the problem. ``fill`` asks for the solutions between points that interpolation needs. ``solves``
+    counts all linear solves, ``rejected`` all rejected steps.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Refinement:
         problem: HarmonicBalance,
         equations_of: Callable[[HarmonicBalance], ContinuationProblem],
         accuracy: float | None,
+        fill: bool = False,
     ):
         self.solves = 0
         self.rejected = 0
@@ -67,6 +69,7 @@ class Refinement:
         self._sets = HarmonicSets(problem)
         self._equations_of = equations_of
         self._equations: dict[int, ContinuationProblem] = {}
+        self._fill = fill
         self._accuracy = np.inf if accuracy is None else accuracy
         if accuracy is None:
             self._equations[0] = equations_of(problem)
@@ -101,13 +104,10 @@ class Refinement:
 
     def fill(self, part: BranchPart) -> None:
         """Add the solutions between points that interpolation of the amplitudes needs."""
-        branch, points = part.branch, part.branch.points[part.first : part.last + 1]
-        before = branch.corrector.solves
-        between = solved_between(points, branch.corrector, branch.per_dof)
-        for i, states in between.items():
-            solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
-            part.between[part.first + i] = [self.settle(solution) for solution in solutions]
-        self.solves += branch.corrector.solves - before
+        for i, states in part.branch.between.items():
+            if part.first <= i < part.last:
+                solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
+                part.between[i] = [self.settle(solution) for solution in solutions]
 
     def follow(
         self,
@@ -125,10 +125,13 @@ class Refinement:
         equations = self.equations(level)
         if equations.angles is not None:
             branches = angle_branches(equations, band, max_points, per_dof)
-            return [self._whole(level, branch) for branch in branches]
-        branch = Branch(equations, band, max_points, per_dof, guess)
+        else:
+            branches = [Branch(equations, band, max_points, per_dof, guess)]
+        for branch in branches if self._fill else ():
+            branch.fill()
+        branch = branches[0]
         if not np.isfinite(self._accuracy) or not branch.points:
-            return [self._whole(level, branch)]
+            return [self._whole(level, branch) for branch in branches]
         self.solves += branch.corrector.solves
         self.rejected += branch.rejected
         points, last = branch.points, len(branch.points) - 1
