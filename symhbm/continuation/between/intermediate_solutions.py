@@ -117,23 +117,14 @@ def _needed_shares(
     at both ends tell of a maximum in between.
     """
     curve = corrector.curve
-    left, right = (
-        Slopes.of(
-            curve.problem,
-            PathState(
-                np.array([getattr(segment, side).state for segment in segments]),
-                np.array([getattr(segment, side).direction for segment in segments]),
-            ),
-        )
-        for side in ("left", "right")
-    )
+    ends = [segment.left for segment in segments], [segment.right for segment in segments]
+    left, right = (Slopes.of(curve.problem, PathState.stacked(side)) for side in ends)
     width = (right.state - left.state)[:, -1:]
     with np.errstate(divide="ignore", invalid="ignore"):
+        folds = np.array([segment.folds for segment in segments]).T[..., None]
         first, last = (
-            np.where(fold[:, None], np.inf, width * at.slope / at.direction[:, -1:])[:, None]
-            for at, fold in zip(
-                (left, right), np.array([segment.folds for segment in segments]).T, strict=True
-            )
+            np.where(fold, np.inf, width * at.slope / at.direction[:, -1:])[:, None]
+            for at, fold in zip((left, right), folds, strict=True)
         )
     slopes = first, last
     scale = np.array([curve.scale(segment.left.state) for segment in segments])
@@ -148,8 +139,8 @@ def _needed_shares(
         state = cubic(left.state[:, None], right.state[:, None], pair, _SHARES[:, None])
         expected = _amplitude(curve.problem, state[..., :-1])
         share = (state[..., -1:] - left.state[:, None, -1:]) / width[:, None]
-        ends = left.amplitude[:, None], right.amplitude[:, None]
-        drawn = amplitude_between(*ends, slopes, np.clip(share, 0.0, 1.0))
+        heights = left.amplitude[:, None], right.amplitude[:, None]
+        drawn = amplitude_between(*heights, slopes, np.clip(share, 0.0, 1.0))
         error = np.maximum(error, _relative_error(drawn, expected, per_dof))
     worst = error.argmax(axis=1)
     hides = np.any(_rises(left, 1, per_dof) & _rises(right, -1, per_dof), axis=1)
