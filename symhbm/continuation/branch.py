@@ -141,14 +141,12 @@ class Branch:
             path += [left, *located.between.get(i, ())]
             if i not in located.other_states:
                 continue
-            right = points[i + 1]
-            value = located.other_states[i]
+            right, value = points[i + 1], located.other_states[i]
             added = self._points_through(left, right, value) if depth < _MAX_DEPTH else None
             if added is None:
                 # The other state is one of round-off, next to the limit.
-                alone = locate_peaks(
-                    [left, right], self.corrector, self.per_dof, ignore_states=True
-                )
+                pair = [left, right]
+                alone = locate_peaks(pair, self.corrector, self.per_dof, ignore_states=True)
                 path += alone.between.get(0, ())
                 peaks += alone.peaks
                 missed += alone.lost + len(alone.other_states)

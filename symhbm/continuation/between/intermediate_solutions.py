@@ -33,17 +33,6 @@ _BATCH_SIZE = 2**16
 """Amplitudes evaluated at once, which bounds the memory of large structures."""
 
 
-class SolvedBetween(NamedTuple):
-    """Solutions between path points, along the path, each with the linear solves it took.
-
-    ``passed`` holds parameter values where they show an event or a maximum that the path passed
-    over. Both by the index of the point before.
-    """
-
-    solutions: dict[int, list[tuple[PathState, int]]]
-    passed: dict[int, float]
-
-
 class _Ends(NamedTuple):
     """Two neighbouring solutions after a path point, and whether each is a smooth fold."""
 
@@ -61,11 +50,11 @@ def is_smooth_fold(point: PathPoint) -> bool:
 
 def solved_between(
     points: Sequence[PathPoint], corrector: Corrector, per_dof: bool = False
-) -> SolvedBetween:
-    """The solutions that interpolation between path points needs.
+) -> tuple[dict[int, list[tuple[PathState, int]]], dict[int, float]]:
+    """The solutions that interpolation between path points needs, by the index of the point before.
 
-    It then gives the largest response within about `TOLERANCE`, and with ``per_dof`` also that of
-    each degree of freedom.
+    They are in the order of the path, each with the linear solves it took. Also by that index a
+    value at which one shows a maximum, or a contact in another state, that the path passed over.
     """
     solutions: dict[int, list[tuple[PathState, int]]] = {}
     passed: dict[int, float] = {}
@@ -94,7 +83,7 @@ def solved_between(
     for number, several in solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
-    return SolvedBetween(solutions, passed)
+    return solutions, passed
 
 
 def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
