@@ -28,7 +28,7 @@ _TOLERANCE_PER_DOF = 0.01
 _SMALL_SHARE = 1e-3
 """Share of the largest response that is the least reference of errors per degree of freedom."""
 _SHARES = np.array([0.25, 0.5, 0.75])
-_MAX_DEPTH = 6
+_MAX_DEPTH = 12
 _BATCH_SIZE = 2**16
 """Amplitudes evaluated at once, which bounds the memory of large structures."""
 
