@@ -2,7 +2,8 @@
 
 Continuation steps may be too long for drawing. The amplitude interpolated from amplitudes and
 slopes is compared with that of the interpolated states; where they differ, the path is solved for
-in between.
+in between. Next to an onset or end of slip the states follow a root, and their interpolation is the
+less accurate one of both: the tolerances are aims, and no bounds.
 """
 
 from collections.abc import Sequence
@@ -22,9 +23,9 @@ from symhbm.continuation.segment import PathState, Segment, measure
 from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
 
 TOLERANCE = 0.005
-"""Relative error of the largest response between two points: 0.04 dB."""
+"""Relative error of the largest response between two points that is aimed at: 0.04 dB."""
 _TOLERANCE_PER_DOF = 0.01
-"""Relative error of the response of each degree of freedom."""
+"""That of the response of each degree of freedom."""
 _SMALL_SHARE = 1e-3
 """Share of the largest response that is the least reference of errors per degree of freedom."""
 _SHARES = np.array([0.25, 0.5, 0.75])
