@@ -1,7 +1,7 @@
 """Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.following import follow_branch
+from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
 from symhbm.continuation.point import Event, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
@@ -23,6 +23,7 @@ __all__ = [
     "PathState",
     "SolveError",
     "Status",
+    "filled",
     "follow_branch",
     "linear_response",
     "newton",

@@ -1,7 +1,7 @@
 """A branch of solutions over a whole band, with its peaks and its solutions at given values."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,8 @@ class Branch:
 
     ``peaks`` are those of every degree of freedom where ``per_dof``, else those of the largest
     response; ``rejected`` counts rejected steps. ``solve_from_scratch`` solves at a value without a
-    neighbouring solution. `symhbm.continuation.following.follow_branch` makes branches.
+    neighbouring solution; ``between`` are solutions with the solves they took, by the index of the
+    point before. `symhbm.continuation.following.follow_branch` makes branches.
     """
 
     corrector: Corrector
@@ -33,6 +34,7 @@ class Branch:
     peaks: list[Peak]
     status: Status
     rejected: int
+    between: dict[int, list[tuple[PathState, int]]] = field(default_factory=dict)
 
     @property
     def curve(self) -> ContinuationProblem:

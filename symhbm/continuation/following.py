@@ -1,13 +1,18 @@
 """Following of branches over a whole band: path after path, missed events and peaks added."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.between import Peak, find_missed_events, locate_peaks, unbounded_peak
+from symhbm.continuation.between import (
+    LocatedPeaks,
+    Peak,
+    locate_peaks,
+    solved_between,
+    unbounded_peak,
+)
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.deflation import other_solution
@@ -78,9 +83,7 @@ def follow_with(
         max_points -= len(path_points)
         follower.rejected += path.rejected
         status = path.status
-        more_points, more_peaks, more_missed = follower.with_peaks(
-            follower.with_missed_events(path_points)
-        )
+        more_points, more_peaks, more_missed = follower.searched(path_points)
         points += more_points
         peaks += sorted(more_peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
         missed += more_missed
@@ -111,6 +114,34 @@ def follow_with(
     return Branch(corrector, solve_from_scratch, per_dof, points, peaks, status, follower.rejected)
 
 
+def filled(branch: Branch) -> Branch:
+    """A branch with the solutions ``between`` its points that interpolation needs.
+
+    Segments in which these show events or peaks that the path passed over are followed again.
+    """
+    corrector, per_dof, points, peaks = (
+        branch.corrector,
+        branch.per_dof,
+        branch.points,
+        branch.peaks,
+    )
+    follower, missed = _Follower(corrector, per_dof, branch.rejected), 0
+    between, passed = solved_between(points, corrector, per_dof)
+    for _ in range(_MAX_DEPTH):
+        if not passed:
+            break
+        again = LocatedPeaks([], {}, missed, passed)
+        points, more_peaks, missed = follower.searched(points, again)
+        known = {(peak.value, peak.dof) for peak in peaks}
+        peaks = peaks + [peak for peak in more_peaks if (peak.value, peak.dof) not in known]
+        between, passed = solved_between(points, corrector, per_dof)
+    status, rejected = branch.status, follower.rejected
+    if (missed or passed) and status == Status.REACHED_END:
+        status = Status.PEAK_NOT_LOCATED
+    changes = dict(points=points, peaks=peaks, between=between, status=status, rejected=rejected)
+    return replace(branch, **changes)
+
+
 @dataclass
 class _Follower:
     """Adds to the points of a path what its steps passed over; ``rejected`` counts its steps."""
@@ -119,45 +150,33 @@ class _Follower:
     per_dof: bool
     rejected: int = 0
 
-    def with_missed_events(self, points: list[PathPoint], depth: int = 0) -> list[PathPoint]:
-        """The points of a path together with the events that its steps passed over."""
-        single_valued = self.corrector.curve.single_valued
-        values = find_missed_events(points, self.corrector) if single_valued else {}
-        completed = points[:1]
-        for i, (left, right) in enumerate(pairwise(points)):
-            if i in values and depth < _MAX_DEPTH:
-                added = self._points_through(left, right, values[i]) or []
-                completed += self.with_missed_events([left, *added, right], depth + 1)[1:-1]
-            completed.append(right)
-        return completed
-
-    def with_peaks(
-        self, points: list[PathPoint], depth: int = 0
+    def searched(
+        self, points: list[PathPoint], located: LocatedPeaks | None = None, depth: int = 0
     ) -> tuple[list[PathPoint], list[Peak], int]:
         """A path with its peaks among its points, the peaks, and how many could not be solved for.
 
         A segment in which a contact has another state is followed again, through that state.
         """
-        located = locate_peaks(points, self.corrector, self.per_dof)
+        located = located or locate_peaks(points, self.corrector, self.per_dof)
         path, peaks, missed = [], located.peaks, located.lost
         for i, left in enumerate(points):
             path += [left, *located.between.get(i, ())]
             if i not in located.other_states:
                 continue
-            right = points[i + 1]
-            value = located.other_states[i]
+            right, value = points[i + 1], located.other_states[i]
             added = self._points_through(left, right, value) if depth < _MAX_DEPTH else None
             if added is None:
                 # The other state is one of round-off, next to the limit.
-                alone = locate_peaks([left, right], self.corrector, self.per_dof, True)
+                pair = [left, right]
+                alone = locate_peaks(pair, self.corrector, self.per_dof, ignore_states=True)
                 path += alone.between.get(0, ())
                 peaks += alone.peaks
                 missed += alone.lost + len(alone.other_states)
                 continue
-            refined, more_peaks, more_missed = self.with_peaks([left, *added, right], depth + 1)
-            path += refined[1:-1]
-            peaks += more_peaks
-            missed += more_missed
+            refined = self.searched([left, *added, right], depth=depth + 1)
+            path += refined[0][1:-1]
+            peaks += refined[1]
+            missed += refined[2]
         return path, peaks, missed
 
     def _points_through(

@@ -36,8 +36,8 @@ def response(
     Lines follow the slopes of the amplitudes at their points (``amplitude_slope``) and go through
     located peaks, which lie between the points of a grid (``at=``). Without slopes, as in archives
     of older versions or where ``keep=`` left them out, lines are monotone between their points, or
-    straight where they fold. Paths tell the largest response between their points within 1 %; for
-    the antiresonances of a single ``dof``, compute them with ``peaks="each"``.
+    straight where they fold. Paths tell the largest response between their points within 1 % as a
+    rule; for the antiresonances of a single ``dof``, compute them with ``peaks="each"``.
 
     Unstable responses are dotted lines, or hollow circles. More than 14 curves have a colour bar
     in the place of a legend; those of a dimension ``sample`` are thin, without marks.

@@ -35,10 +35,9 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     band = request.unit * request.band[0], request.unit * request.band[1]
     parts = refinement.follow(0, band, request.max_points, request.per_dof)
     solutions_at: list[list[Solution]] = []
-    if request.at is None:
-        for part in parts:
-            refinement.fill(part)
-    else:
+    for part in parts:
+        refinement.fill(part)
+    if request.at is not None:
         values = request.unit * np.array(request.at)
         solutions_at = [_solutions_at(refinement, parts, value) for value in values.tolist()]
     return _Curve(request, refinement, symmetry, parts, solutions_at).table()
@@ -53,7 +52,8 @@ def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
 
 def _refinement(problem: HarmonicBalance, request: Request) -> Refinement:
     accuracy = np.inf if request.accuracy is None else request.accuracy
-    return Refinement(problem, partial(continuation_problem_of, request), accuracy)
+    equations_of = partial(continuation_problem_of, request)
+    return Refinement(problem, equations_of, accuracy, with_between=request.at is None)
 
 
 def _solutions_at(refinement: Refinement, parts: list[BranchPart], value: float) -> list[Solution]:

@@ -16,6 +16,7 @@ import matplotlib.pyplot as plt
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from studies import fig12_mistuned_disk
 from studies.closed_form import one_blade
 from symhbm.cli import main
 from symhbm.continuation.status import Status
@@ -433,3 +434,25 @@ def test_peaks_over_the_load_are_drawn_where_they_are():
     curve = dataset.isel(normal_load=0)
     peaks = [one_blade(curve, normal_load=load).peak()[0] for load in loads]
     assert farthest(ax, (loads, level(np.array(peaks))), line.get_data()) < CLOSE
+
+
+def test_the_ground_of_a_tip_is_solved_for():
+    """The worst disk of Fig. 12: blade 2 comes to rest at 151.9 Hz, 50 dB below the others.
+
+    A division that ends after six solutions leaves the blade's response 1.9 % off there.
+    """
+    tuned = fig12_mistuned_disk.problem()
+    drawn = fig12_mistuned_disk.samples(tuned).sel(sample=16)
+    disk = tuned.with_parameters(**{str(name): drawn[name].values for name in drawn})
+    band, hz = fig12_mistuned_disk.BAND, np.linspace(151.86, 151.94, 41)
+    exact = sh.frf(disk, band, at=hz, progress=False).amplitude.values
+    path = sh.frf(disk, band, peaks="each", progress=False)
+    right = np.searchsorted(path.frequency.values, hz)
+    left, width = right - 1, np.diff(path.frequency.values)[right - 1, None]
+    ends = path.amplitude.values[left], path.amplitude.values[right]
+    first = width * path.amplitude_slope.values[left]
+    last = width * path.amplitude_slope_before.values[right]
+    share = (hz[:, None] - path.frequency.values[left, None]) / width
+    read = amplitude_between(*ends, (first, last), share)
+    assert exact[:, 2].min() < 0.004 * exact.max()
+    np.testing.assert_allclose(read, exact, rtol=0.01)

@@ -1,16 +1,21 @@
 """Results between two points of a path: peaks, missed events and intermediate solutions."""
 
 from symhbm.continuation.between.intermediate_solutions import is_smooth_fold, solved_between
-from symhbm.continuation.between.missed_events import find_missed_events
-from symhbm.continuation.between.peaks import Peak, PeakKind, locate_peaks, unbounded_peak
+from symhbm.continuation.between.peaks import (
+    LocatedPeaks,
+    Peak,
+    PeakKind,
+    locate_peaks,
+    unbounded_peak,
+)
 from symhbm.continuation.between.slopes import TIE, amplitude_and_slope, leading
 
 __all__ = [
     "TIE",
+    "LocatedPeaks",
     "Peak",
     "PeakKind",
     "amplitude_and_slope",
-    "find_missed_events",
     "is_smooth_fold",
     "leading",
     "locate_peaks",

@@ -2,31 +2,34 @@
 
 Continuation steps may be too long for drawing. The amplitude interpolated from amplitudes and
 slopes is compared with that of the interpolated states; where they differ, the path is solved for
-in between.
+in between. Next to an onset or end of slip the states follow a root, and their interpolation is the
+less accurate one of both: the tolerances are aims, and no bounds.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.slopes import Slopes
-from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
+from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
+from symhbm.continuation.correctors import ON_LIMIT, Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import ACCEPTED, slope_of
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import PathState, Segment, measure
 from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
 
 TOLERANCE = 0.005
-"""Relative error of the largest response between two points: 0.04 dB."""
+"""Relative error of the largest response between two points that is aimed at: 0.04 dB."""
 _TOLERANCE_PER_DOF = 0.01
-"""Relative error of the response of each degree of freedom."""
+"""That of the response of each degree of freedom."""
 _SMALL_SHARE = 1e-3
 """Share of the largest response that is the least reference of errors per degree of freedom."""
 _SHARES = np.array([0.25, 0.5, 0.75])
-_MAX_DEPTH = 6
+_MAX_DEPTH = 12
 _BATCH_SIZE = 2**16
 """Amplitudes evaluated at once, which bounds the memory of large structures."""
 
@@ -48,31 +51,40 @@ def is_smooth_fold(point: PathPoint) -> bool:
 
 def solved_between(
     points: Sequence[PathPoint], corrector: Corrector, per_dof: bool = False
-) -> dict[int, list[tuple[PathState, int]]]:
-    """Solutions needed between path points, by the index of the point before, along the path.
+) -> tuple[dict[int, list[tuple[PathState, int]]], dict[int, float]]:
+    """The solutions that interpolation between path points needs, by the index of the point before.
 
-    Each comes with the number of linear solves it took. Interpolation then gives the largest
-    response within about `TOLERANCE`, and with ``per_dof`` also that of each degree of freedom.
+    They are in the order of the path, each with the linear solves it took. Also by that index a
+    value at which one shows a maximum, or a contact in another state, that the path passed over.
     """
     solutions: dict[int, list[tuple[PathState, int]]] = {}
+    passed: dict[int, float] = {}
     segments = _segments(points)
-    for _ in range(_MAX_DEPTH):
+    size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
+    for depth in range(_MAX_DEPTH + 1):
         halves = []
-        for segment, share in zip(
-            segments, _needed_shares(segments, corrector, per_dof), strict=True
-        ):
-            solves_before = corrector.solves
-            middle = _solution(segment, corrector, points[segment.number], share) if share else None
-            if middle is not None:
+        batches = [segments[i : i + size] for i in range(0, len(segments), size)]
+        estimates = [_needed_shares(batch, corrector, per_dof) for batch in batches]
+        for segment, (share, hides) in zip(segments, chain.from_iterable(estimates), strict=True):
+            number, solves_before = segment.number, corrector.solves
+            if hides and depth > 0:
+                ends = float(segment.left.state[-1]), float(segment.right.state[-1])
+                passed[number] = ends[ends[0] == points[number].value]
+            if not share or depth == _MAX_DEPTH:
+                continue
+            middle = _solution(segment, corrector, points[number].slip, share)
+            if middle is not None and _leaves(points[number].slip, middle, corrector.curve):
+                passed[number] = float(middle.state[-1])
+            elif middle is not None:
                 solution = middle, corrector.solves - solves_before
-                solutions.setdefault(segment.number, []).append(solution)
+                solutions.setdefault(number, []).append(solution)
                 halves.append(segment._replace(right=middle, folds=(segment.folds[0], False)))
                 halves.append(segment._replace(left=middle, folds=(False, segment.folds[1])))
         segments = halves
     for number, several in solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
-    return solutions
+    return solutions, passed
 
 
 def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
@@ -86,38 +98,23 @@ def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
     return segments
 
 
-def _needed_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
-    """Shares (n,) of the segments at which a solution is needed, 0 where none is.
+def _needed_shares(
+    segments: list[_Ends], corrector: Corrector, per_dof: bool
+) -> list[tuple[float, bool]]:
+    """The share of each segment at which a solution is needed, 0 where none is.
 
-    Where the response is single-valued, they are shares of the parameter interval.
+    Where the response is single-valued, it is one of the parameter interval. Also whether slopes
+    at both ends tell of a maximum in between.
     """
-    size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
-    batches = [segments[i : i + size] for i in range(0, len(segments), size)]
-    return np.concatenate(
-        [_batch_shares(batch, corrector, per_dof) for batch in batches] or [np.empty(0)]
-    )
-
-
-def _batch_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) -> FloatArray:
-    """Those of one batch: the samples of the largest error above the tolerance."""
     curve = corrector.curve
-    left, right = (
-        Slopes.of(
-            curve.problem,
-            PathState(
-                np.array([getattr(segment, side).state for segment in segments]),
-                np.array([getattr(segment, side).direction for segment in segments]),
-            ),
-        )
-        for side in ("left", "right")
-    )
+    ends = [segment.left for segment in segments], [segment.right for segment in segments]
+    left, right = (Slopes.of(curve.problem, PathState.stacked(side)) for side in ends)
     width = (right.state - left.state)[:, -1:]
     with np.errstate(divide="ignore", invalid="ignore"):
+        folds = np.array([segment.folds for segment in segments]).T[..., None]
         first, last = (
-            np.where(fold[:, None], np.inf, width * at.slope / at.direction[:, -1:])[:, None]
-            for at, fold in zip(
-                (left, right), np.array([segment.folds for segment in segments]).T, strict=True
-            )
+            np.where(fold, np.inf, width * at.slope / at.direction[:, -1:])[:, None]
+            for at, fold in zip((left, right), folds, strict=True)
         )
     slopes = first, last
     scale = np.array([curve.scale(segment.left.state) for segment in segments])
@@ -132,11 +129,22 @@ def _batch_shares(segments: list[_Ends], corrector: Corrector, per_dof: bool) ->
         state = cubic(left.state[:, None], right.state[:, None], pair, _SHARES[:, None])
         expected = _amplitude(curve.problem, state[..., :-1])
         share = (state[..., -1:] - left.state[:, None, -1:]) / width[:, None]
-        ends = left.amplitude[:, None], right.amplitude[:, None]
-        drawn = amplitude_between(*ends, slopes, np.clip(share, 0.0, 1.0))
+        heights = left.amplitude[:, None], right.amplitude[:, None]
+        drawn = amplitude_between(*heights, slopes, np.clip(share, 0.0, 1.0))
         error = np.maximum(error, _relative_error(drawn, expected, per_dof))
     worst = error.argmax(axis=1)
-    return np.where(error.max(axis=1) > 1, _SHARES[worst], 0.0)
+    hides = np.any(_rises(left, 1, per_dof) & _rises(right, -1, per_dof), axis=1)
+    shares = np.where(error.max(axis=1) > 1, _SHARES[worst], 0.0)
+    return list(zip(shares.tolist(), hides.tolist(), strict=True))
+
+
+def _rises(at: Slopes, heading: int, per_dof: bool) -> NDArray[np.bool_]:
+    """Whether each response rises, or (n, 1) whether one does that leads."""
+    rises = heading * at.slope > FLAT_SLOPE * at.amplitude
+    if per_dof:
+        return rises
+    leads = at.amplitude >= (1 - TIE) * at.amplitude.max(axis=1, keepdims=True)
+    return (rises & leads).any(axis=1, keepdims=True)
 
 
 def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
@@ -157,34 +165,35 @@ def _relative_error(drawn: FloatArray, expected: FloatArray, per_dof: bool) -> F
 
 
 def _solution(
-    segment: _Ends, corrector: Corrector, point: PathPoint, share: float
+    segment: _Ends, corrector: Corrector, slip: NDArray[np.bool_], share: float
 ) -> PathState | None:
-    """The solution at a share of the segment, None if a contact leaves its state."""
-    curve = corrector.curve
-    if curve.single_valued:
-        solution = _solution_at_value(segment, corrector, point, share)
-    else:
-        solution = Segment(corrector, segment.left, segment.right, point.slip).solve(share)
-        low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
-        if solution is None or not low < solution.state[-1] < high:
-            return None
-    if solution is None:
-        return None
-    norm = curve.evaluate(solution.state[:-1], float(solution.state[-1])).norm
-    return solution if norm <= ACCEPTED else None
+    """The solution at a share of the segment, of the parameter interval where single-valued."""
+    if corrector.curve.single_valued:
+        return _solution_at_value(segment, corrector, slip, share)
+    solution = Segment(corrector, segment.left, segment.right, slip).solve(share)
+    low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
+    return solution if solution is not None and low < solution.state[-1] < high else None
+
+
+def _leaves(slip: NDArray[np.bool_], solution: PathState, curve: ContinuationProblem) -> bool:
+    """Whether a contact is in another state at a solution, and not by round-off."""
+    evaluation = curve.evaluate(solution.state[:-1], float(solution.state[-1]))
+    friction = evaluation.friction
+    changed = (friction.slip != slip) & (np.abs(friction.slip_margin) > ON_LIMIT)
+    return evaluation.norm > ACCEPTED or bool(changed.any())
 
 
 def _solution_at_value(
-    segment: _Ends, corrector: Corrector, point: PathPoint, share: float
+    segment: _Ends, corrector: Corrector, slip: NDArray[np.bool_], share: float
 ) -> PathState | None:
-    """The solution at a share of the parameter interval."""
+    """The solution at a share of the parameter interval, contacts free where one changes."""
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
     slopes = tuple(width * end.direction / end.direction[-1] for end in (left, right))
     guess = cubic(left.state, right.state, slopes, share)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
-    corrected = corrector.correct(guess, scale, plane, point.slip)
+    corrected = corrector.correct(guess, scale, plane, slip)
     if corrected is not None and not corrected.crosses:
         return PathState(corrected.point, corrected.direction * scale)
     value = float(guess[-1])

@@ -18,6 +18,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.located_maximum import CORNER_JUMP, LocatedMaximum, PeakKind
 from symhbm.continuation.between.maxima import Maxima
+from symhbm.continuation.between.missed_events import find_missed_events
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrector
@@ -79,6 +80,8 @@ def locate_peaks(
         if point.events:
             peak_list.at_event(before[i], after[i])
     maxima = Maxima(corrector, per_dof, ignore_states)
+    if corrector.curve.single_valued and not ignore_states:
+        maxima.other_states |= find_missed_events(points, corrector)
     located = maxima.between(Segments.of(points, before, after))
     between = {}
     for i, maxima_between in located.items():

@@ -19,12 +19,13 @@ from symhbm.continuation import (
     ContinuationProblem,
     PathPoint,
     Status,
+    filled,
     follow_branch,
     newton,
     slope_of,
 )
 from symhbm.continuation.angles import angle_branches
-from symhbm.continuation.between import Peak, solved_between
+from symhbm.continuation.between import Peak
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.branch_parts import BranchPart, Solution, Span, replaced
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
@@ -46,12 +47,14 @@ class Refinement:
     """Branches of one problem with the harmonics that an ``accuracy`` needs.
 
     ``equations_of`` makes a continuation problem. With an infinite accuracy the harmonics are those
-    of the problem. ``solves`` counts all linear solves, ``rejected`` all rejected steps.
+    of the problem. ``with_between`` asks for the solutions between points that interpolation needs.
+    ``solves`` counts all linear solves, ``rejected`` all rejected steps.
     """
 
     problem: HarmonicBalance
     equations_of: Callable[[HarmonicBalance], ContinuationProblem]
     accuracy: float = np.inf
+    with_between: bool = False
     solves: int = 0
     rejected: int = 0
     _equations: dict[int, ContinuationProblem] = field(default_factory=dict, init=False)
@@ -92,13 +95,10 @@ class Refinement:
 
     def fill(self, part: BranchPart) -> None:
         """Add the solutions between points that interpolation of the amplitudes needs."""
-        branch, points = part.branch, part.branch.points[part.first : part.last + 1]
-        before = branch.corrector.solves
-        between = solved_between(points, branch.corrector, branch.per_dof)
-        for i, states in between.items():
-            solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
-            part.between[part.first + i] = [self.settle(solution) for solution in solutions]
-        self.solves += branch.corrector.solves - before
+        for i, states in part.branch.between.items():
+            if part.first <= i < part.last:
+                solutions = [Solution.at(float(s.state[-1]), part.level, s, n) for s, n in states]
+                part.between[i] = [self.settle(solution) for solution in solutions]
 
     def follow(
         self,
@@ -115,10 +115,13 @@ class Refinement:
         equations = self.equations(level)
         if equations.angles is not None:
             branches = angle_branches(equations, band, max_points, per_dof)
-            return [self._whole(level, branch) for branch in branches]
-        branch = follow_branch(equations, band, max_points, per_dof, guess)
+        else:
+            branches = [follow_branch(equations, band, max_points, per_dof, guess)]
+        if self.with_between:
+            branches = [filled(branch) for branch in branches]
+        branch = branches[0]
         if not np.isfinite(self.accuracy) or not branch.points:
-            return [self._whole(level, branch)]
+            return [self._whole(level, branch) for branch in branches]
         points = branch.points
         of_points, of_peaks = self._along(level, points), self._along(level, branch.peaks)
         whole = self._whole(level, branch, of_points, of_peaks)
