@@ -4,12 +4,14 @@ Random mistuned rings and plates, seeded; a failure names its seed. What is prom
 that rises by `GUARANTEED` of the largest response over the valleys beside it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
-from symhbm.continuation import Branch, FrequencyProblem
+from symhbm.continuation import FrequencyProblem, filled, follow_branch
 from symhbm.numerics import RADIANS
 
 GUARANTEED = 0.01
@@ -145,7 +147,8 @@ def test_rings_have_the_same_peaks_from_both_ends(seed):
 
 
 def followed(problem, band):
-    return Branch(FrequencyProblem(problem), (RADIANS * band[0], RADIANS * band[1]), 5000, False)
+    ends = RADIANS * band[0], RADIANS * band[1]
+    return follow_branch(FrequencyProblem(problem), ends, 5000, False)
 
 
 def events_of(branch):
@@ -164,9 +167,9 @@ def test_a_peak_between_two_points_is_followed_again(band):
         normal_load=500.0,
     )
     branch = followed(sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0)), band)
-    (peak,), branch.peaks = branch.peaks, []
-    branch.points = [p for p in branch.points if abs(p.value - peak.value) > RADIANS]
-    branch.fill()
+    (peak,) = branch.peaks
+    points = [p for p in branch.points if abs(p.value - peak.value) > RADIANS]
+    branch = filled(replace(branch, points=points, peaks=[]))
     assert [one.value for one in branch.peaks] == pytest.approx([peak.value], rel=1e-12)
     assert branch.peaks[0].value in [point.value for point in branch.points]
     assert branch.status == REACHED_END
@@ -176,9 +179,10 @@ def test_slip_between_two_points_is_followed_again():
     """A path that lost a short spell of slip, which makes no peak, gets its onset and end back."""
     branch = followed(*ring(19))
     events = events_of(branch)
-    branch.points = [p for p in branch.points if not 17.6 < p.value / RADIANS < 18.3]
+    points = [p for p in branch.points if not 17.6 < p.value / RADIANS < 18.3]
+    branch = replace(branch, points=points)
     assert len(events_of(branch)) == len(events) - 2
-    branch.fill()
+    branch = filled(branch)
     assert events_of(branch) == pytest.approx(events, rel=1e-9)
     assert branch.status == REACHED_END
 
