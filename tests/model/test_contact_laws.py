@@ -411,3 +411,34 @@ def test_laws_are_equal_by_class_and_pickle():
 def test_bad_groups_say_what_is_expected(make, error, text):
     with pytest.raises(error, match=text):
         make()
+
+
+def test_events_name_the_contact_and_what_it_does():
+    """A group without switches comes first: contacts are numbered among all of them."""
+
+    class Pair(sh.Coulomb):
+        switches = (sh.Switch("slip", "begins to rub", "rests"),)
+
+    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=0.0)
+    rub = sh.Contacts(
+        Pair(), [(0, 1)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0
+    )
+    matrices = np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4])
+    plain = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
+    responses = [
+        sh.frf(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)), (12, 30), progress=False)
+        for model in (
+            sh.Model(*matrices, contacts={"stop": stop, "rub": rub}),
+            sh.Model(*matrices, contacts=[(0, 1)], **plain),
+        )
+    ]
+    named, short = responses
+    np.testing.assert_allclose(named.event_frequency, short.event_frequency, rtol=1e-10)
+    assert len(short.event_kind) >= 2
+    assert set(named.event_contact.values) == {1}
+    words = {"onset of slip": "begins to rub", "end of slip": "rests"}
+    assert named.event_kind.values.tolist() == [words[kind] for kind in short.event_kind.values]
+    np.testing.assert_array_equal(
+        named.contact_state.values[:, 1], short.contact_state.values[:, 0]
+    )
+    assert np.all(named.contact_state.values[:, 0] == -1)
