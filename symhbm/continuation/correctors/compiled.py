@@ -104,10 +104,9 @@ class CompiledCorrector(Corrector):
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        n = self._n_switches
-        slip_margin, springs, rate = np.split(
-            values[SCALARS:].copy(), [n, len(values) - SCALARS - n]
-        )
+        of_contacts, n = values[SCALARS:].copy(), self._n_switches
+        end = len(of_contacts) - n
+        slip_margin, springs, rate = of_contacts[:n], of_contacts[n:end], of_contacts[end:]
         sign = 1 if direction[-1] >= 0 else -1
         at_contacts = slip_margin, rate, crosses > 0
         resonances_below = (
