@@ -38,7 +38,7 @@ def check_each(
         return norm, compiled.unpack([np.concatenate(part) for part in events], len(problems))
     located = _locate_all(problems, unknowns, frequencies)
     found = zip(each, located.split(len(problems)), strict=True)
-    norm = [problem.evaluate(x, at, friction=own).norm for (problem, x, at), own in found]
+    norm = [problem.evaluate(x, at, states=own).norm for (problem, x, at), own in found]
     return np.array(norm), located
 
 

@@ -21,12 +21,12 @@ class ContactStates:
     groups: dict[str, Located]
 
     @cached_property
-    def slip(self) -> NDArray[np.bool_]:
+    def switches(self) -> NDArray[np.bool_]:
         """Whether each switch is on, (n_switches,)."""
         return _joined([located.states for located in self.groups.values()], bool)
 
     @cached_property
-    def slip_margin(self) -> FloatArray:
+    def margins(self) -> FloatArray:
         """Margins of the switches, (n_switches,)."""
         return _joined([located.margins for located in self.groups.values()], float)
 

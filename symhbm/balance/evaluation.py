@@ -16,8 +16,8 @@ class Evaluation:
     ``residual`` (n_unknowns,) [N]; ``magnitude``, the largest sum of the absolute force terms of
     one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
     ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
-    `HarmonicBalance.evaluate` the angular frequency [N s]; ``friction``, the events of the
-    contacts; ``slip_margin_by_parameter`` (n_contacts,), the derivative of their slip margins by
+    `HarmonicBalance.evaluate` the angular frequency [N s]; ``states``, the events of the
+    contacts; ``margins_by_parameter`` (n_contacts,), the derivative of their slip margins by
     the moving parameter at constant unknowns.
     """
 
@@ -25,8 +25,8 @@ class Evaluation:
     magnitude: float
     jacobian: Any
     by_parameter: FloatArray
-    friction: ContactStates
-    slip_margin_by_parameter: FloatArray | float = 0.0
+    states: ContactStates
+    margins_by_parameter: FloatArray | float = 0.0
 
     @property
     def norm(self) -> float:

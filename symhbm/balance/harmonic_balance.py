@@ -353,43 +353,43 @@ class HarmonicBalance:
         self,
         unknowns: FloatArray,
         frequency: float,
-        slip: NDArray[np.bool_] | None = None,
-        friction: ContactStates | None = None,
+        switches: NDArray[np.bool_] | None = None,
+        states: ContactStates | None = None,
     ) -> dict[str, FloatArray]:
         """Named inputs of `residual` and `derivative` at a point, its contact events located.
 
-        ``unknowns`` (n_unknowns,) [m], ``frequency`` in rad/s; ``slip`` (n_switches,) imposes
-        states of contacts, see `symhbm.ContactLaw.locate`; ``friction`` are the events where known.
+        ``unknowns`` (n_unknowns,) [m], ``frequency`` in rad/s; ``switches`` (n_switches,) imposes
+        states of contacts, see `symhbm.ContactLaw.locate`; ``states`` are the events where known.
         """
-        if friction is None:
-            friction = self.locate(unknowns, frequency, slip)
+        if states is None:
+            states = self.locate(unknowns, frequency, switches)
         names = map(identifier, self._equations.parameter_names)
         named: dict[str, FloatArray] = dict(zip(names, self._arguments, strict=True))
         for group in self._equations.located:
-            named[identifier(group.events)] = friction.groups[group.name].events.T
+            named[identifier(group.events)] = states.groups[group.name].events.T
         if self.structure is not None:
             named["force_shape"] = self.structure.shape(frequency)
         return {"unknowns": unknowns, "frequency": np.array([frequency])} | named
 
     def locate(
-        self, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_] | None = None
+        self, unknowns: FloatArray, frequency: float, switches: NDArray[np.bool_] | None = None
     ) -> ContactStates:
-        """Events of all contacts at the unknowns; ``slip`` (n_switches,) imposes states."""
-        return self.contacts.locate(unknowns, frequency, slip)
+        """Events of all contacts at the unknowns; ``switches`` (n_switches,) imposes states."""
+        return self.contacts.locate(unknowns, frequency, switches)
 
     def evaluate(
         self,
         unknowns: FloatArray,
         frequency: float,
-        slip: NDArray[np.bool_] | None = None,
-        friction: ContactStates | None = None,
+        switches: NDArray[np.bool_] | None = None,
+        states: ContactStates | None = None,
     ) -> Evaluation:
         """Residual and derivatives at ``unknowns`` [m] and angular ``frequency`` [rad/s].
 
-        ``slip`` (n_switches,) imposes states of contacts, see `symhbm.ContactLaw.locate`;
-        ``friction`` are the events of the contacts where they are known.
+        ``switches`` (n_switches,) imposes states of contacts, see `symhbm.ContactLaw.locate`;
+        ``states`` are the events of the contacts where they are known.
         """
-        of_contacts = self._evaluate_compiled(unknowns, frequency, slip, friction)
+        of_contacts = self._evaluate_compiled(unknowns, frequency, switches, states)
         if self.structure is None:
             return of_contacts
         return self.structure.added(of_contacts, unknowns, frequency, self.excitation.amplitude)
@@ -398,19 +398,19 @@ class HarmonicBalance:
         self,
         unknowns: FloatArray,
         frequency: float,
-        slip: NDArray[np.bool_] | None = None,
-        friction: ContactStates | None = None,
+        switches: NDArray[np.bool_] | None = None,
+        states: ContactStates | None = None,
     ) -> Evaluation:
         at = unknowns, frequency, self._arguments
         if self.in_closed_form:
-            imposed = slip if friction is None else friction.slip
-            found, friction = self._equations.in_closed_form(*at, imposed)
+            imposed = switches if states is None else states.switches
+            found, states = self._equations.in_closed_form(*at, imposed)
         else:
-            friction = self.locate(unknowns, frequency, slip) if friction is None else friction
-            found = self._equations(*at, friction)
+            states = self.locate(unknowns, frequency, switches) if states is None else states
+            found = self._equations(*at, states)
         residual, magnitude, values, by_frequency = found
         jacobian = self._equations.assemble(values)
-        return Evaluation(residual, float(magnitude[0]), jacobian, by_frequency, friction)
+        return Evaluation(residual, float(magnitude[0]), jacobian, by_frequency, states)
 
     def force(self, frequency: float) -> FloatArray:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""

@@ -91,12 +91,12 @@ class SecondOrder:
         unknowns: FloatArray,
         frequency: float,
         multipliers: FloatArray,
-        slip: Any = None,
+        switches: Any = None,
         evaluation: Evaluation | None = None,
     ) -> Expansion:
         """Derivatives at ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s].
 
-        ``multipliers`` (n_unknowns,) weigh the balance; ``slip`` (n_switches,) imposes states
+        ``multipliers`` (n_unknowns,) weigh the balance; ``switches`` (n_switches,) imposes states
         of contacts; ``evaluation`` is that of the balance there, in
         these states, where it is known.
         """
@@ -106,9 +106,9 @@ class SecondOrder:
                 "with_parameters"
             )
         if evaluation is None:
-            evaluation = problem.evaluate(unknowns, frequency, slip)
-        contacts = evaluation.friction
-        named = problem.arguments(unknowns, frequency, friction=contacts)
+            evaluation = problem.evaluate(unknowns, frequency, switches)
+        contacts = evaluation.states
+        named = problem.arguments(unknowns, frequency, states=contacts)
         relative, weights = problem.layout.relative(unknowns), problem.layout.relative(multipliers)
         added = []
         for group in problem.contacts.groups:

@@ -121,7 +121,7 @@ class SwitchingAngles:
                 "problem: expected the one these equations were built from, or a copy of it by "
                 "with_parameters"
             )
-        named = problem.arguments(self.split(unknowns)[0], frequency, friction=friction)
+        named = problem.arguments(self.split(unknowns)[0], frequency, states=friction)
         named |= {"unknowns": unknowns, "slip": np.asarray(slip, dtype=float)}
         return {name: named[name] for name in self._names}
 
@@ -143,7 +143,7 @@ class SwitchingAngles:
         """
         _, rows, stiffness, limit = problem.contacts.sliders()
         located = problem.locate(unknowns, 0.0)
-        asked = located.slip if slip is None else slip
+        asked = located.switches if slip is None else slip
         slip = asked & (limit > 0) & (stiffness > 0)
         assert slip is not None
         theta_0, rho = (np.full(len(slip), value) for value in DUMMY)
@@ -154,8 +154,8 @@ class SwitchingAngles:
             )
             theta_0[slip] = first
             rho[slip] = np.minimum(np.sin((onset - first) / 2) ** 2, 1 - _MARGIN)
-            short = slip & (located.slip_margin < 0)
-            rho[short] = np.exp(-located.slip_margin[short])
+            short = slip & (located.margins < 0)
+            rho[short] = np.exp(-located.margins[short])
         return np.concatenate([unknowns, theta_0, rho]), slip
 
     def applies(
@@ -173,7 +173,7 @@ class SwitchingAngles:
         sticking one no reason to slip.
         """
         _, rows, stiffness, limit = problem.contacts.sliders()
-        result = (problem.locate(unknowns, 0.0).slip_margin <= SLACK) | (limit == 0)
+        result = (problem.locate(unknowns, 0.0).margins <= SLACK) | (limit == 0)
         waves = problem.layout.relative(unknowns)[rows]
         points = turning_points(problem.basis, waves)
         for j in np.flatnonzero(np.isfinite(theta_star)):

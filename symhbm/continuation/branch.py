@@ -93,7 +93,7 @@ class Branch:
             self.corrector,
             PathState(left.state, left.after),
             PathState(right.state, right.before),
-            left.slip,
+            left.switches,
         )
 
         def distance(share: float) -> float:
@@ -110,7 +110,7 @@ class Branch:
         """The solution at the value of a guess, in the contact states of the point before."""
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
-        solution = self.corrector.correct(guess, scale, plane, left.slip)
+        solution = self.corrector.correct(guess, scale, plane, left.switches)
         return None if solution is None else PathState(solution.point, solution.direction * scale)
 
     def _solve_along(self, segment: Segment, value: float) -> PathState | None:

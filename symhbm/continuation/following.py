@@ -91,7 +91,7 @@ def follow_with(
             break
         last = path_points[-1]
         scale = curve.scale(last.state)
-        tangent = corrector.tangent(last.state, scale, last.before / scale, last.slip)
+        tangent = corrector.tangent(last.state, scale, last.before / scale, last.switches)
         if tangent is None:
             break
         pole = unbounded_peak(curve.problem, last, tangent.direction * scale)
@@ -192,7 +192,7 @@ class _Follower:
             if path.status != Status.REACHED_END:
                 return None
         # A contact still in another state at the right point changes there, but for round-off.
-        return followed[1:-1] if np.array_equal(followed[-1].slip, left.slip) else None
+        return followed[1:-1] if np.array_equal(followed[-1].switches, left.switches) else None
 
 
 def _has_other_solution(corrector: Corrector, point: PathPoint) -> bool:

@@ -151,18 +151,20 @@ class Path:
         points = []
         for fold in folds:
             scale = self._curve.scale(fold.state)
-            tangent = self.corrector.tangent(fold.state, scale, fold.direction / scale, base.slip)
+            tangent = self.corrector.tangent(
+                fold.state, scale, fold.direction / scale, base.switches
+            )
             if tangent is None:
                 return None
             event = (Event(EventKind.FOLD),)
-            points.append(self._accept(self._orient(tangent), scale, base.slip, event))
+            points.append(self._accept(self._orient(tangent), scale, base.switches, event))
         return points
 
     def _first(self) -> PathPoint | None:
         if self._base is not None:
             base = self._base
             row = base.after / base.scale
-            tangent = self.corrector.tangent(base.state, base.scale, row, base.slip)
+            tangent = self.corrector.tangent(base.state, base.scale, row, base.switches)
             self._orientation = 0 if tangent is None else tangent.sign
             return None if tangent is None else base
         evaluation = self._curve.evaluate(self._start[:-1], self._start[-1])
@@ -170,11 +172,11 @@ class Path:
             return None
         scale = self._curve.scale(self._start)
         row = self._heading * unit_parameter(len(scale))
-        tangent = self.corrector.tangent(self._start, scale, row, evaluation.friction.slip)
+        tangent = self.corrector.tangent(self._start, scale, row, evaluation.states.switches)
         if tangent is None:
             return None
         self._orientation = tangent.sign
-        return self._accept(tangent, scale, evaluation.friction.slip)
+        return self._accept(tangent, scale, evaluation.states.switches)
 
     def _advance(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
         """Next point and the error of its prediction, None if the step must be shorter."""
@@ -204,7 +206,9 @@ class Path:
         band_end = self._end_of_band(float(solution.point[-1]))
         if not at_end and band_end is not None and base.value != band_end:
             guess = start + (band_end - base.value) / travel * (solution.point - start)
-            solution = self._correct(guess, scale, unit_parameter(len(scale)), base.slip, band_end)
+            solution = self._correct(
+                guess, scale, unit_parameter(len(scale)), base.switches, band_end
+            )
             if solution is None:
                 return None
         solution = self._orient(solution)
@@ -219,7 +223,9 @@ class Path:
         steep = not self._curve.single_valued and abs(solution.direction[-1]) < STEEP
         if steep or np.dot(solution.direction, base.after / scale) <= 0:
             # The tangent belongs to the iterate before: too inaccurate on a steep flank.
-            tangent = self.corrector.tangent(solution.point, scale, base.after / scale, base.slip)
+            tangent = self.corrector.tangent(
+                solution.point, scale, base.after / scale, base.switches
+            )
             if tangent is None:
                 return None
             if tangent.sign != self._orientation:
@@ -228,9 +234,9 @@ class Path:
                 if beyond is None:
                     return None
                 events = (Event(EventKind.BRANCH),)
-                return self._accept(beyond, scale, base.slip, events), error
+                return self._accept(beyond, scale, base.switches, events), error
             solution = tangent
-        return self._accept(solution, scale, base.slip), error
+        return self._accept(solution, scale, base.switches), error
 
     def _attempt(
         self, base: PathPoint, length: float, end: float | None
@@ -238,7 +244,7 @@ class Path:
         """Point at an arc length or at an ``end`` of the band, and the error of its prediction."""
         scale, guess = base.scale, self._predictor.at(base, length)
         normal = base.after / scale if end is None else unit_parameter(len(scale))
-        solution = self._correct(guess, scale, normal, base.slip, end)
+        solution = self._correct(guess, scale, normal, base.switches, end)
         if solution is None:
             return None
         return None if solution.error > LARGEST_PREDICTION_ERROR else (solution, solution.error)
@@ -270,16 +276,16 @@ class Path:
         if crossing is None:
             return None, 0.0
         self._orientation = crossing.solution.sign
-        events = switched(self._curve.problem, base.slip, crossing.slip)
-        point = self._accept(crossing.solution, base.scale, crossing.slip, events)
+        events = switched(self._curve.problem, base.switches, crossing.switches)
+        point = self._accept(crossing.solution, base.scale, crossing.switches, events)
         return (point, crossing.error), crossing.length
 
-    def _correct(self, guess, scale, normal, slip, end: float | None) -> Corrected | None:
+    def _correct(self, guess, scale, normal, switches, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
-            if self._curve.is_at_rest(end, slip):
+            if self._curve.is_at_rest(end, switches):
                 guess[:-1] = 0.0  # relative residuals do not converge to zero
-        solution = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), slip)
+        solution = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), switches)
         if solution is not None and end is not None:
             solution.point[-1] = end
         return solution
@@ -292,16 +298,16 @@ class Path:
         if limit is None:
             return None
         solution, flipped = limit
-        slip = base.slip ^ flipped
+        switches = base.switches ^ flipped
         solution = self._orient(solution)
-        far_side = self.corrector.tangent(solution.point, scale, solution.direction, slip)
+        far_side = self.corrector.tangent(solution.point, scale, solution.direction, switches)
         if far_side is None:
             return None
         far_side = self._orient(far_side)
-        events = switched(self._curve.problem, base.slip, slip)
+        events = switched(self._curve.problem, base.switches, switches)
         if solution.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
-        return self._accept(solution, scale, slip, events, far_side)
+        return self._accept(solution, scale, switches, events, far_side)
 
     def _orient(self, solution: Corrected) -> Corrected:
         """The solution with the tangent for which ``det [J; t^T]`` keeps its sign at the start."""
@@ -311,11 +317,11 @@ class Path:
         self,
         solution: Corrected,
         scale: FloatArray,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         events: tuple[Event, ...] = (),
         far_side: Corrected | None = None,
     ) -> PathPoint:
         """A point of the path; ``far_side`` has the tangent after an event where that differs."""
         solves = self.corrector.solves - self._solves_before
         self._solves_before = self.corrector.solves
-        return PathPoint.of(self._curve, solution, scale, slip, solves, events, far_side)
+        return PathPoint.of(self._curve, solution, scale, switches, solves, events, far_side)

@@ -54,9 +54,9 @@ class PathPoint(NamedTuple):
 
     ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, the unit of lengths
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
-    either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
-    point; ``slip_margin`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``amplification`` and
+    either side, equal except at an event; ``switches`` (n_switches,), which switches are on after the
+    point; ``margins`` (n_switches,), the margins of the switches, and ``rate``
+    (n_switches,), its derivative by arc length after the point; ``amplification`` and
     ``resonances_below`` as of `Corrected`; ``solves``, the linear solves spent since the point
     before.
     """
@@ -65,8 +65,8 @@ class PathPoint(NamedTuple):
     scale: FloatArray
     before: FloatArray
     after: FloatArray
-    slip: NDArray[np.bool_]
-    slip_margin: FloatArray
+    switches: NDArray[np.bool_]
+    margins: FloatArray
     rate: FloatArray
     residual_norm: float
     amplification: float
@@ -80,7 +80,7 @@ class PathPoint(NamedTuple):
         curve: ContinuationProblem,
         solution: Corrected,
         scale: FloatArray,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         solves: int,
         events: tuple[Event, ...] = (),
         far_side: Corrected | None = None,
@@ -102,8 +102,8 @@ class PathPoint(NamedTuple):
             scale=scale_there,
             before=before,
             after=after,
-            slip=slip,
-            slip_margin=solution.slip_margin,
+            switches=switches,
+            margins=solution.margins,
             rate=far_side.rate / length,
             residual_norm=solution.residual_norm,
             amplification=solution.amplification,

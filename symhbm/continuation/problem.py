@@ -34,7 +34,7 @@ class ContinuationProblem(ABC):
 
     @abstractmethod
     def evaluate(
-        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives, ``by_parameter`` by the moving parameter."""
 
@@ -43,8 +43,8 @@ class ContinuationProblem(ABC):
         problem, frequency = self.at(value)
         return problem.amplification(unknowns, frequency)
 
-    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
-        """Whether nothing moves at a value, contacts being in the states ``slip`` next to it."""
+    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
+        """Whether nothing moves at a value, the states next to it being ``switches``."""
         return False
 
     def scale(self, point: FloatArray) -> FloatArray:
@@ -83,14 +83,14 @@ class FrequencyProblem(ContinuationProblem):
         return self.problem, value
 
     def evaluate(
-        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives at the angular frequency ``value``."""
-        evaluation = self.problem.evaluate(unknowns, value, slip)
+        evaluation = self.problem.evaluate(unknowns, value, switches)
         if not self._margins_move:
             return evaluation
         by_frequency, _ = self.problem.contacts.margin_slopes(value)
-        return replace(evaluation, slip_margin_by_parameter=by_frequency)
+        return replace(evaluation, margins_by_parameter=by_frequency)
 
 
 class ParameterProblem(ContinuationProblem):
@@ -128,12 +128,12 @@ class ParameterProblem(ContinuationProblem):
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
 
-    def is_at_rest(self, value: float, slip: NDArray[np.bool_]) -> bool:
+    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
         """Whether there is no force and no contact slides on the way to it."""
         if self.name != "force_amplitude" or value != 0:
             return False
-        at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).slip
-        return not (slip & ~at_rest).any()
+        at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).switches
+        return not (switches & ~at_rest).any()
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""
@@ -149,20 +149,20 @@ class ParameterProblem(ContinuationProblem):
         return problem.own(self.name, self._chosen)
 
     def evaluate(
-        self, unknowns: FloatArray, value: float, slip: NDArray[np.bool_] | None = None
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives at the ``value`` of the parameter."""
         problem, frequency = self.at(float(value))
-        evaluation = problem.evaluate(unknowns, frequency, slip)
-        inputs = problem.arguments(unknowns, frequency, slip)
+        evaluation = problem.evaluate(unknowns, frequency, switches)
+        inputs = problem.arguments(unknowns, frequency, switches)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
-        slip_margin_by_parameter: FloatArray | float = 0.0
+        margins_by_parameter: FloatArray | float = 0.0
         if self.name in problem.model.contact_parameters:
             by_value = problem.contacts.margin_slopes(frequency)[1][self.name]
-            slip_margin_by_parameter = by_value @ chosen
+            margins_by_parameter = by_value @ chosen
         return replace(
             evaluation,
             by_parameter=by_entry @ np.atleast_1d(chosen),
-            slip_margin_by_parameter=slip_margin_by_parameter,
+            margins_by_parameter=margins_by_parameter,
         )

@@ -26,13 +26,13 @@ class ResonanceCount:
         self._cached: list[NDArray] = []
 
     def below(
-        self, unknowns: FloatArray, value: float, friction: ContactStates
+        self, unknowns: FloatArray, value: float, states: ContactStates
     ) -> tuple[int, ...] | None:
         """The count by harmonic, contacts replaced by springs; None for a large structure."""
         if self._curve.problem.n_dof > LARGEST_SIZE:
             return None
         problem, frequency = self._curve.at(value)
-        springs = contact_springs(problem, unknowns, frequency, friction)
+        springs = contact_springs(problem, unknowns, frequency, states)
         return self._below(problem, frequency, springs.stiffness)
 
     def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:

@@ -100,7 +100,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 class Segment:
-    """The path between two of its solutions, without events, the contact states ``slip`` held.
+    """The path between two of its solutions, without events, the contact states ``switches`` held.
 
     ``other_states`` tells that a contact is in another state for a part of the segment.
     """
@@ -110,13 +110,13 @@ class Segment:
         corrector: Corrector,
         left: PathState,
         right: PathState,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         scale: FloatArray | None = None,
         measured: Measure | None = None,
     ):
         self.corrector = corrector
         self.curve = corrector.curve
-        self.left, self.right, self.slip = left, right, slip
+        self.left, self.right, self.switches = left, right, switches
         self.scale = self.curve.scale(left.state) if scale is None else scale
         if measured is None:
             measured = measure(self.curve.single_valued, left, right, self.scale)
@@ -145,7 +145,7 @@ class Segment:
         """
         if share in (0.0, 1.0):
             end = self.right if share else self.left
-            return self._with_tangent(end.state, self.normal, self.slip)
+            return self._with_tangent(end.state, self.normal, self.switches)
         left, right = self.left.state, self.right.state
         guess = cubic(left, right, self._slopes, share)
         if neighbour is not None and abs(share - neighbour[0]) < _CLOSE:
@@ -155,7 +155,7 @@ class Segment:
             guess[-1] = np.clip(guess[-1], *sorted((left[-1], right[-1])))
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
-        solution = self.corrector.correct(guess, self.scale, plane, self.slip, precision)
+        solution = self.corrector.correct(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
         return PathState(solution.point, solution.direction * self.scale)
@@ -177,14 +177,16 @@ class Segment:
             return None
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
-        slip, slip_margin = result.evaluation.friction.slip, result.evaluation.friction.slip_margin
-        self.other_states |= bool(np.any((slip != self.slip) & (np.abs(slip_margin) > _CLEARLY)))
-        return self._with_tangent(state, row, slip)
+        switches, margins = result.evaluation.states.switches, result.evaluation.states.margins
+        self.other_states |= bool(
+            np.any((switches != self.switches) & (np.abs(margins) > _CLEARLY))
+        )
+        return self._with_tangent(state, row, switches)
 
     def _with_tangent(
-        self, state: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+        self, state: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> PathState | None:
-        tangent = self.corrector.tangent(state, self.scale, row, slip)
+        tangent = self.corrector.tangent(state, self.scale, row, switches)
         return None if tangent is None else PathState(state, tangent.direction * self.scale)
 
     def _is_between(self, solution: Corrected) -> bool:

@@ -80,9 +80,9 @@ def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
 
 
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
-    slip_margin = problem.locate(stuck, frequency).slip_margin
-    slip_margin = slip_margin[np.isfinite(slip_margin)]
-    share = 0.5 * np.exp(-max(slip_margin.max(initial=0.0), 0.0))
+    margins = problem.locate(stuck, frequency).margins
+    margins = margins[np.isfinite(margins)]
+    share = 0.5 * np.exp(-max(margins.max(initial=0.0), 0.0))
     amplitude = float(problem.parameters["force_amplitude"])
     curve = ParameterProblem(problem, "force_amplitude", frequency)
     for start in share * _REDUCTIONS:

@@ -71,7 +71,7 @@ class Conditions:
             maximum.unknowns,
             maximum.frequency,
             multipliers[: problem.n_unknowns],
-            maximum.slip,
+            maximum.switches,
             evaluation,
         )
         constraints: Any = derivatives.jacobian
@@ -133,7 +133,7 @@ class Conditions:
         residual = [self.slope[: self._n + 1], -self.evaluation.residual]
         if self.maximum.kind != MaximumKind.SMOOTH:
             corner = self.maximum.kind == MaximumKind.CORNER
-            residual.append(-np.array([self.maximum.slip_margin if corner else 0.0]))
+            residual.append(-np.array([self.maximum.margins if corner else 0.0]))
         try:
             return -self._solve(np.concatenate(residual))
         except ArithmeticError:
@@ -152,11 +152,11 @@ class Conditions:
 
     def is_maximum(self) -> bool:
         """Whether the response falls on both sides and all contacts are in the states assumed."""
-        maximum, slip_margin = self.maximum, self.evaluation.friction.slip_margin
+        maximum, margins = self.maximum, self.evaluation.states.margins
         free = self.evaluation
-        if maximum.kind == MaximumKind.CORNER or not np.array_equal(slip_margin > 0, maximum.slip):
+        if maximum.kind == MaximumKind.CORNER or not np.array_equal(margins > 0, maximum.switches):
             free = maximum.problem.evaluate(maximum.unknowns, maximum.frequency)
-        beyond = crossed(slip_margin, maximum.slip)
+        beyond = crossed(margins, maximum.switches)
         beyond[maximum.on_limit] = False
         if free.norm > ACCEPTED or beyond.any():
             return False

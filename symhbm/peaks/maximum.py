@@ -37,7 +37,7 @@ class Maximum:
 
     ``frequency`` is in rad/s. ``contact`` is the one on its slip limit at a corner, -1 elsewhere;
     ``further_contacts`` are on their limits there, too: derivatives then exist only by parameters
-    that keep them on the limit together. ``slip`` (n_contacts,) are the contact states. ``loop`` is
+    that keep them on the limit together. ``switches`` (n_switches,) are the states. ``loop`` is
     the hysteresis loop on its limit if the contact slips at other angles.
     """
 
@@ -46,7 +46,7 @@ class Maximum:
     dof: int
     unknowns: FloatArray
     frequency: float
-    slip: NDArray[np.bool_]
+    switches: NDArray[np.bool_]
     contact: int = -1
     further_contacts: tuple[int, ...] = ()
     loop: Loop | None = None
@@ -54,14 +54,14 @@ class Maximum:
     @classmethod
     def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Maximum":
         """The maximum at a located peak that is not unbounded."""
-        friction = problem.locate(peak.unknowns, peak.value)
-        slip, contact, further_contacts, loop = friction.slip.copy(), -1, (), None
+        states = problem.locate(peak.unknowns, peak.value)
+        switches, contact, further_contacts, loop = states.switches.copy(), -1, (), None
         if peak.kind == PeakKind.CORNER:
-            distance = np.abs(friction.slip_margin)
+            distance = np.abs(states.margins)
             tolerance = max(10 * ON_LIMIT, distance.min())
             on_limit = np.flatnonzero(distance <= tolerance).tolist()
             loops = (
-                _loops(problem, peak.unknowns, peak.value, slip)
+                _loops(problem, peak.unknowns, peak.value, switches)
                 if tolerance > 10 * ON_LIMIT
                 else []
             )
@@ -70,19 +70,19 @@ class Maximum:
                 near = [other.contact for margin, other in loops if margin <= 10 * ON_LIMIT]
                 on_limit = near or [loop.contact]
             else:
-                slip[on_limit] = False
+                switches[on_limit] = False
             contact, *others = on_limit
             further_contacts = tuple(others)
         kind, solution = MaximumKind(str(peak.kind)), (peak.unknowns, peak.value)
-        return cls(problem, kind, peak.dof, *solution, slip, contact, further_contacts, loop)
+        return cls(problem, kind, peak.dof, *solution, switches, contact, further_contacts, loop)
 
     @classmethod
     def at_edge(
         cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float, dof: int
     ) -> "Maximum":
         """The response of one degree of freedom at an end of the band, ``frequency`` in rad/s."""
-        slip = problem.locate(unknowns, frequency).slip
-        return cls(problem, MaximumKind.EDGE, dof, unknowns, frequency, slip)
+        switches = problem.locate(unknowns, frequency).switches
+        return cls(problem, MaximumKind.EDGE, dof, unknowns, frequency, switches)
 
     @property
     def on_limit(self) -> list[int]:
@@ -97,15 +97,15 @@ class Maximum:
         """
         problem, solution = self.problem, (self.unknowns, self.frequency)
         if self.loop is None:
-            states = self.slip.copy()
+            states = self.switches.copy()
             states[self.on_limit if slips else []] = True
             return problem.evaluate(*solution, states)
-        friction = problem.locate(self.unknowns, self.frequency, self.slip)
+        states = problem.locate(self.unknowns, self.frequency, self.switches)
         group, contact, motion, values = self._at_limit
         assert isinstance(group.law, Coulomb)
         stiffness, limit = (float(part[0]) for part in group.law.sliders(self.frequency, values))
         state = on_loop(
-            friction.groups[group.name].details,
+            states.groups[group.name].details,
             problem.basis,
             motion,
             stiffness,
@@ -114,7 +114,7 @@ class Maximum:
             slips,
         )
         held = {group.name: located_of(state, state.vector)}
-        return problem.evaluate(*solution, self.slip, ContactStates(friction.groups | held))
+        return problem.evaluate(*solution, self.switches, ContactStates(states.groups | held))
 
     @property
     def _at_limit(self) -> tuple[BalancedGroup, int, FloatArray, dict[str, FloatArray]]:
@@ -177,7 +177,7 @@ class Maximum:
         return _embedded(block, np.arange(self.dof_slice.start, self.dof_slice.stop), size)
 
     @property
-    def slip_margin(self) -> float:
+    def margins(self) -> float:
         """Slip margin of the contact of a corner."""
         return self._limit[0]
 
@@ -245,14 +245,14 @@ class Maximum:
 
 
 def _loops(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, slip: NDArray[np.bool_]
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, switches: NDArray[np.bool_]
 ) -> list[tuple[float, Loop]]:
     """The hysteresis loops of all slipping contacts, those closest to their limits first.
 
     Their ``contact`` is the number of the switch.
     """
     relative, loops = problem.layout.relative(unknowns), []
-    for switch in np.flatnonzero(slip).tolist():
+    for switch in np.flatnonzero(switches).tolist():
         group, contact, _ = problem.contacts.switch(switch)
         if not isinstance(group.law, Coulomb):
             continue

@@ -72,7 +72,7 @@ def point_figures(
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-    point = unknowns[None], np.array([omega]), evaluation.friction
+    point = unknowns[None], np.array([omega]), evaluation.states
     results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
     marched, scale = _marched(problem, unknowns, omega, results)
     dissipation = stored.get("dissipation", marched)
@@ -157,7 +157,7 @@ def _contact_mismatch(
     if not problem.n_contacts:
         return 0.0
     near = np.zeros(problem.n_contacts, dtype=bool)
-    near[problem.contacts.of_switches[np.abs(evaluation.friction.slip_margin) < _EDGE]] = True
+    near[problem.contacts.of_switches[np.abs(evaluation.states.margins) < _EDGE]] = True
     stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
     mismatch = [
         (results["contact_state"] != stored["contact_state"]) & ~near,

@@ -88,7 +88,7 @@ def _jacobian(problem: HarmonicBalance, evaluation: Evaluation, frequency: float
         sliders = group.law.sliders(frequency, problem.contacts.values_of(group))
         if sliders is None:
             continue
-        located = evaluation.friction.groups[group.name]
+        located = evaluation.states.groups[group.name]
         for j in np.flatnonzero(~located.states[:, 0]):
             direction = directions[group.rows[j, 0]]
             spring = sliders.stiffness[j] * np.outer(direction, direction)
@@ -125,6 +125,6 @@ def verdict(rate: float, frequency: float) -> int:
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
     slides = np.zeros(problem.n_contacts, dtype=bool)
-    slides[problem.contacts.of_switches[evaluation.friction.slip]] = True
+    slides[problem.contacts.of_switches[evaluation.states.switches]] = True
     contact, _, stiffness, limit = problem.contacts.sliders(frequency)
     return bool(np.any(slides[contact] & (stiffness > 0) & (limit > 0)))

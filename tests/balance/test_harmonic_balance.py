@@ -57,7 +57,7 @@ def test_residual_in_the_time_domain(harmonics):
 def test_derivatives_against_central_differences(name, size):
     problem, omega = ring(), 700.0
     unknowns = unknowns_of(problem, size)
-    states = problem.locate(unknowns, omega).slip
+    states = problem.locate(unknowns, omega).switches
     assert states.any() == (size == 1e-4)
     exact = problem.derivative(name)(**problem.arguments(unknowns, omega))["jacobian"]
     assert exact.shape[0] == problem.n_unknowns

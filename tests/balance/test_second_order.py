@@ -120,7 +120,7 @@ def test_hessian_is_the_derivative_of_the_gradient(compiled, harmonics, springs,
     unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
     # One contact sticks, two slip, with small loops wherever harmonics above 1 lead.
     problem = with_limits(problem, unknowns, [1.5, share, 0.3])
-    assert problem.locate(unknowns, 1.0).slip.tolist() == [False, True, True]
+    assert problem.locate(unknowns, 1.0).switches.tolist() == [False, True, True]
     error, doubt, _ = compare(problem, second_order, unknowns, rng)
     # Close to an onset second derivatives grow like the inverse root of the distance: where a step
     # comes across one, differences tell nothing.

@@ -55,7 +55,7 @@ def turned(first, second):
 
 
 def assert_angles(result, evaluation):
-    located = evaluation.friction.groups["friction"].details
+    located = evaluation.states.groups["friction"].details
     """Angles of a result against the located ones, where those have two events."""
     has = located.slip & ~np.isnan(located.theta_star)
     assert np.array_equal(np.isnan(result.theta_star), ~located.slip)
@@ -136,7 +136,7 @@ def test_motion_that_reverses_while_slipping_is_refused(solver, harmonics):
     problem = problem.with_parameters(normal_load=10)
     for frequency, refused in ((64.5, False), (66.0, True)):
         located = solve_point(problem, TURN * frequency)
-        assert np.all(located.evaluation.friction.groups["friction"].details.reversals == 6)
+        assert np.all(located.evaluation.states.groups["friction"].details.reversals == 6)
         assert reverses_while_slipping(problem, located.unknowns) == refused
         result = solve_angles(problem, TURN * frequency, solver, located.unknowns, angles=angles)
         assert result.converged == (not refused)

@@ -163,7 +163,7 @@ def test_paths_that_come_close_do_not_meet(difference, meet):
     row = (states[1] - states[0]) / scale
     tangents = [corrector.tangent(state, scale, row, slip) for state in states]
     assert tangents[0].sign != tangents[1].sign
-    base = SimpleNamespace(state=states[0], after=tangents[0].direction * scale, slip=slip)
+    base = SimpleNamespace(state=states[0], after=tangents[0].direction * scale, switches=slip)
     solution = find_branch_point(corrector, base, tangents[1], scale)
     assert (solution is not None) == meet
     if meet:

@@ -114,11 +114,11 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
             Hyperplane(guess, scale, point.after / scale),
             Hyperplane(guess, scale, unit_parameter(len(scale))),
         ]
-        near = int(np.argmin(np.abs(point.slip_margin)))
-        if abs(point.slip_margin[near]) < 0.1:
+        near = int(np.argmin(np.abs(point.margins)))
+        if abs(point.margins[near]) < 0.1:
             constraints.append(AtLimit(curve, near, scale))
         for constraint in constraints:
-            one, other = (c.correct(guess, scale, constraint, point.slip) for c in (fast, slow))
+            one, other = (c.correct(guess, scale, constraint, point.switches) for c in (fast, slow))
             assert (one is None) == (other is None)
             if one is None or other is None:
                 continue
@@ -126,7 +126,7 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
             # Two iterations that differ by round-off end within the tolerance of the residual.
             assert np.abs((one.point - other.point) / scale).max() < 1e-9
             assert one.direction == pytest.approx(other.direction, abs=1e-5)
-            assert one.slip_margin == pytest.approx(other.slip_margin, abs=1e-8)
+            assert one.margins == pytest.approx(other.margins, abs=1e-8)
             assert one.rate == pytest.approx(other.rate, rel=1e-4, abs=1e-4)
             assert one.error == pytest.approx(other.error, rel=1e-6)
             # The force of one blade of a sector, or the largest of all as they turn.
@@ -136,7 +136,7 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
             assert one.resonances_below == other.resonances_below
             assert max(one.residual_norm, other.residual_norm) <= 1e-12
         tangents = [
-            c.tangent(point.state, scale, point.after / scale, point.slip) for c in (fast, slow)
+            c.tangent(point.state, scale, point.after / scale, point.switches) for c in (fast, slow)
         ]
         assert tangents[0].direction == pytest.approx(tangents[1].direction, abs=1e-9)
         assert tangents[0].rate == pytest.approx(tangents[1].rate, rel=1e-7, abs=1e-7)
@@ -149,7 +149,7 @@ def test_resonances_below_are_counted(name):
     """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
     branch = branch_of(name)
     for point in branch.points:
-        friction = branch.curve.problem.locate(point.unknowns, point.value, point.slip)
+        friction = branch.curve.problem.locate(point.unknowns, point.value, point.switches)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
@@ -161,7 +161,7 @@ def test_modes_of_a_condensed_structure_are_counted(harmonics):
     problem = condensed(harmonics)
     branch = follow_branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
     for point in branch.points:
-        friction = problem.locate(point.unknowns, point.value, point.slip)
+        friction = problem.locate(point.unknowns, point.value, point.switches)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
@@ -270,7 +270,7 @@ def test_slopes_of_many_segments_are_those_of_each():
     sides = (Slopes.of(problem, PathState(state, side)) for side in (before, after))
     segments = Segments.of(points, *sides)
     roots = np.random.default_rng(0).random((len(points) - 1, 2)) < 0.3
-    segments = segments._replace(slip_events=roots)
+    segments = segments._replace(switch_events=roots)
     together = estimate_slopes(problem, *segments[3:-1])
     assert np.isfinite(together.error).all()
     for k in range(len(points) - 1):

@@ -127,7 +127,7 @@ def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
     assert crossing is not None
     # Both are solved to the round-off of the limit.
     assert crossing.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
-    assert crossing.slip.tolist() == event.slip.tolist()
+    assert crossing.switches.tolist() == event.switches.tolist()
     same_states = corners._at_distance(
         corrector_of(curve), base, 30 * TURN, length, may_change=False
     )

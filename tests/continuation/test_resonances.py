@@ -203,7 +203,7 @@ def test_points_of_a_path_count_the_modes_they_have(name):
     assert len(branch.points) > 5
     for point in branch.points:
         problem, omega = curve.at(point.value)
-        friction = problem.locate(point.unknowns, omega, point.slip)
+        friction = problem.locate(point.unknowns, omega, point.switches)
         natural_modes = resonances.modes(curve, point.unknowns, point.value, friction)
         assert natural_modes is not None
         assert point.resonances_below == tuple(np.count_nonzero(natural_modes.detuning < 0, axis=1))

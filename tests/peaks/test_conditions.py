@@ -312,7 +312,7 @@ def test_a_minimum_is_refused():
             if not (level[i] < level[i - 1] and level[i] < level[i + 1]):
                 continue
             point = branch.points[i]
-            slip = problem.locate(point.unknowns, point.value).slip
+            slip = problem.locate(point.unknowns, point.value).switches
             start = Maximum(problem, MaximumKind.SMOOTH, dof, point.unknowns, point.value, slip)
             conditions = Conditions.of(second_order, start)
             for _ in range(20):
@@ -334,7 +334,7 @@ def test_an_onset_on_a_slope_is_no_corner():
     corners = {(p.dof, p.value) for p in branch.peaks if p.kind == PeakKind.CORNER}
     refused = 0
     for point in (point for point in branch.points if len(point.events) == 1):
-        slip = point.slip.copy()
+        slip = point.switches.copy()
         contact = point.events[0].contact
         slip[contact] = False
         for dof in range(problem.n_dof):

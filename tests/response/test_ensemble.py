@@ -238,7 +238,7 @@ def test_the_scan_solves_the_equations_of_the_library():
             sign = np.tile([1, -1], BLADES) if harmonics == (1,) else 1
             evaluation = problem.evaluate(sign * points.unknowns[i], TWO_PI * hz[i])
             assert evaluation.norm <= 1e-12  # the tolerance of the library
-            np.testing.assert_array_equal(evaluation.friction.slip, points.slip[i])
+            np.testing.assert_array_equal(evaluation.states.switches, points.slip[i])
 
 
 @pytest.mark.slow

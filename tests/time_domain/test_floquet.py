@@ -301,7 +301,7 @@ def test_no_friction_motion_lets_a_small_one_grow(case, omega):
     problem, rng = case
     unknowns = rng.normal(size=problem.n_unknowns)
     computed = multipliers(problem, omega, unknowns)
-    n_slipping = np.count_nonzero(problem.locate(unknowns, omega).slip)
+    n_slipping = np.count_nonzero(problem.locate(unknowns, omega).switches)
     assert computed.shape == (2 * problem.model.n_dof + n_slipping,)
     assert np.abs(computed).max() <= 1 + 1e-9
 

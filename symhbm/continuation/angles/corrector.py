@@ -49,14 +49,14 @@ class AngleCorrector(StepwiseCorrector):
         guess: FloatArray,
         scale: FloatArray,
         constraint: Constraint,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
         """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
         try:
             with np.errstate(all="ignore"):
-                system = self._system.bordered(self.curve, guess, scale, constraint, slip)
+                system = self._system.bordered(self.curve, guess, scale, constraint, switches)
                 solution, solves = self._system.solve(self.solver, system, precision)
         except ArithmeticError:
             return None
@@ -66,23 +66,24 @@ class AngleCorrector(StepwiseCorrector):
             return None
         point = scaled * scale
         try:
-            evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+            evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
         except ArithmeticError:
             return None
         _, theta_0, rho = self._system.angles.split((solution * system.column)[:-1])
-        if not self._is_valid(point, theta_0, rho, slip, evaluation):
+        if not self._is_valid(point, theta_0, rho, switches, evaluation):
             return None
         _, row = constraint(point, evaluation)
-        return self._with_tangent(point, evaluation, scale, row, guess, slip)
+        return self._with_tangent(point, evaluation, scale, row, guess, switches)
 
     def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution in the contact states ``slip``, along ``row`` or the parameter."""
-        evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        """As `Corrector.tangent`."""
+        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
         borders = row, unit_parameter(len(row))
         tangents = (
-            self._with_tangent(point, evaluation, scale, border, point, slip) for border in borders
+            self._with_tangent(point, evaluation, scale, border, point, switches)
+            for border in borders
         )
         return next((tangent for tangent in tangents if tangent is not None), None)
 
@@ -91,16 +92,16 @@ class AngleCorrector(StepwiseCorrector):
         solves_before = self.solves
         point = np.append(unknowns, value)
         problem, frequency = self.curve.at(value)
-        slip = problem.locate(unknowns, frequency).slip
+        switches = problem.locate(unknowns, frequency).switches
         status = Status.NO_CONVERGENCE
-        for _ in range(2 + len(slip)):
+        for _ in range(2 + len(switches)):
             scale = self.curve.scale(point)
             plane = Hyperplane(point, scale, unit_parameter(len(point)))
-            solution = self.correct(point, scale, plane, slip, radius=_FREE_RADIUS)
+            solution = self.correct(point, scale, plane, switches, radius=_FREE_RADIUS)
             if solution is None:
                 break
             point = np.append(solution.point[:-1], value)
-            slip = slip ^ crossed(solution.slip_margin, slip)
+            switches = switches ^ crossed(solution.margins, switches)
             if not solution.crosses and solution.residual_norm <= TOLERANCE:
                 status = Status.SUCCESS
                 break
@@ -126,16 +127,16 @@ class AngleCorrector(StepwiseCorrector):
             unknowns = np.zeros(problem.n_unknowns)
             evaluation = problem.evaluate(unknowns, frequency)
             return NewtonResult(unknowns, evaluation, 1, Status.SYSTEM_SINGULAR)
-        slip_margin = problem.locate(stuck, frequency).slip_margin
-        slip_margin = slip_margin[np.isfinite(slip_margin)]
+        margins = problem.locate(stuck, frequency).margins
+        margins = margins[np.isfinite(margins)]
         result = self.free(stuck, value)
-        if result.converged or not slip_margin.size or slip_margin.max() <= 0:
+        if result.converged or not margins.size or margins.max() <= 0:
             return result
         curve = ParameterProblem(problem, "force_amplitude", frequency)
         frictionless = linear_response(problem.released(), frequency)
-        starts = [(stuck, _WEAK * np.exp(-slip_margin.max()))]
+        starts = [(stuck, _WEAK * np.exp(-margins.max()))]
         if frictionless is not None:
-            starts.append((frictionless, _STRONG * np.exp(-slip_margin.min())))
+            starts.append((frictionless, _STRONG * np.exp(-margins.min())))
         for linear, share in starts:
             corrector = AngleCorrector(curve, self.solver)
             first = corrector.free(share * linear, share * amplitude)
@@ -156,8 +157,8 @@ class AngleCorrector(StepwiseCorrector):
         if not located.converged:
             return None
         angles = self._system.angles
-        unknowns, slip = angles.start(problem, located.unknowns)
-        thetas = two_angles(angles, unknowns, slip)
+        unknowns, switches = angles.start(problem, located.unknowns)
+        thetas = two_angles(angles, unknowns, switches)
         return bool(angles.applies(problem, located.unknowns, *thetas).all())
 
     def _is_valid(
@@ -165,16 +166,16 @@ class AngleCorrector(StepwiseCorrector):
         point: FloatArray,
         theta_0: FloatArray,
         rho: FloatArray,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         evaluation: Evaluation,
     ) -> bool:
         """Whether a result of the solver is a motion of Eqs. (4)-(11), and no false solution."""
         if not evaluation.norm <= ACCEPTED:
             return False
         problem, _ = self.curve.at(float(point[-1]))
-        past_limit = crossed(evaluation.friction.slip_margin, slip)
+        past_limit = crossed(evaluation.states.margins, switches)
         _, _, stiffness, limit = problem.contacts.sliders()
-        slides = slip & (limit > 0) & (stiffness > 0)
+        slides = switches & (limit > 0) & (stiffness > 0)
         at_limit = slides & (rho >= 1 - ACCEPTED)
         angles = self._system.angles
         unknowns = np.concatenate([point[:-1], theta_0, rho])
@@ -189,12 +190,12 @@ class AngleCorrector(StepwiseCorrector):
         scale: FloatArray,
         row: FloatArray,
         guess: FloatArray,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
     ) -> Corrected | None:
         """A point with the tangent of the equations in all their unknowns."""
         plane = Hyperplane(point, scale, row)
         with np.errstate(all="ignore"):
-            system = self._system.bordered(self.curve, point, scale, plane, slip)
+            system = self._system.bordered(self.curve, point, scale, plane, switches)
             _, jacobian = self._system.evaluate(system.start, system.values)
         self.solves += 1
         direction = Factorisation(jacobian).solve(unit_parameter(len(system.start)))
@@ -203,4 +204,4 @@ class AngleCorrector(StepwiseCorrector):
         direction = np.append(direction[: len(point) - 1], direction[-1])
         direction /= np.linalg.norm(direction)
         sign = 1 if direction[-1] >= 0 else -1
-        return self._corrected(point, evaluation, scale, direction, sign, guess, slip)
+        return self._corrected(point, evaluation, scale, direction, sign, guess, switches)

@@ -113,7 +113,7 @@ class AngleSystem:
                 np.where(slips, spring * np.sqrt(rho), 1.0),
             ]
         )
-        named = self.angles.arguments(problem, first, frequency, slips, evaluation.friction)
+        named = self.angles.arguments(problem, first, frequency, slips, evaluation.states)
         data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
         chosen = np.ones(1)
         if isinstance(curve, ParameterProblem):

@@ -72,8 +72,8 @@ def solved_between(
                 passed[number] = ends[ends[0] == points[number].value]
             if not share or depth == _MAX_DEPTH:
                 continue
-            middle = _solution(segment, corrector, points[number].slip, share)
-            if middle is not None and _leaves(points[number].slip, middle, corrector.curve):
+            middle = _solution(segment, corrector, points[number].switches, share)
+            if middle is not None and _leaves(points[number].switches, middle, corrector.curve):
                 passed[number] = float(middle.state[-1])
             elif middle is not None:
                 solution = middle, corrector.solves - solves_before
@@ -165,26 +165,26 @@ def _relative_error(drawn: FloatArray, expected: FloatArray, per_dof: bool) -> F
 
 
 def _solution(
-    segment: _Ends, corrector: Corrector, slip: NDArray[np.bool_], share: float
+    segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
 ) -> PathState | None:
     """The solution at a share of the segment, of the parameter interval where single-valued."""
     if corrector.curve.single_valued:
-        return _solution_at_value(segment, corrector, slip, share)
-    solution = Segment(corrector, segment.left, segment.right, slip).solve(share)
+        return _solution_at_value(segment, corrector, switches, share)
+    solution = Segment(corrector, segment.left, segment.right, switches).solve(share)
     low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
     return solution if solution is not None and low < solution.state[-1] < high else None
 
 
-def _leaves(slip: NDArray[np.bool_], solution: PathState, curve: ContinuationProblem) -> bool:
+def _leaves(switches: NDArray[np.bool_], solution: PathState, curve: ContinuationProblem) -> bool:
     """Whether a contact is in another state at a solution, and not by round-off."""
     evaluation = curve.evaluate(solution.state[:-1], float(solution.state[-1]))
-    friction = evaluation.friction
-    changed = (friction.slip != slip) & (np.abs(friction.slip_margin) > ON_LIMIT)
+    states = evaluation.states
+    changed = (states.switches != switches) & (np.abs(states.margins) > ON_LIMIT)
     return evaluation.norm > ACCEPTED or bool(changed.any())
 
 
 def _solution_at_value(
-    segment: _Ends, corrector: Corrector, slip: NDArray[np.bool_], share: float
+    segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
 ) -> PathState | None:
     """The solution at a share of the parameter interval, contacts free where one changes."""
     curve, left, right = corrector.curve, segment.left, segment.right
@@ -193,7 +193,7 @@ def _solution_at_value(
     guess = cubic(left.state, right.state, slopes, share)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
-    corrected = corrector.correct(guess, scale, plane, slip)
+    corrected = corrector.correct(guess, scale, plane, switches)
     if corrected is not None and not corrected.crosses:
         return PathState(corrected.point, corrected.direction * scale)
     value = float(guess[-1])

@@ -100,15 +100,15 @@ def _is_continuous(segment: Segment, visited: dict[float, Slopes], share: float)
     return True
 
 
-def estimated_maximum(slopes: FloatArray, slip_events: NDArray[np.bool_]) -> float:
+def estimated_maximum(slopes: FloatArray, switch_events: NDArray[np.bool_]) -> float:
     """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative."""
     fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
     inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
     share = float(fall + inside) / (len(slopes) - 1)
-    if slip_events[0] == slip_events[1]:
+    if switch_events[0] == switch_events[1]:
         return share
     # Samples are evenly spaced in the square root of the distance from the slip event.
-    return share**2 if slip_events[0] else 1 - (1 - share) ** 2
+    return share**2 if switch_events[0] else 1 - (1 - share) ** 2
 
 
 def falling_zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:

@@ -95,7 +95,7 @@ class Maxima:
             return []
         parents = segments.take(list(middles))
         middle = Slopes.of(self._problem, PathState.stacked(list(middles.values())))
-        return [self._divide(parents, _dividing_share(parents.slip_events), middle)]
+        return [self._divide(parents, _dividing_share(parents.switch_events), middle)]
 
     def _divide(
         self, segments: Segments[Slopes], share: FloatArray, at: Slopes
@@ -127,7 +127,7 @@ class Maxima:
     ) -> PathState | None:
         """A solution that divides one segment, None where there is none."""
         segment = segments.segment(self._corrector, estimate.measured)
-        solution = segment.solve_between(float(_dividing_share(segments.slip_events)))
+        solution = segment.solve_between(float(_dividing_share(segments.switch_events)))
         if solution is not None and segment.other_states and not self._ignore_states:
             self.other_states[int(segments.number)] = float(solution.state[-1])
             return None
@@ -180,9 +180,9 @@ class Maxima:
         for dof in turning_dofs[np.argsort(-height[turning_dofs])].tolist():
             if done[dof]:
                 continue
-            start = estimated_maximum(estimate.slopes[:, dof], segments.slip_events)
+            start = estimated_maximum(estimate.slopes[:, dof], segments.switch_events)
             margin = float(estimate.error[dof]) * segment.length
-            always = self._per_dof or segments.slip_events.any()
+            always = self._per_dof or segments.switch_events.any()
             if not (always or self._may_lead(segment, start, dof, margin)):
                 continue
             maximum = locate_maximum(segment, left, right, dof, start)
@@ -208,9 +208,9 @@ class Maxima:
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 
 
-def _dividing_share(slip_events: NDArray[np.bool_]) -> FloatArray:
+def _dividing_share(switch_events: NDArray[np.bool_]) -> FloatArray:
     """Shares (...,) at which segments are divided: closer to an onset or end of slip."""
-    return 0.5 + 0.25 * (slip_events[..., 1].astype(float) - slip_events[..., 0])
+    return 0.5 + 0.25 * (switch_events[..., 1].astype(float) - switch_events[..., 0])
 
 
 def _tied(at: Slopes, dof: int) -> NDArray[np.bool_]:

@@ -38,9 +38,9 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
         for name in ("state", "before", "after")
     )
     segments = Segments.of(points, PathState(state, before), PathState(state, after))
-    slip_margin = np.array([point.slip_margin for point in points])
+    margins = np.array([point.margins for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
-        limit = np.log(_motion(problem, state[:, :-1])) - slip_margin  # NaN where nothing moves
+        limit = np.log(_motion(problem, state[:, :-1])) - margins  # NaN where nothing moves
     size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
     missed: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):
@@ -83,17 +83,17 @@ def _doubtful_shares(
         measured, segments.scale, *(_relative_motion(problem, at) for at in path_states)
     )
     error = np.linalg.norm(error.reshape(len(error), -1, problem.basis.n_components), axis=-1)
-    outward = np.where(segments.slip, -1.0, 1.0)[:, None]
+    outward = np.where(segments.switches, -1.0, 1.0)[:, None]
     doubtful = motion + outward * _ERROR_PROFILE[:, None] * error[:, None]
     shares = segments.begin[:, None] + segments.width[:, None] * _SHARES
     first_limit, last_limit = limit[segments.number][:, None], limit[segments.number + 1][:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
-        slip_margin = (
+        margins = (
             np.log(np.maximum(doubtful, 0.0))
             - first_limit
             - shares[..., None] * (last_limit - first_limit)
         )
-        beyond = np.where(np.isfinite(first_limit + last_limit), outward * slip_margin, -np.inf)
+        beyond = np.where(np.isfinite(first_limit + last_limit), outward * margins, -np.inf)
     highest = beyond.max(axis=-1)
     share_index = highest.argmax(axis=-1)
     return np.where(highest.max(axis=-1) > BEYOND, _SHARES[share_index], 0.0)

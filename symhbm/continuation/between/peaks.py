@@ -146,10 +146,12 @@ class _PeakList:
             if at is not maximum.at:
                 continue
             solves_before, scale = self.corrector.solves, self.curve.scale(at.state)
-            corrected = self.corrector.tangent(at.state, scale, at.direction / scale, point.slip)
+            corrected = self.corrector.tangent(
+                at.state, scale, at.direction / scale, point.switches
+            )
             if corrected is not None:
                 solves = maximum.solves + self.corrector.solves - solves_before
-                points.append(PathPoint.of(self.curve, corrected, scale, point.slip, solves))
+                points.append(PathPoint.of(self.curve, corrected, scale, point.switches, solves))
                 previous = at
         return points
 

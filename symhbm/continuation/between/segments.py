@@ -21,7 +21,7 @@ class Segments(NamedTuple, Generic[At]):
     shares of the distance from that point to the next. ``left`` and ``right`` are the solutions at
     both ends; ``before`` and ``after`` those next to them, NaN where there are none or an event
     lies between. ``scale`` is (n, n_unknowns + 1), ``slip_events`` (n, 2) tells at which end slip
-    begins or ends, ``slip`` (n, n_contacts) holds the contact states.
+    begins or ends, ``switches`` (n, n_contacts) holds the contact states.
     """
 
     number: NDArray[np.intp]
@@ -32,8 +32,8 @@ class Segments(NamedTuple, Generic[At]):
     before: PathState
     after: PathState
     scale: FloatArray
-    slip_events: NDArray[np.bool_]
-    slip: NDArray[np.bool_]
+    switch_events: NDArray[np.bool_]
+    switches: NDArray[np.bool_]
 
     @classmethod
     def of(cls, points: Sequence[PathPoint], before: At, after: At) -> Self:
@@ -57,8 +57,8 @@ class Segments(NamedTuple, Generic[At]):
             before=_neighbours(after, smooth[:-1], np.arange(-1, count - 1)),
             after=_neighbours(before, smooth[1:], np.arange(2, count + 2)),
             scale=np.array([point.scale for point in points[:-1]]),
-            slip_events=np.stack([onset[:-1], end[1:]], axis=-1),
-            slip=np.array([point.slip for point in points[:-1]]),
+            switch_events=np.stack([onset[:-1], end[1:]], axis=-1),
+            switches=np.array([point.switches for point in points[:-1]]),
         )
         return segments.take(~(unbounded[:-1] | unbounded[1:]))
 
@@ -73,7 +73,7 @@ class Segments(NamedTuple, Generic[At]):
 
     def segment(self, corrector: Corrector, measured: Measure) -> Segment:
         """The one segment in this selection, with a corrector."""
-        return Segment(corrector, self.left, self.right, self.slip, self.scale, measured)
+        return Segment(corrector, self.left, self.right, self.switches, self.scale, measured)
 
     def divided(self, share: FloatArray, middle: At, scale: FloatArray) -> Self:
         """Both parts of each segment, divided at solutions ``middle`` at a ``share`` (n,) of it."""
@@ -82,7 +82,7 @@ class Segments(NamedTuple, Generic[At]):
             width=self.width * share,
             right=middle,
             after=self.right.bare(),
-            slip_events=np.stack([self.slip_events[:, 0], inner], axis=-1),
+            switch_events=np.stack([self.switch_events[:, 0], inner], axis=-1),
         )
         second = self._replace(
             begin=self.begin + self.width * share,
@@ -90,7 +90,7 @@ class Segments(NamedTuple, Generic[At]):
             left=middle,
             before=self.left.bare(),
             scale=scale,
-            slip_events=np.stack([inner, self.slip_events[:, 1]], axis=-1),
+            switch_events=np.stack([inner, self.switch_events[:, 1]], axis=-1),
         )
         return self.joined([first, second])
 

@@ -108,7 +108,7 @@ def estimate_slopes(
     before: PathState,
     after: PathState,
     scale: FloatArray,
-    slip_events: NDArray[np.bool_],
+    switch_events: NDArray[np.bool_],
 ) -> SlopeEstimate:
     """Slopes of amplitudes between two solutions, or between several pairs of them.
 
@@ -118,7 +118,7 @@ def estimate_slopes(
     """
     measured = measure(problem.single_valued, left, right, scale)
     length = np.where(measured.length == 0, 1.0, measured.length)  # coincident ends
-    amplitudes, slopes = _interpolated(problem, left, right, scale, measured, length, slip_events)
+    amplitudes, slopes = _interpolated(problem, left, right, scale, measured, length, switch_events)
     samples = (
         ValueAndRate(at.bare(), at.state[..., :-1], at.direction[..., :-1])
         for at in (before, left, right, after)
@@ -156,7 +156,7 @@ def estimate_slopes(
         may_be_negative[..., 1:-1, :].any(-2),
     )
     # Near an onset or end of slip the slope may change its sign twice within one sample.
-    slip_slope = np.where(slip_events[..., None], signed_slopes[..., [0, -1], :], np.inf).min(
+    slip_slope = np.where(switch_events[..., None], signed_slopes[..., [0, -1], :], np.inf).min(
         axis=-2
     )
     ambiguous |= ~changes_sign & (slip_slope < _SMALL_SLOPE * largest_slope)
@@ -174,7 +174,7 @@ def _interpolated(
     scale: FloatArray,
     measured: Measure,
     length: FloatArray,
-    slip_events: NDArray[np.bool_],
+    switch_events: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray]:
     """Amplitudes inside (..., n, n_dof), and slopes per unit of length with those at both ends."""
     tangents = measured.left[..., None, :], measured.right[..., None, :]
@@ -185,11 +185,11 @@ def _interpolated(
     left_slope, right_slope = (
         end.slope / ahead(end, measured.normal, scale) for end in (left, right)
     )
-    one_slip_event = slip_events[..., 0] != slip_events[..., 1]
+    one_slip_event = switch_events[..., 0] != switch_events[..., 1]
     if one_slip_event.any():
         # slope = a + c t + d t^2 with t the square root of the distance from the slip event, fitted
         # to the slopes at both ends and the mean slope.
-        at_left = slip_events[..., :1]
+        at_left = switch_events[..., :1]
         slip_slope = np.where(at_left, left_slope, right_slope)[..., None, :]
         other_slope = np.where(at_left, right_slope, left_slope)[..., None, :]
         mean = ((right.amplitude - left.amplitude) / length)[..., None, :]

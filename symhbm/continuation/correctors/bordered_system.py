@@ -101,10 +101,10 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
 
 
-def _crosses(slip_margin: Any, slip: Any) -> Any:
+def _crosses(margins: Any, switches: Any) -> Any:
     """Whether a contact is beyond the limit of its imposed state, see `crossed`."""
-    outward = ca.if_else(slip, -slip_margin, slip_margin)
-    past_limit = ca.logic_and(outward > BEYOND, ca.fabs(slip_margin) < ca.inf)
+    outward = ca.if_else(switches, -margins, margins)
+    past_limit = ca.logic_and(outward > BEYOND, ca.fabs(margins) < ca.inf)
     return ca.sum1(past_limit) > 0
 
 

@@ -52,13 +52,13 @@ class CompiledCorrector(Corrector):
         guess: FloatArray,
         scale: FloatArray,
         constraint: Constraint,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
         """As `Corrector.correct`."""
         _, start, normal, anchor, limit, imposed, settings = self._correct.inputs
-        start[:], imposed[:] = guess, slip
+        start[:], imposed[:] = guess, switches
         settings[:] = scale[0], scale[-1], precision, radius
         limit[:] = 0.0
         if isinstance(constraint, Hyperplane):
@@ -78,20 +78,20 @@ class CompiledCorrector(Corrector):
         return self._corrected(point.copy(), direction.copy(), values)
 
     def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> Corrected | None:
         """As `Corrector.tangent`."""
         self.solves += 1
         borders = row, unit_parameter(len(row))
-        tangents = (self._tangent_along(point, scale, border, slip) for border in borders)
+        tangents = (self._tangent_along(point, scale, border, switches) for border in borders)
         return next((tangent for tangent in tangents if tangent is not None), None)
 
     def _tangent_along(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> Corrected | None:
         """Tangent along a row; None where the system is singular."""
         _, at_point, normal, imposed, settings = self._tangent.inputs
-        at_point[:], normal[:], imposed[:] = point, row, slip
+        at_point[:], normal[:], imposed[:] = point, row, switches
         settings[:2] = scale[0], scale[-1]
         try:
             self._tangent.run()
@@ -106,9 +106,9 @@ class CompiledCorrector(Corrector):
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
-        slip_margin, springs, rate = of_contacts[:n], of_contacts[n:end], of_contacts[end:]
+        margins, springs, rate = of_contacts[:n], of_contacts[n:end], of_contacts[end:]
         sign = 1 if direction[-1] >= 0 else -1
-        at_contacts = slip_margin, rate, crosses > 0
+        at_contacts = margins, rate, crosses > 0
         resonances_below = (
             (int(below) // 2,) if below >= 0 else self._count.below_with(springs, point[-1])
         )

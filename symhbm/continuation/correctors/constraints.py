@@ -11,9 +11,9 @@ from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
 
 ON_LIMIT = 1e-9
-"""Slip margin up to which contacts are on their limits, and change state together."""
+"""Margin up to which contacts are on their limits, and change state together."""
 BEYOND = 1e-11
-"""Slip margin beyond which a contact is in the wrong state."""
+"""Margin beyond which a contact is in the wrong state."""
 
 
 class Constraint(Protocol):
@@ -46,11 +46,11 @@ class AtLimit:
     scale: FloatArray
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """The slip margin of the contact, and its gradient."""
+        """The margin of the switch, and its gradient."""
         row = np.zeros(len(self.scale))
-        margins = evaluation.friction.slip_margin
-        row[:-1] = self.curve.problem.contacts.margin_gradient(evaluation.friction, self.contact)
-        row[-1] = np.broadcast_to(evaluation.slip_margin_by_parameter, margins.shape)[self.contact]
+        margins = evaluation.states.margins
+        row[:-1] = self.curve.problem.contacts.margin_gradient(evaluation.states, self.contact)
+        row[-1] = np.broadcast_to(evaluation.margins_by_parameter, margins.shape)[self.contact]
         return float(margins[self.contact]), row * self.scale
 
 
@@ -60,8 +60,8 @@ class Corrected(NamedTuple):
     ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
     (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
     the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
-    curve. ``error`` is the scaled distance from the guess; ``slip_margin`` (n_contacts,) the
-    logarithm of the motion over its limit and ``rate`` (n_contacts,) its derivative along the
+    curve. ``error`` is the scaled distance from the guess; ``margins`` (n_switches,) those
+    of the switches and ``rate`` (n_switches,) its derivative along the
     direction; ``crosses`` tells whether a contact is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
@@ -74,7 +74,7 @@ class Corrected(NamedTuple):
     residual_norm: float
     amplification: float
     error: float
-    slip_margin: FloatArray
+    margins: FloatArray
     rate: FloatArray
     crosses: bool
     resonances_below: tuple[int, ...] | None
@@ -84,10 +84,10 @@ class Corrected(NamedTuple):
         return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
 
 
-def crossed(slip_margin: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which contacts are beyond the limit of their held state ``slip``, all (n_contacts,)."""
-    beyond = np.where(slip, slip_margin < -BEYOND, slip_margin > BEYOND)
-    return beyond & np.isfinite(slip_margin)
+def crossed(margins: FloatArray, switches: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which contacts are beyond the limit of their held state ``switches``, all (n_switches,)."""
+    beyond = np.where(switches, margins < -BEYOND, margins > BEYOND)
+    return beyond & np.isfinite(margins)
 
 
 def unit_parameter(size: int) -> FloatArray:
@@ -97,9 +97,9 @@ def unit_parameter(size: int) -> FloatArray:
     return vector
 
 
-def slip_margin_rate(
+def margin_rate(
     curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
 ) -> FloatArray:
-    """Derivative of the slip margins along a direction of the path, (n_contacts,)."""
-    rate = curve.problem.contacts.margin_rate(evaluation.friction, direction[:-1])
-    return rate + evaluation.slip_margin_by_parameter * direction[-1]
+    """Derivative of the margins along a direction of the path, (n_switches,)."""
+    rate = curve.problem.contacts.margin_rate(evaluation.states, direction[:-1])
+    return rate + evaluation.margins_by_parameter * direction[-1]

@@ -23,11 +23,11 @@ class Corrector(ABC):
         guess: FloatArray,
         scale: FloatArray,
         constraint: Constraint,
-        slip: NDArray,
+        switches: NDArray,
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
-        """Solve from ``guess`` (n_unknowns + 1,), the states ``slip`` of switches held.
+        """Solve from ``guess`` (n_unknowns + 1,), the states ``switches`` of switches held.
 
         Steps are relative to ``scale`` (n_unknowns + 1,). The tangent is that of a point within
         ``precision`` of the solution. None if a step exceeds ``radius`` or nothing converges.
@@ -35,9 +35,9 @@ class Corrector(ABC):
 
     @abstractmethod
     def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray
     ) -> Corrected | None:
-        """Tangent at a solution in the states ``slip``, along ``row`` or else the parameter."""
+        """Tangent at a solution in the states ``switches``, along ``row`` or else the parameter."""
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""

@@ -8,7 +8,7 @@ from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
     crossed,
-    slip_margin_rate,
+    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -31,7 +31,7 @@ class StepwiseCorrector(Corrector):
         guess: FloatArray,
         scale: FloatArray,
         constraint: Constraint,
-        slip: NDArray[np.bool_],
+        switches: NDArray[np.bool_],
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
@@ -40,7 +40,7 @@ class StepwiseCorrector(Corrector):
         last_step, correction = np.inf, 0
         while True:
             try:
-                evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+                evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
             except ArithmeticError:
                 return None
             value, row = constraint(point, evaluation)
@@ -63,22 +63,22 @@ class StepwiseCorrector(Corrector):
             if last_step > radius:
                 return None
             point, correction = point + step * scale, correction + 1
-        return self._corrected(point, evaluation, scale, direction, sign, guess, slip)
+        return self._corrected(point, evaluation, scale, direction, sign, guess, switches)
 
     def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> Corrected | None:
         """As `Corrector.tangent`."""
         borders = row, unit_parameter(len(row))
-        evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
+        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
         for border in borders:
             columns, sign = self._step(evaluation, scale, border, 0.0)
             if columns is not None:
                 direction = columns[:, 1] / np.linalg.norm(columns[:, 1])
-                return self._corrected(point, evaluation, scale, direction, sign, point, slip)
+                return self._corrected(point, evaluation, scale, direction, sign, point, switches)
         return None
 
-    def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
+    def _corrected(self, point, evaluation, scale, direction, sign, guess, switches) -> Corrected:
         return Corrected(
             point,
             direction,
@@ -86,10 +86,10 @@ class StepwiseCorrector(Corrector):
             evaluation.norm,
             self.curve.amplification(point[:-1], point[-1]),
             self.curve.distance(point, guess, scale),
-            evaluation.friction.slip_margin,
-            slip_margin_rate(self.curve, evaluation, direction * scale),
-            bool(crossed(evaluation.friction.slip_margin, slip).any()),
-            self._count.below(point[:-1], point[-1], evaluation.friction),
+            evaluation.states.margins,
+            margin_rate(self.curve, evaluation, direction * scale),
+            bool(crossed(evaluation.states.margins, switches).any()),
+            self._count.below(point[:-1], point[-1], evaluation.states),
         )
 
     def _step(self, evaluation: Evaluation, scale: FloatArray, row: FloatArray, value: float):

@@ -28,7 +28,7 @@ def find_branch_point(
     None where the two are on different paths, which may come arbitrarily close but do not meet.
     """
     right = PathState(ahead.point, ahead.direction * scale)
-    segment = Segment(corrector, PathState(base.state, base.after), right, base.slip)
+    segment = Segment(corrector, PathState(base.state, base.after), right, base.switches)
     if not segment.length > 0:
         return None
     low, high, near_state, past_branch = 0.0, 1.0, base.state, ahead
@@ -42,7 +42,7 @@ def find_branch_point(
         solution = segment.solve(share)
         if solution is None:
             return None
-        tangent = corrector.tangent(solution.state, segment.scale, segment.normal, base.slip)
+        tangent = corrector.tangent(solution.state, segment.scale, segment.normal, base.switches)
         if tangent is None:
             return None
         if tangent.sign == ahead.sign:

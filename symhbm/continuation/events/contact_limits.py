@@ -37,12 +37,12 @@ def first_limit(
     """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
     ``orientation`` is the sign of tangents along the path. Returns the solution and which contacts
-    change state there (n_contacts,), None if limits can be told apart only over a shorter step.
+    change state there (n_switches,), None if limits can be told apart only over a shorter step.
     """
-    for _ in range(1 + len(base.slip_margin)):
-        contacts = np.flatnonzero(crossed(past_limit.slip_margin, base.slip)).tolist()
+    for _ in range(1 + len(base.margins)):
+        contacts = np.flatnonzero(crossed(past_limit.margins, base.switches)).tolist()
         for contact in contacts:
-            first, last = base.slip_margin[contact], past_limit.slip_margin[contact]
+            first, last = base.margins[contact], past_limit.margins[contact]
             # A contact that starts on its limit and is beyond it again slipped, or stuck, for a
             # part of the step only: the limit at the start is not the one to solve for.
             if not BEYOND < abs(first) < np.inf or first * last > 0:
@@ -51,12 +51,12 @@ def first_limit(
         step = _StepCubic(base, ahead, scale, corrector.curve.single_valued)
         share, contact = min((step.limit(contact), contact) for contact in contacts)
         limit = AtLimit(corrector.curve, contact, scale)
-        solution = corrector.correct(step.state(share), scale, limit, base.slip, _PRECISION)
+        solution = corrector.correct(step.state(share), scale, limit, base.switches, _PRECISION)
         if solution is None or not step.contains(solution.point):
             return None
         if not solution.crosses:
-            at_limit = np.abs(solution.slip_margin) <= ON_LIMIT
-            return solution, at_limit & (base.slip == base.slip[contact])
+            at_limit = np.abs(solution.margins) <= ON_LIMIT
+            return solution, at_limit & (base.switches == base.switches[contact])
         past_limit = solution
     return None
 
@@ -95,7 +95,7 @@ class _StepCubic:
 
     def limit(self, contact: int) -> float:
         """Share of the step at which a contact, beyond its limit at the end, first reaches it."""
-        margins = self._base.slip_margin, self._ahead.slip_margin
+        margins = self._base.margins, self._ahead.margins
         start, end = (float(margin[contact]) for margin in margins)
         slopes = end - start, end - start
         if self._steps is not None:
@@ -113,13 +113,13 @@ def brief_crossing(
     The slip margin of each contact is a cubic from its values and rates at both ends. Where its
     maximum comes close to the limit, points are added there until the crossing is decided.
     """
-    outward = np.where(base.slip, -1.0, 1.0)
+    outward = np.where(base.switches, -1.0, 1.0)
     left_rate, right_rate = outward * base.rate, outward * ahead.rate
     turning = (left_rate > 0) & (right_rate < 0)
     if not turning.any():
         return None
     normal, start = base.after / scale, base.state
-    left_margin, right_margin = outward * base.slip_margin, outward * ahead.slip_margin
+    left_margin, right_margin = outward * base.margins, outward * ahead.margins
     right_rate = right_rate / max(float(np.dot(normal, ahead.direction)), 1e-3)
     length = float(np.dot(normal, (ahead.point - start) / scale))
     turning &= np.isfinite(left_margin) & np.isfinite(right_margin)
@@ -139,15 +139,15 @@ def brief_crossing(
                 break
             guess = start + share * (ahead.point - start)
             plane = Hyperplane(start + share * length * base.after, scale, normal)
-            solution = corrector.correct(guess, scale, plane, base.slip)
+            solution = corrector.correct(guess, scale, plane, base.switches)
             if solution is None:
                 break
-            if crossed(solution.slip_margin, base.slip)[contact]:
+            if crossed(solution.margins, base.switches)[contact]:
                 return solution
             slope = solution.rate / max(float(np.dot(normal, solution.direction)), 1e-3)
-            slip_margin = float(outward[contact] * solution.slip_margin[contact])
-            if not np.isfinite(slip_margin):
+            margins = float(outward[contact] * solution.margins[contact])
+            if not np.isfinite(margins):
                 break  # a contact that moves by round-off only
-            inner = share, slip_margin, float(outward[contact] * slope[contact])
+            inner = share, margins, float(outward[contact] * slope[contact])
             left, right = (inner, right) if inner[2] > 0 else (left, inner)
     return None

@@ -25,7 +25,7 @@ class CornerStep(NamedTuple):
     """A point at or beyond a corner, the contact states after it, length and error of the step."""
 
     solution: Corrected
-    slip: NDArray[np.bool_]
+    switches: NDArray[np.bool_]
     length: float
     error: float
 
@@ -57,23 +57,23 @@ def _at_distance(
     error = corrector.curve.distance(np.append(result.unknowns, value), base.state, scale)
     if not result.converged or value == base.value or error > LARGEST_PREDICTION_ERROR:
         return None
-    slip = result.evaluation.friction.slip
-    changed = slip != base.slip
+    switches = result.evaluation.states.switches
+    changed = switches != base.switches
     if changed.any():
         if not may_change:
             return None
         # A contact on its limit, or already beyond it, changes at once.
-        immediate = changed & (np.where(base.slip, base.slip_margin, -base.slip_margin) <= ON_LIMIT)
+        immediate = changed & (np.where(base.switches, base.margins, -base.margins) <= ON_LIMIT)
         later = np.flatnonzero(changed & ~immediate)
         try:
             value, result = _first_change(corrector, base, value, later)
         except ArithmeticError:
             return None
-        on_limit = np.abs(result.evaluation.friction.slip_margin) <= ON_LIMIT
-        slip = np.where(immediate | (changed & on_limit), slip, base.slip)
+        on_limit = np.abs(result.evaluation.states.margins) <= ON_LIMIT
+        switches = np.where(immediate | (changed & on_limit), switches, base.switches)
     row = heading * unit_parameter(len(scale))
-    tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, slip)
-    return None if tangent is None else CornerStep(tangent, slip, length, error)
+    tangent = corrector.tangent(np.append(result.unknowns, value), scale, row, switches)
+    return None if tangent is None else CornerStep(tangent, switches, length, error)
 
 
 def _first_change(
@@ -81,16 +81,16 @@ def _first_change(
 ) -> tuple[float, NewtonResult]:
     """Value at which the first of these contacts reaches its limit, and the solution there."""
 
-    def slip_margin(share: float, contact: int) -> float:
+    def margins(share: float, contact: int) -> float:
         if share == 0.0:
-            return float(base.slip_margin[contact])
+            return float(base.margins[contact])
         result = corrector.free(base.unknowns, base.value + share * (value - base.value))
         if not result.converged:
             raise ArithmeticError("no solution before a change of contact states")
-        return float(result.evaluation.friction.slip_margin[contact])
+        return float(result.evaluation.states.margins[contact])
 
     shares = [1.0]
     for contact in contacts:
-        shares.append(scipy.optimize.brentq(slip_margin, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+        shares.append(scipy.optimize.brentq(margins, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
     at_change = base.value + min(shares) * (value - base.value)
     return at_change, corrector.free(base.unknowns, at_change)

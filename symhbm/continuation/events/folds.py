@@ -28,15 +28,15 @@ def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[
     """
     ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:
-        return _folds(corrector, *ends, left.slip, 0)
+        return _folds(corrector, *ends, left.switches, 0)
     except ArithmeticError:
         return None
 
 
 def _folds(
-    corrector: Corrector, left: PathState, right: PathState, slip: NDArray[np.bool_], depth: int
+    corrector: Corrector, left: PathState, right: PathState, switches: NDArray[np.bool_], depth: int
 ) -> list[PathState]:
-    segment = Segment(corrector, left, right, slip)
+    segment = Segment(corrector, left, right, switches)
     advance = segment.interpolate(_SHARES)[1][:, -1]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
     turned = left.direction[-1] * right.direction[-1] < 0
@@ -48,7 +48,7 @@ def _folds(
     if (turns > turned or nearly) and depth < _MAX_DEPTH:
         centre = _solved(segment, 0.5)
         halves = (left, centre), (centre, right)
-        return [f for half in halves for f in _folds(corrector, *half, slip, depth + 1)]
+        return [f for half in halves for f in _folds(corrector, *half, switches, depth + 1)]
     return [_fold(segment)] if turned else []
 
 

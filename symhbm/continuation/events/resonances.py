@@ -47,7 +47,7 @@ class Modes(NamedTuple):
 
 
 def modes(
-    curve: ContinuationProblem, unknowns: FloatArray, value: float, friction: ContactStates
+    curve: ContinuationProblem, unknowns: FloatArray, value: float, states: ContactStates
 ) -> Modes | None:
     """Modes of the structure at a point of a curve, None for one too large or without inertia."""
     problem, frequency = curve.at(value)
@@ -55,9 +55,9 @@ def modes(
         return None
     size = float(np.linalg.norm(unknowns))
     by_harmonic = []
-    limit = _largest_contact_force(problem, size, friction)
+    limit = _largest_contact_force(problem, size, states)
     harmonics = [n for n in problem.harmonics if n > 0]
-    springs = contact_springs(problem, unknowns, frequency, friction)
+    springs = contact_springs(problem, unknowns, frequency, states)
     for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
         if not problem.model.has_matrices:
@@ -104,10 +104,10 @@ def _without_matrices(
 
 
 def _largest_contact_force(
-    problem: HarmonicBalance, size: float, friction: ContactStates
+    problem: HarmonicBalance, size: float, states: ContactStates
 ) -> FloatArray:
     """Bound of the contact forces in other harmonics (n_rows,) [N], 0 where none slips."""
-    result, switched = np.zeros(problem.layout.n_rows), bool(friction.slip.any())
+    result, switched = np.zeros(problem.layout.n_rows), bool(states.switches.any())
     for group in problem.contacts.groups:
         largest = group.law.largest_force(problem.contacts.values_of(group), size, switched)
         result[group.rows] += largest[:, None]
@@ -137,8 +137,8 @@ class ResonanceFinder:
         """Share of a step at which the first resonance lies that neither of its ends shows."""
         if base.resonances_below is None or base.resonances_below == solution.resonances_below:
             return None  # as many natural frequencies below each harmonic: none was passed
-        before = self._modes_at(base.state, base.slip)
-        after = self._modes_at(solution.point, base.slip)
+        before = self._modes_at(base.state, base.switches)
+        after = self._modes_at(solution.point, base.switches)
         if before is None or after is None:
             return None
         # A mode near only one end keeps the natural frequency that it has there.
@@ -158,14 +158,14 @@ class ResonanceFinder:
         aim = np.where(distance > 2 * _FELT * width, distance - 1.5 * _FELT * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
 
-    def _modes_at(self, state: FloatArray, slip: NDArray[np.bool_]) -> Modes | None:
+    def _modes_at(self, state: FloatArray, switches: NDArray[np.bool_]) -> Modes | None:
         for cached_state, at_state in self._cached:
             if np.array_equal(cached_state, state):
                 return at_state
         value = float(state[-1])
         problem, frequency = self._curve.at(value)
-        friction = problem.locate(state[:-1], frequency, slip)
-        at_state = modes(self._curve, state[:-1], value, friction)
+        states = problem.locate(state[:-1], frequency, switches)
+        at_state = modes(self._curve, state[:-1], value, states)
         # The end of a step starts the next one, or a shorter step starts at the same point.
         self._cached = [(state, at_state), *self._cached[:2]]
         return at_state

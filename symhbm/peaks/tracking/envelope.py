@@ -155,9 +155,9 @@ class UpperEnvelope:
 def _event_kind(before: Conditions, after: Conditions) -> EnvelopeEvent:
     """The kind of event between two points of a branch."""
     first, second = before.maximum, after.maximum
-    if second.kind == MaximumKind.SMOOTH and not second.slip.any() and first.slip.any():
+    if second.kind == MaximumKind.SMOOTH and not second.switches.any() and first.switches.any():
         return EnvelopeEvent.STICK
-    slips = np.count_nonzero(second.slip) - np.count_nonzero(first.slip)
+    slips = np.count_nonzero(second.switches) - np.count_nonzero(first.switches)
     if first.kind != second.kind or not slips:
         return EnvelopeEvent.KIND
     return EnvelopeEvent.ONSET if slips > 0 else EnvelopeEvent.RELEASE

@@ -179,8 +179,8 @@ class _Tracker:
     def _margins(self, conditions: Conditions) -> FloatArray:
         """Distances of a maximum from the events that end its kind, positive before them."""
         maximum = conditions.maximum
-        slip_margin = conditions.evaluation.friction.slip_margin
-        margins = np.where(maximum.slip, slip_margin, -slip_margin)
+        contact_margins = conditions.evaluation.states.margins
+        margins = np.where(maximum.switches, contact_margins, -contact_margins)
         margins[maximum.on_limit] = np.inf
         margins[~np.isfinite(margins)] = 1.0
         if maximum.kind == MaximumKind.EDGE:
@@ -256,13 +256,15 @@ def _is_same_kind(maximum: Maximum, other: Maximum) -> bool:
     """Whether two maxima satisfy the same constraints."""
     same = maximum.kind == other.kind and maximum.contact == other.contact
     same &= (maximum.loop is None) == (other.loop is None)
-    return same and np.array_equal(maximum.slip, other.slip)
+    return same and np.array_equal(maximum.switches, other.switches)
 
 
 def _successors(conditions: Conditions, expected: Maximum) -> list[Maximum]:
     """The maxima that one may become when contacts on their limits change state."""
-    slip_margin = conditions.evaluation.friction.slip_margin
-    near_limit = {int(j) for j in np.flatnonzero(np.abs(slip_margin) < tolerances.LIMIT_TOLERANCE)}
+    contact_margins = conditions.evaluation.states.margins
+    near_limit = {
+        int(j) for j in np.flatnonzero(np.abs(contact_margins) < tolerances.LIMIT_TOLERANCE)
+    }
     on_limit = sorted(near_limit | {*conditions.maximum.on_limit})
     all_at_once = len(on_limit) > tolerances.MOST_ON_LIMIT
     if all_at_once:
@@ -272,15 +274,19 @@ def _successors(conditions: Conditions, expected: Maximum) -> list[Maximum]:
     successors: list[Maximum] = []
     expected = replace(expected, loop=None)
     for state in states:
-        slip = conditions.maximum.slip.copy()
-        slip[on_limit] = state
+        switches = conditions.maximum.switches.copy()
+        switches[on_limit] = state
         kind = expected.kind if expected.kind == MaximumKind.EDGE else MaximumKind.SMOOTH
-        successors.append(replace(expected, kind=kind, slip=slip, contact=-1, further_contacts=()))
+        successors.append(
+            replace(expected, kind=kind, switches=switches, contact=-1, further_contacts=())
+        )
         if kind == MaximumKind.EDGE:
             continue
         stuck = [j for j, slips in zip(on_limit, state, strict=True) if not slips]
         together = tuple(stuck[1:]) if all_at_once else ()
-        corner = replace(expected, kind=MaximumKind.CORNER, slip=slip, further_contacts=together)
+        corner = replace(
+            expected, kind=MaximumKind.CORNER, switches=switches, further_contacts=together
+        )
         corners = stuck[:1] if all_at_once else stuck
         successors += [replace(corner, contact=contact) for contact in corners]
     return successors

@@ -189,7 +189,7 @@ def _agree(coarse: BranchPart, i: int, fine: BranchPart, j: int, accuracy: float
     Compared are the amplitudes, the contact states and the signs of the slopes.
     """
     coarse_point, fine_point = coarse.branch.points[i], fine.branch.points[j]
-    if not np.array_equal(coarse_point.slip, fine_point.slip):
+    if not np.array_equal(coarse_point.switches, fine_point.switches):
         return False
     (amplitude, slope), (fine_amplitude, fine_slope) = (
         amplitude_and_slope(part.branch.curve.problem, point.unknowns, point.after[:-1])

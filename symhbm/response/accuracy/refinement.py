@@ -207,7 +207,7 @@ class Refinement:
         """Whether the response may have other harmonics than the force; False if unbounded."""
         if isinstance(point, Peak):
             return bool(np.all(np.isfinite(point.unknowns)))
-        return bool(point.slip.any()) or not equations.single_valued
+        return bool(point.switches.any()) or not equations.single_valued
 
     def _needed(self, level: int, truncation: Truncation) -> int:
         return self._sets.expected(level, truncation.error, truncation.share, self.accuracy)

@@ -81,8 +81,8 @@ def distance(
     other path need not reach the value of the response.
     """
     state, corrector = np.append(unknowns, value), corrector_of(larger)
-    scale, slip = equations.scale(state), equations.evaluate(unknowns, value).friction.slip
-    tangent = corrector_of(equations).tangent(state, scale, unit_parameter(len(scale)), slip)
+    scale, switches = equations.scale(state), equations.evaluate(unknowns, value).states.switches
+    tangent = corrector_of(equations).tangent(state, scale, unit_parameter(len(scale)), switches)
     if tangent is None:
         return Truncation(np.inf, np.zeros(0), 1)
     problem, finer = equations.problem, larger.problem
@@ -91,7 +91,7 @@ def distance(
         for vector in (state, tangent.direction)
     )
     scale = larger.scale(start)
-    states = larger.evaluate(start[:-1], value).friction.slip
+    states = larger.evaluate(start[:-1], value).states.switches
     corrected = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
     if corrected is None:
         return Truncation(np.inf, np.zeros(0), corrector.solves + 1)
@@ -111,10 +111,10 @@ class _Search:
     running: bool = True
     converged: bool = False
 
-    def advance(self, friction) -> None:
+    def advance(self, states) -> None:
         """One Newton step, with the friction of the present response."""
         larger, frequency = self.larger, self.frequency
-        evaluation = larger.evaluate(self.start + self.change, frequency, friction=friction)
+        evaluation = larger.evaluate(self.start + self.change, frequency, states=states)
         self.running = False
         if self.solves == 0 and evaluation.norm <= ACCEPTED:
             self.converged = True
@@ -150,8 +150,8 @@ def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
             located = locate_each([search.larger for search in running], motions, omegas)
         except ArithmeticError:
             break  # a step that overflows
-        for search, friction in zip(running, located, strict=True):
-            search.advance(friction)
+        for search, states in zip(running, located, strict=True):
+            search.advance(states)
     return [search.result() for search in searches]
 
 
