@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.balance import BalancedContacts
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray, length_of
@@ -16,7 +17,7 @@ UNBOUNDED_AMPLIFICATION = 1e9
 
 
 class EventKind(StrEnum):
-    """Kinds of event."""
+    """Kinds of event; those of a switch are called as its contact law calls them."""
 
     ONSET = "onset of slip"
     END = "end of slip"
@@ -26,14 +27,23 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold or a branch point of the path (contact -1)."""
+    """Change of state of one ``switch``, or a fold or a branch point of the path (switch -1)."""
 
     kind: EventKind
-    contact: int = -1
+    switch: int = -1
+
+    def seen(self, contacts: BalancedContacts) -> tuple[str, int]:
+        """What it is called by the law of its contact, and the contact, -1 for none."""
+        if self.switch < 0:
+            return str(self.kind), -1
+        group, contact, place = contacts.switch(self.switch)
+        switch = group.law.switches[place]
+        word = switch.begins if self.kind == EventKind.ONSET else switch.ends
+        return word, int(group.contacts[contact])
 
 
 def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
-    """The events by which contact states ``before`` become those ``after``, both (n_contacts,)."""
+    """The events by which states of switches ``before`` become those ``after``."""
     return tuple(
         Event(EventKind.ONSET if after[j] else EventKind.END, int(j))
         for j in np.flatnonzero(before != after)
@@ -45,9 +55,9 @@ class PathPoint(NamedTuple):
 
     ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, the unit of lengths
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
-    either side, equal except at an event; ``slip`` (n_contacts,), the contact states after the
-    point; ``slip_margin`` (n_contacts,), the logarithm of the motion over its limit, and ``rate``
-    (n_contacts,), its derivative by arc length after the point; ``amplification`` and
+    either side, equal except at an event; ``slip`` (n_switches,), the contact states after the
+    point; ``slip_margin`` (n_switches,), the margins of the switches, and ``rate`` (n_switches,),
+    their derivatives by arc length after the point; ``amplification`` and
     ``resonances_below`` as of `Corrected`; ``solves``, the linear solves spent since the point
     before.
     """

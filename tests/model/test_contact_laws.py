@@ -201,6 +201,38 @@ def test_events_of_a_moving_limit():
         assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
 
 
+class Rubbing(sh.Coulomb):
+    """Friction whose events have other names, without second derivatives of its own."""
+
+    switches = (sh.Switch("rub", begins="first rub", ends="last rub"),)
+
+    def event_variables(self, motion, frequency, values):
+        return None
+
+
+def test_events_have_the_words_of_their_law_and_the_number_of_their_contact():
+    """Contacts without switches come first: numbers of switches are none of contacts."""
+    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=1.0)
+    damper = sh.Contacts(
+        Rubbing(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0
+    )
+    model = sh.Model(
+        np.eye(2),
+        0.5 * np.eye(2),
+        np.diag([1e4, 1.2e4]),
+        contacts={"stop": stop, "damper": damper},
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(), (1,))
+    response = sh.frf(problem, (12, 30), progress=False)
+    assert response.event_kind.values.tolist() == ["first rub", "last rub"]
+    assert response.event_contact.values.tolist() == [1, 1]
+    for frequency in response.event_frequency.values:
+        radius = float(sh.solve(problem, frequency).amplitude[0])
+        assert 1e4 * radius == pytest.approx(0.5 * 3.0, rel=1e-8)
+    with pytest.raises(NotImplementedError, match="expected the methods event_variables and"):
+        sh.sensitivity(response, laws=[SoftStop(), Rubbing()])
+
+
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_law_is_followed_in_its_own_parameter(harmonics):
     problem = pressed(harmonics)
