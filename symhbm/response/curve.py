@@ -1,10 +1,9 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, slip_angles
 from symhbm.continuation import (
     ContinuationProblem,
+    Event,
     FrequencyProblem,
     ParameterProblem,
     Status,
@@ -153,8 +153,8 @@ class _Curve:
                 status += f" (it was followed over {share:.1%} of the band)"
         table = dict(
             event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
-            event_kind=np.array([kind for _, (kind, _) in events], dtype=object),
-            event_contact=np.array([contact for _, (_, contact) in events], dtype=int),
+            event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
+            event_contact=np.array([event.contact for _, event in events], dtype=int),
         )
         table |= {name: np.array(count) for name, count in counts.items()}
         harmonics = np.array(self._problem(self.highest_level).harmonics)
@@ -228,16 +228,17 @@ class _Curve:
         highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
-    def _events(self, solution: Solution) -> list[tuple[str, int]]:
-        """Kinds and contacts of the events at one point, those of all sectors."""
-        contacts, symmetry = self._problem(solution.level).contacts, self.symmetry
-        events = [event.seen(contacts) for event in solution.events]
+    def _events(self, solution: Solution) -> list[Event]:
+        """The events at one point, of the contacts of all sectors."""
+        symmetry = self.symmetry
         if symmetry is None:
-            return events
+            return list(solution.events)
         of_all_sectors = [
-            (kind, int(image)) for kind, contact in events for image in symmetry.images(contact)
+            replace(event, contact=int(contact))
+            for event in solution.events
+            for contact in symmetry.images(event.contact)
         ]
-        return sorted(of_all_sectors, key=itemgetter(1))
+        return sorted(of_all_sectors, key=lambda event: event.contact)
 
     def _peaks(self, located: list[tuple[Peak, int, float]]) -> Table:
         """Results of peaks, located with the harmonics of a level and a truncation error.

@@ -201,36 +201,22 @@ def test_events_of_a_moving_limit():
         assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
 
 
-class Rubbing(sh.Coulomb):
-    """Friction whose events have other names, without second derivatives of its own."""
-
-    switches = (sh.Switch("rub", begins="first rub", ends="last rub"),)
+class WithoutCurvature(sh.Coulomb):
+    """A law that does not tell what its events move with."""
 
     def event_variables(self, motion, frequency, values):
         return None
 
 
-def test_events_have_the_words_of_their_law_and_the_number_of_their_contact():
-    """Contacts without switches come first: numbers of switches are none of contacts."""
-    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=1.0)
-    damper = sh.Contacts(
-        Rubbing(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0
+def test_second_derivatives_say_what_a_law_does_not_tell():
+    group = sh.Contacts(
+        WithoutCurvature(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
-    model = sh.Model(
-        np.eye(2),
-        0.5 * np.eye(2),
-        np.diag([1e4, 1.2e4]),
-        contacts={"stop": stop, "damper": damper},
-    )
-    problem = sh.HarmonicBalance(model, sh.PointForce(), (1,))
-    response = sh.frf(problem, (12, 30), progress=False)
-    assert response.event_kind.values.tolist() == ["first rub", "last rub"]
-    assert response.event_contact.values.tolist() == [1, 1]
-    for frequency in response.event_frequency.values:
-        radius = float(sh.solve(problem, frequency).amplitude[0])
-        assert 1e4 * radius == pytest.approx(0.5 * 3.0, rel=1e-8)
-    with pytest.raises(NotImplementedError, match="expected the methods event_variables and"):
-        sh.sensitivity(response, laws=[SoftStop(), Rubbing()])
+    blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
+    response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), progress=False)
+    message = r"WithoutCurvature\(\): expected the methods event_variables and moving_events"
+    with pytest.raises(NotImplementedError, match=message):
+        sh.sensitivity(response, laws=[WithoutCurvature()])
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
@@ -443,3 +429,34 @@ def test_laws_are_equal_by_class_and_pickle():
 def test_bad_groups_say_what_is_expected(make, error, text):
     with pytest.raises(error, match=text):
         make()
+
+
+def test_events_name_the_contact_and_what_it_does():
+    """A group without switches comes first: contacts are numbered among all of them."""
+
+    class Pair(sh.Coulomb):
+        switches = (sh.Switch("slip", "begins to rub", "rests"),)
+
+    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=0.0)
+    rub = sh.Contacts(
+        Pair(), [(0, 1)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0
+    )
+    matrices = np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4])
+    plain = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
+    responses = [
+        sh.frf(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)), (12, 30), progress=False)
+        for model in (
+            sh.Model(*matrices, contacts={"stop": stop, "rub": rub}),
+            sh.Model(*matrices, contacts=[(0, 1)], **plain),
+        )
+    ]
+    named, short = responses
+    np.testing.assert_allclose(named.event_frequency, short.event_frequency, rtol=1e-10)
+    assert len(short.event_kind) >= 2
+    assert set(named.event_contact.values) == {1}
+    words = {"onset of slip": "begins to rub", "end of slip": "rests"}
+    assert named.event_kind.values.tolist() == [words[kind] for kind in short.event_kind.values]
+    np.testing.assert_array_equal(
+        named.contact_state.values[:, 1], short.contact_state.values[:, 0]
+    )
+    assert np.all(named.contact_state.values[:, 0] == -1)

@@ -335,7 +335,7 @@ def test_an_onset_on_a_slope_is_no_corner():
     refused = 0
     for point in (point for point in branch.points if len(point.events) == 1):
         slip = point.slip.copy()
-        contact = point.events[0].switch
+        contact = point.events[0].contact
         slip[contact] = False
         for dof in range(problem.n_dof):
             arguments = problem, MaximumKind.CORNER, dof, point.unknowns, point.value, slip, contact

@@ -135,7 +135,9 @@ class Coulomb(ContactLaw):
         stiffness, limit = self.sliders(frequency, values)
         state = self.find(basis, motion, stiffness, limit, None if held is None else held[:, 0])
         # Without a spring nothing pulls the slider, whatever its limit.
-        return located_of(state, np.where(stiffness[:, None] > 0, state.vector, 0.0))
+        pulled = stiffness > 0
+        vector = state.vector if pulled.all() else np.where(pulled[:, None], state.vector, 0.0)
+        return located_of(state, vector)
 
     def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
