@@ -39,14 +39,14 @@ class Hyperplane:
 
 @dataclass(frozen=True)
 class AtLimit:
-    """The limit of one contact between sticking and slipping."""
+    """The limit of one switch, numbered ``contact`` among those of all contacts."""
 
     curve: ContinuationProblem
     contact: int
     scale: FloatArray
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """The slip margin of the contact, and its gradient."""
+        """The margin of the switch, and its gradient."""
         row = np.zeros(len(self.scale))
         margins = evaluation.friction.slip_margin
         row[:-1] = self.curve.problem.contacts.margin_gradient(evaluation.friction, self.contact)
@@ -60,9 +60,9 @@ class Corrected(NamedTuple):
     ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
     (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
     the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
-    curve. ``error`` is the scaled distance from the guess; ``slip_margin`` (n_contacts,) the
-    logarithm of the motion over its limit and ``rate`` (n_contacts,) its derivative along the
-    direction; ``crosses`` tells whether a contact is beyond the limit of its held state;
+    curve. ``error`` is the scaled distance from the guess; ``slip_margin`` (n_switches,) the
+    margins of the switches and ``rate`` (n_switches,) their derivatives along the direction;
+    ``crosses`` tells whether one is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
     were not counted.
@@ -85,7 +85,7 @@ class Corrected(NamedTuple):
 
 
 def crossed(slip_margin: FloatArray, slip: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which contacts are beyond the limit of their held state ``slip``, all (n_contacts,)."""
+    """Which switches are beyond the limit of their held state ``slip``, all (n_switches,)."""
     beyond = np.where(slip, slip_margin < -BEYOND, slip_margin > BEYOND)
     return beyond & np.isfinite(slip_margin)
 
@@ -100,6 +100,6 @@ def unit_parameter(size: int) -> FloatArray:
 def slip_margin_rate(
     curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
 ) -> FloatArray:
-    """Derivative of the slip margins along a direction of the path, (n_contacts,)."""
+    """Derivative of the margins along a direction of the path, (n_switches,)."""
     rate = curve.problem.contacts.margin_rate(evaluation.friction, direction[:-1])
     return rate + evaluation.slip_margin_by_parameter * direction[-1]
