@@ -223,6 +223,7 @@ def _groups(model: Structure) -> dict[str, Any]:
             "law": type(group.law).__name__,
             "pairs": pairs,
             "parameters": records,
+            "variables": {own: list(about) for own, about in group.law.variables.items()},
         }
     return {"groups": groups}
 

@@ -30,6 +30,13 @@ class PressedDamper(sh.Coulomb):
         "damper_mass": sh.Parameter("kg", "mass of the damper", "$m_d$", designed=True)
     }
 
+    variables = {"pressing_force": ("N", "force that presses the contact")}  # noqa: RUF012
+
+    def results(self, basis, located, motion, frequency, values):
+        pressed = self.slip_limit(frequency, values) / values["friction_coefficient"]
+        own = {"pressing_force": np.broadcast_to(pressed, len(motion))}
+        return super().results(basis, located, motion, frequency, values) | own
+
     def slip_limit(self, frequency, values):
         load = values["normal_load"] + 0.4 * values["damper_mass"] * (frequency / 3) ** 2
         return values["friction_coefficient"] * load
@@ -178,6 +185,10 @@ def test_the_limit_of_a_damper_follows_its_speed():
     """At each frequency the response is that of the same element with its load there."""
     problem = pressed()
     response = sh.frf(problem, (14, 24), at=np.linspace(14, 24, 9), progress=False)
+    force = 1.0 + 0.4 * 4e-3 * (RADIANS * response.frequency.values / 3) ** 2
+    np.testing.assert_allclose(response.pressing_force.isel(contact=0).values, force, rtol=1e-12)
+    assert np.isnan(response.pressing_force.isel(contact=[1, 2]).values).all()
+    assert response.pressing_force.attrs["units"] == "N"
     for point in response.transpose("frequency", ...).frequency.values:
         omega = RADIANS * point
         load = 1.0 + 0.4 * 4e-3 * (omega / 3) ** 2
