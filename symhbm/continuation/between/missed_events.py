@@ -126,7 +126,7 @@ def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
 
 
 def _by_switch(problem: HarmonicBalance, by_row: FloatArray) -> FloatArray:
-    """Sums over displacements (..., n_rows), those of the contact of each switch (..., n_switches)."""
+    """Of each switch (..., n_switches) the sum over the rows (..., n_rows) of its contact."""
     of_groups = [
         np.repeat(by_row[..., group.rows].sum(axis=-1), len(group.law.switches), axis=-1)
         for group in problem.contacts.groups
