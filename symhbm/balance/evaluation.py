@@ -17,8 +17,8 @@ class Evaluation:
     one equation [N]; ``jacobian`` by the unknowns [N/m], dense or sparse by size;
     ``by_parameter`` (n_unknowns,), the derivative by the moving parameter, for
     `HarmonicBalance.evaluate` the angular frequency [N s]; ``states``, the events of the
-    contacts; ``margins_by_parameter`` (n_contacts,), the derivative of their slip margins by
-    the moving parameter at constant unknowns.
+    contacts; ``margins_by_parameter`` (n_switches,), the derivative of the margins of their
+    switches by the moving parameter at constant unknowns.
     """
 
     residual: FloatArray

@@ -145,4 +145,9 @@ class SecondOrder:
             )
             for j in range(group.n)
         ]
+        if any(part is None for part in each):
+            raise NotImplementedError(
+                f"{group.law!r}: expected the methods event_variables and moving_events; second "
+                "derivatives of its force need them"
+            )
         return ca.jacobian(ca.vertcat(*each), variables)

@@ -54,9 +54,9 @@ class PathPoint(NamedTuple):
 
     ``state`` (n_unknowns + 1,), unknowns [m] and parameter, and ``scale``, the unit of lengths
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
-    either side, equal except at an event; ``switches`` (n_switches,), which switches are on after the
-    point; ``margins`` (n_switches,), the margins of the switches, and ``rate``
-    (n_switches,), its derivative by arc length after the point; ``amplification`` and
+    either side, equal except at an event; ``switches`` (n_switches,), the contact states after the
+    point; ``margins`` (n_switches,), the margins of the switches, and ``rate`` (n_switches,),
+    their derivatives by arc length after the point; ``amplification`` and
     ``resonances_below`` as of `Corrected`; ``solves``, the linear solves spent since the point
     before.
     """

@@ -35,10 +35,11 @@ class MaximumKind(StrEnum):
 class Maximum:
     """A maximum of the response of ``dof`` over the frequency, at ``unknowns`` (n_unknowns,) [m].
 
-    ``frequency`` is in rad/s. ``contact`` is the one on its slip limit at a corner, -1 elsewhere;
-    ``further_contacts`` are on their limits there, too: derivatives then exist only by parameters
-    that keep them on the limit together. ``switches`` (n_switches,) are the states. ``loop`` is
-    the hysteresis loop on its limit if the contact slips at other angles.
+    ``frequency`` is in rad/s. ``contact`` is the number of the switch that is on its limit at a
+    corner, -1 elsewhere; ``further_contacts`` are on their limits there, too: derivatives then
+    exist only by parameters that keep them there together. ``switches`` (n_switches,) are the
+    contact states. ``loop`` is the hysteresis loop on its limit if the contact slips at other
+    angles.
     """
 
     problem: HarmonicBalance

@@ -238,6 +238,7 @@ def _derivatives(
         return NOT_VERIFIED, {}
     maximum = Maximum.at_peak(problem, peak)
     on_limit = {maximum.contact, *maximum.further_contacts} if maximum.further_contacts else set()
+    on_limit = {int(problem.contacts.of_switches[switch]) for switch in on_limit}
     for text, contacts in ((SEVERAL_ON_LIMIT, on_limit), (AT_REST, _contacts_at_rest(maximum))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}

@@ -102,7 +102,9 @@ VARIABLES = {
     "minimum_frequency": Variable((), "Hz", "frequency of the peak where that is lowest"),
     "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
-    "event_kind": Variable((), "1", "onset of slip, end of slip, fold, or branch point"),
+    "event_kind": Variable(
+        (), "1", "onset or end of slip, what another law begins or ends, fold, or branch point"
+    ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
     "n_points": Variable(
         (), "1", "points of the path, those of its peaks and between them included"

@@ -212,6 +212,49 @@ def test_events_of_a_moving_limit():
         assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
 
 
+@pytest.mark.parametrize("n_idle", [1, 3])
+def test_contacts_that_do_nothing_change_nothing(n_idle):
+    """Their displacements count among those of all contacts."""
+    groups = {
+        "idle": sh.Contacts(sh.CubicSpring(), [(i,) for i in range(n_idle)], cubic_stiffness=0),
+        "damper": sh.Contacts(
+            sh.Coulomb(),
+            [(0, 1), (1, 2)],
+            contact_stiffness=2e4,
+            friction_coefficient=0.5,
+            normal_load=[1.0, 2.0],
+        ),
+    }
+    curves = []
+    for contacts in (groups, {"damper": groups["damper"]}):
+        matrices = np.eye(3), 0.5 * np.eye(3), np.diag([1e4, 1.2e4, 1.5e4])
+        model = sh.Model(*matrices, contacts=contacts)
+        problem = sh.HarmonicBalance(model, sh.PointForce(), (1, 3))
+        curves.append(sh.frf(problem, (12, 30), progress=False))
+    one, other = curves
+    assert int(one.linear_solves) == int(other.linear_solves)
+    np.testing.assert_allclose(one.amplitude, other.amplitude, rtol=1e-8)
+    np.testing.assert_array_equal(one.event_contact, other.event_contact + n_idle)
+
+
+class WithoutCurvature(sh.Coulomb):
+    """A law that does not tell what its events move with."""
+
+    def event_variables(self, motion, frequency, values):
+        return None
+
+
+def test_second_derivatives_say_what_a_law_does_not_tell():
+    group = sh.Contacts(
+        WithoutCurvature(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
+    )
+    blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
+    response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), progress=False)
+    message = r"WithoutCurvature\(\): expected the methods event_variables and moving_events"
+    with pytest.raises(NotImplementedError, match=message):
+        sh.sensitivity(response, laws=[WithoutCurvature()])
+
+
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_law_is_followed_in_its_own_parameter(harmonics):
     problem = pressed(harmonics)

@@ -278,6 +278,24 @@ def test_contacts_on_their_limits_together():
     assert others.peak_frequency_by_mass.notnull().any(("peaking_dof", "dof")).all()
 
 
+def test_contacts_on_their_limits_have_their_own_numbers():
+    """Contacts of other laws come first, and have no switches."""
+    disk = mirrored().model
+    names = ("contact_stiffness", "friction_coefficient", "normal_load")
+    values = {name: disk.parameters[name] for name in names}
+    groups = {
+        "spring": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=0),
+        "ring": sh.Contacts(sh.Coulomb(), disk.contacts, **values),
+    }
+    model = sh.Model(disk.mass_matrix, disk.damping_matrix, disk.stiffness_matrix, contacts=groups)
+    response = frf(sh.HarmonicBalance(model, sh.PointForce()), (55, 70), peaks="each")
+    status = sh.sensitivity(response).sensitivity_status.values
+    together = [text for text in status if text != EXACT]
+    assert together
+    for text in together:
+        assert text.startswith(("none: contacts 1, 5 are", "none: contacts 2, 4 are"))
+
+
 LOOPING = sh.HarmonicBalance(
     sh.bladed_disk(
         4,

@@ -31,7 +31,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     By the index of that point.
     """
     problem, curve = corrector.curve.problem, corrector.curve
-    if len(points) < 2 or not problem.n_contacts:
+    if len(points) < 2 or not points[0].switches.size:
         return {}
     state, before, after = (
         np.array([getattr(point, name) for point in points])
@@ -41,7 +41,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     margins = np.array([point.margins for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
         limit = np.log(_motion(problem, state[:, :-1])) - margins  # NaN where nothing moves
-    size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
+    size = len(_SHARES) * problem.layout.n_rows * _angles(problem.basis)
     missed: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):
         divided, dividing_shares, middles = [], [], []
@@ -72,7 +72,7 @@ def _doubtful_shares(
 ) -> FloatArray:
     """Shares (n,) of the segments at which a contact may pass its limit, 0 where none may.
 
-    ``limit`` (n_points, n_contacts) is the logarithm of the motion at the slip limit.
+    ``limit`` (n_points, n_switches) is the logarithm of the motion at the slip limit.
     """
     states = segments.left.state, segments.right.state
     slopes = measured.left[:, None], measured.right[:, None]
@@ -83,6 +83,7 @@ def _doubtful_shares(
         measured, segments.scale, *(_relative_motion(problem, at) for at in path_states)
     )
     error = np.linalg.norm(error.reshape(len(error), -1, problem.basis.n_components), axis=-1)
+    error = _by_switch(problem, error)
     outward = np.where(segments.switches, -1.0, 1.0)[:, None]
     doubtful = motion + outward * _ERROR_PROFILE[:, None] * error[:, None]
     shares = segments.begin[:, None] + segments.width[:, None] * _SHARES
@@ -113,7 +114,7 @@ def _angles(basis: FourierBasis) -> int:
 
 
 def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
-    """Half the range of the relative motions (..., n_contacts) of responses (..., n_unknowns)."""
+    """Half the range of the motion of each switch (..., n_switches); unknowns (..., n_unknowns)."""
     basis = problem.basis
     relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
     if _angles(basis) == 1:
@@ -121,4 +122,13 @@ def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     else:
         values = relative @ basis.values(2 * np.pi * np.arange(_angles(basis)) / _angles(basis)).T
         motion = np.ptp(values, axis=-1) / 2
-    return motion.reshape(*unknowns.shape[:-1], -1)
+    return _by_switch(problem, motion.reshape(*unknowns.shape[:-1], -1))
+
+
+def _by_switch(problem: HarmonicBalance, by_row: FloatArray) -> FloatArray:
+    """Of each switch (..., n_switches) the sum over the rows (..., n_rows) of its contact."""
+    of_groups = [
+        np.repeat(by_row[..., group.rows].sum(axis=-1), len(group.law.switches), axis=-1)
+        for group in problem.contacts.groups
+    ]
+    return np.concatenate(of_groups, axis=-1)

@@ -39,7 +39,7 @@ class Hyperplane:
 
 @dataclass(frozen=True)
 class AtLimit:
-    """The limit of one contact between sticking and slipping."""
+    """The limit of one switch, numbered ``contact`` among those of all contacts."""
 
     curve: ContinuationProblem
     contact: int
@@ -60,9 +60,9 @@ class Corrected(NamedTuple):
     ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
     (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
     the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
-    curve. ``error`` is the scaled distance from the guess; ``margins`` (n_switches,) those
-    of the switches and ``rate`` (n_switches,) its derivative along the
-    direction; ``crosses`` tells whether a contact is beyond the limit of its held state;
+    curve. ``error`` is the scaled distance from the guess; ``margins`` (n_switches,) the
+    margins of the switches and ``rate`` (n_switches,) their derivatives along the direction;
+    ``crosses`` tells whether one is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
     were not counted.
@@ -85,7 +85,7 @@ class Corrected(NamedTuple):
 
 
 def crossed(margins: FloatArray, switches: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which contacts are beyond the limit of their held state ``switches``, all (n_switches,)."""
+    """Which switches are beyond the limit of their held state ``switches``, all (n_switches,)."""
     beyond = np.where(switches, margins < -BEYOND, margins > BEYOND)
     return beyond & np.isfinite(margins)
 

@@ -36,7 +36,7 @@ def first_limit(
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
     """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
-    ``orientation`` is the sign of tangents along the path. Returns the solution and which contacts
+    ``orientation`` is the sign of tangents along the path. Returns the solution and which switches
     change state there (n_switches,), None if limits can be told apart only over a shorter step.
     """
     for _ in range(1 + len(base.margins)):

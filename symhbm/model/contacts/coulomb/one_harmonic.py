@@ -29,7 +29,10 @@ def locate_one_harmonic(
     slip_limit: FloatArray,
     slip: NDArray[np.bool_] | None = None,
 ) -> ContactState:
-    """Locate the events of motions of harmonic 1, with or without a mean; see `contact.locate`."""
+    """Locate the events of motions of harmonic 1, with or without a mean.
+
+    Arguments as of `symhbm.model.contacts.coulomb.located.locate`.
+    """
     n_contacts, size = coefficients.shape
     imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
     if not n_contacts:

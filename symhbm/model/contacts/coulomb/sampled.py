@@ -1,8 +1,9 @@
-"""Dry friction by sampling the motion (alternating frequency and time): a check on `contact`.
+"""Dry friction by sampling the motion (alternating frequency and time): a check on located events.
 
 The slider is marched over equidistant samples of the relative displacement ``y``, from each to the
 next ``f + k_d dy`` clipped to ``+-g``. Each sample is then on ``+-g`` or sticks since a sample that
-was, so that the coefficients have the closed form of `friction` with sums in place of integrals.
+was, so that the coefficients have the closed form of `symhbm.model.contacts.coulomb.state` with
+sums in place of integrals.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,8 @@ def locate_sampled(
     slip_limit : (n_contacts,)
         ``g = mu F_n`` [N].
     slip : (n_contacts,)
-        State to impose, as in `contact.locate`; the extremes of ``y`` are those of its samples.
+        State to impose, as of `symhbm.model.contacts.coulomb.located.locate`; the extremes of ``y``
+        are those of its samples.
     samples
         Number of samples per period, at least ``2 highest + 1``. Extremes, reversals, angles and
         the share of stick in the result are those of the samples.

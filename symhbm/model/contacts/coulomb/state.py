@@ -3,7 +3,7 @@
 With the switching angles known, the force is ``k_d y + offset`` or ``+-g``, ``g = mu F_n``, on a
 handful of intervals, and its Fourier coefficients (Eqs. 6-8) are the closed form
 
-    f = k_d A y + mu F_n b,
+    f = k_d A y + g b,
 
 where the matrix ``A`` and the vector ``b`` depend on the angles alone. The force is continuous and
 ``dy/dtau = 0`` at reversals, so the derivative at fixed angles is the exact derivative.
@@ -14,7 +14,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from dataclasses import dataclass, fields
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -113,34 +112,3 @@ def full_stick(
 def slip_limit(friction_coefficient: Any, normal_load: Any) -> Any:
     """``g = mu F_n`` [N], of arrays or of symbols."""
     return friction_coefficient * normal_load
-
-
-def friction_kernel(n_components: int) -> ca.Function:
-    """CasADi function of one contact: coefficients of the friction force, Eqs. (6)-(8).
-
-    Inputs: ``coefficients`` (n_components) [m], ``contact_stiffness`` [N/m],
-    ``friction_coefficient`` [-], ``normal_load`` [N], and the data ``matrix``
-    (n_components, n_components) and ``vector`` (n_components) of `ContactState`. Output:
-    ``force`` (n_components) [N].
-    """
-    y = ca.SX.sym("coefficients", n_components)
-    stiffness = ca.SX.sym("contact_stiffness")
-    friction = ca.SX.sym("friction_coefficient")
-    load = ca.SX.sym("normal_load")
-    matrix = ca.SX.sym("matrix", n_components, n_components)
-    vector = ca.SX.sym("vector", n_components)
-    force = stiffness * ca.mtimes(matrix, y) + slip_limit(friction, load) * vector
-    return ca.Function(
-        "friction",
-        [y, stiffness, friction, load, matrix, vector],
-        [force],
-        [
-            "coefficients",
-            "contact_stiffness",
-            "friction_coefficient",
-            "normal_load",
-            "matrix",
-            "vector",
-        ],
-        ["force"],
-    )

@@ -1,9 +1,9 @@
-"""Friction contacts whose motion turns twice a period, compiled: the common case of `contact`.
+"""Friction contacts whose motion turns twice a period, compiled: the common case.
 
 Such a contact slips when its motion spans more than ``2 g / k_d``: from where it has gone so far
 after an extreme, up to the next one. Extremes and onsets are found by a few steps of third order
 from good guesses. The kernel tells whether they settled where they are to be; where they did not,
-`contact` marches the slider in general.
+`symhbm.model.contacts.coulomb.located` marches the slider in general.
 """
 
 from functools import lru_cache
@@ -29,9 +29,10 @@ def locate_two_reversals(
     slip_limit: FloatArray,
     slip: NDArray[np.bool_] | None = None,
 ) -> ContactState | None:
-    """Locate the events of motions that turn in ``cells`` alone; see `contact.locate`.
+    """Locate the events of motions that turn in ``cells`` alone.
 
-    None unless each turns twice and every angle is found, and for large sets of harmonics.
+    Other arguments as of `symhbm.model.contacts.coulomb.located.locate`. None unless each turns
+    twice and every angle is found, and for large sets of harmonics.
     """
     basis, n_contacts = motions.basis, len(motions.coefficients)
     each = 1 if basis.mirrors else 2
