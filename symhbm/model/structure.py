@@ -22,6 +22,7 @@ from symhbm.model.contacts import (
     Group,
     Parameter,
     check_pairs,
+    is_name,
     named,
 )
 from symhbm.model.parameters import (
@@ -36,6 +37,8 @@ from symhbm.numerics import ComplexArray, FloatArray, check
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
 """The groups of contacts that have no names of their own."""
+_INPUTS = {"unknowns", "frequency", "force_shape"}
+"""What else a balance is compiled for."""
 
 
 class NearModes(NamedTuple):
@@ -179,9 +182,10 @@ class Structure(ABC):
                     f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
                     "pairs, ...)"
                 )
-            if not str(name).isidentifier() or "__" in name or name.startswith("_"):
+            if not is_name(name):
                 raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
         names = named({name: group.law.parameters for name, group in contacts.items()})
+        self._check_names({name for of_group in names.values() for name in of_group.values()})
         every, rows, groups = [], [], []
         for name, group in contacts.items():
             pairs = [check_pairs(of_direction, self.n_dof) for of_direction in group.pairs]
@@ -196,6 +200,18 @@ class Structure(ABC):
         for group in groups:
             for own, name in group.parameters.items():
                 self._store(**{name: self._each(name, contacts[group.name].values[own])})
+
+    def _check_names(self, names: Collection[str]) -> None:
+        """Raise ValueError for parameters of contacts whose names are taken."""
+        of_structure = set(PARAMETERS) | _INPUTS
+        for kind in type(self).__mro__:
+            of_structure |= {*vars(kind), *vars(kind).get("__annotations__", {})}
+        for name in sorted(names):
+            if name in of_structure - {*CONTACT_PARAMETERS}:
+                raise ValueError(
+                    f"contacts: the parameter {name!r} needs a name of its own, a structure or "
+                    "what excites it has another one of this name"
+                )
 
     def _check_complete(self, values: dict[str, Any]) -> None:
         """Raise ValueError for contacts that do nothing since a parameter was forgotten."""

@@ -239,8 +239,8 @@ class Coulomb(ContactLaw):
         return springs, losses
 
     def released(self) -> dict[str, float]:
-        """Without friction."""
-        return {"friction_coefficient": 0.0}
+        """Without a spring nothing pulls, whatever the limit is made of."""
+        return {"contact_stiffness": 0.0}
 
     def forces(
         self,
