@@ -31,7 +31,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     By the index of that point.
     """
     problem, curve = corrector.curve.problem, corrector.curve
-    if len(points) < 2 or not problem.n_contacts:
+    if len(points) < 2 or not len(points[0].slip_margin):
         return {}
     state, before, after = (
         np.array([getattr(point, name) for point in points])
@@ -41,7 +41,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     slip_margin = np.array([point.slip_margin for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
         limit = np.log(_motion(problem, state[:, :-1])) - slip_margin  # NaN where nothing moves
-    size = len(_SHARES) * problem.n_contacts * _angles(problem.basis)
+    size = len(_SHARES) * slip_margin.shape[1] * _angles(problem.basis)
     missed: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):
         divided, dividing_shares, middles = [], [], []
@@ -72,7 +72,7 @@ def _doubtful_shares(
 ) -> FloatArray:
     """Shares (n,) of the segments at which a contact may pass its limit, 0 where none may.
 
-    ``limit`` (n_points, n_contacts) is the logarithm of the motion at the slip limit.
+    ``limit`` (n_points, n_switches) is the logarithm of the motion at the slip limit.
     """
     states = segments.left.state, segments.right.state
     slopes = measured.left[:, None], measured.right[:, None]
@@ -100,9 +100,10 @@ def _doubtful_shares(
 
 
 def _relative_motion(problem: HarmonicBalance, at: PathState) -> ValueAndRate:
-    """The relative motions of all contacts, and their derivatives along the tangent."""
+    """The relative motions at all switches, and their derivatives along the tangent."""
+    rows = problem.contacts.rows_of_switches
     value, rate = (
-        problem.layout.relative(array[..., :-1]).reshape(len(array), -1)
+        problem.layout.relative(array[..., :-1])[..., rows, :].reshape(len(array), -1)
         for array in (at.state, at.direction)
     )
     return ValueAndRate(at, value, rate)
@@ -113,9 +114,9 @@ def _angles(basis: FourierBasis) -> int:
 
 
 def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
-    """Half the range of the relative motions (..., n_contacts) of responses (..., n_unknowns)."""
-    basis = problem.basis
-    relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
+    """Half the range of the relative motions (..., n_switches) of responses (..., n_unknowns)."""
+    basis, rows = problem.basis, problem.contacts.rows_of_switches
+    relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))[:, rows]
     if _angles(basis) == 1:
         motion = np.hypot(relative[..., 0], relative[..., 1])
     else:
