@@ -27,15 +27,14 @@ def contact_springs(
     """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`."""
     n_harmonics = sum(n > 0 for n in problem.harmonics)
     relative = problem.layout.relative(unknowns)
-    parts: list[list[FloatArray]] = [[np.zeros((n_harmonics, 0))] for _ in range(2)]
+    parts: list[list[FloatArray]] = [[], []]
     for group in problem.contacts.groups:
         if not group.n:
             continue
-        values = problem.contacts.values_of(group)
         given = (
             problem.contacts.motions(group, relative).ravel(),
-            np.full(group.n, frequency),
-            np.array([values[name] for name in group.law.parameters]).T.ravel(),
+            frequency,
+            problem.contacts.packed(group),
             contacts.groups[group.name].events.ravel(),
         )
         springs = _each(group.law, problem.basis, group.n)(*given)
@@ -43,16 +42,20 @@ def contact_springs(
             # Contact by contact, and by harmonic within.
             by_contact = found.reshape(group.n, n_harmonics, -1)
             part.append(by_contact.transpose(1, 0, 2).reshape(n_harmonics, -1))
-    return ContactSprings(*(by_row(problem, np.concatenate(part, axis=1)) for part in parts))
+    nothing = np.zeros((n_harmonics, 0))
+    together = (np.concatenate([nothing, *part], axis=1) for part in parts)
+    return ContactSprings(*(by_row(problem, part) for part in together))
 
 
 def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
     """Springs (n_harmonics, m^2 of each contact) as those of `ContactSprings`."""
-    equations = problem.compiled[0]
-    n_rows, couples = equations.layout.n_rows, any(g.rows.shape[1] > 1 for g in equations.groups)
+    groups, n_rows = problem.contacts.groups, problem.layout.n_rows
+    couples = any(group.rows.shape[1] > 1 for group in groups)
+    if not couples and len(groups) == 1 and groups[0].n == n_rows:
+        return springs
     result = np.zeros((len(springs), n_rows, n_rows) if couples else (len(springs), n_rows))
     first = 0
-    for group in equations.groups:
+    for group in groups:
         n, m = group.rows.shape
         own = springs[:, first : first + n * m * m]
         first += n * m * m

@@ -1,6 +1,6 @@
 """The contacts of a balance, group by group: their motions, events, margins and sliders."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -71,16 +71,24 @@ class BalancedContacts:
     layout: UnknownLayout
     groups: tuple[BalancedGroup, ...]
     values: dict[str, dict[str, FloatArray]]
+    _packed: dict[str, FloatArray] = field(default_factory=dict, init=False)
 
     def values_of(self, group: BalancedGroup) -> dict[str, FloatArray]:
         """Values of the parameters of the contacts of a group."""
         return self.values[group.name]
 
+    def packed(self, group: BalancedGroup) -> FloatArray:
+        """The same contact by contact, as the functions of a law take them."""
+        if group.name not in self._packed:
+            values = self.values[group.name]
+            rows = np.array([values[name] for name in group.law.parameters])
+            self._packed[group.name] = rows.T.ravel()
+        return self._packed[group.name]
+
     def motions(self, group: BalancedGroup, relative: FloatArray) -> FloatArray:
         """Of displacements (..., n_rows, n_components) a group's, (..., n, m n_components)."""
-        rows = group.rows.ravel()
-        if len(rows) != self.layout.n_rows:
-            relative = relative[..., rows, :]
+        if group.rows.size != self.layout.n_rows:
+            relative = relative[..., group.rows.ravel(), :]
         size = group.rows.shape[1] * self.layout.basis.n_components
         return relative.reshape(*relative.shape[:-2], group.n, size)
 
@@ -142,13 +150,13 @@ class BalancedContacts:
 
     def margin_rate(self, states: ContactStates, direction: FloatArray) -> FloatArray:
         """Derivative of all margins along a direction of the unknowns, (n_switches,)."""
-        relative, rates = self.layout.relative(direction), [np.zeros(0)]
+        relative, rates = self.layout.relative(direction), []
         for group in self.groups:
-            motion = self.motions(group, relative)
-            by_motion = np.moveaxis(states.groups[group.name].margins_by_motion, 1, 0)
-            each = [np.einsum("cm,cm->c", of_switch, motion) for of_switch in by_motion]
-            rates += [np.stack(each, axis=1).ravel()] if each else []
-        return np.concatenate(rates)
+            by_motion = states.groups[group.name].margins_by_motion
+            motion, n_switches = self.motions(group, relative), by_motion.shape[1]
+            each = [np.einsum("cm,cm->c", by_motion[:, q], motion) for q in range(n_switches)]
+            rates += each if n_switches < 2 else [np.stack(each, axis=1).ravel()]
+        return rates[0] if len(rates) == 1 else np.concatenate([np.zeros(0), *rates])
 
     @property
     def margins_move(self) -> bool:

@@ -14,7 +14,7 @@ from symhbm.continuation.between import (
     unbounded_peak,
 )
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.correctors import Corrector, corrector_of
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.path import Path
@@ -43,7 +43,7 @@ def follow_branch(
     peaks of every degree of freedom instead of those of the largest response; ``guess``
     (n_unknowns,) [m] may be a response close to that at the first value.
     """
-    corrector = Corrector(curve)
+    corrector = corrector_of(curve)
 
     def solve_from_scratch(value: float) -> NewtonResult:
         result = solve_point(*curve.at(value))

@@ -14,7 +14,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
+from symhbm.continuation.correctors import (
+    Corrected,
+    Corrector,
+    Hyperplane,
+    corrector_of,
+    unit_parameter,
+)
 from symhbm.continuation.events import (
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
@@ -31,7 +37,7 @@ from symhbm.continuation.point import (
     Event,
     EventKind,
     PathPoint,
-    state_changes,
+    switched,
 )
 from symhbm.continuation.predictor import Predictor
 from symhbm.continuation.problem import ContinuationProblem
@@ -74,7 +80,7 @@ class Path:
         max_points: int = 5000,
         base: PathPoint | None = None,
     ):
-        self.corrector = corrector or Corrector(curve)
+        self.corrector = corrector or corrector_of(curve)
         self.status = Status.NOT_STARTED
         self.rejected = 0
         self._curve = curve
@@ -264,7 +270,7 @@ class Path:
         if crossing is None:
             return None, 0.0
         self._orientation = crossing.solution.sign
-        events = state_changes(base.slip, crossing.slip)
+        events = switched(self._curve.problem, base.slip, crossing.slip)
         point = self._accept(crossing.solution, base.scale, crossing.slip, events)
         return (point, crossing.error), crossing.length
 
@@ -292,7 +298,7 @@ class Path:
         if far_side is None:
             return None
         far_side = self._orient(far_side)
-        events = state_changes(base.slip, slip)
+        events = switched(self._curve.problem, base.slip, slip)
         if solution.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
         return self._accept(solution, scale, slip, events, far_side)

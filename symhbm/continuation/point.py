@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray, length_of
@@ -16,28 +17,36 @@ UNBOUNDED_AMPLIFICATION = 1e9
 
 
 class EventKind(StrEnum):
-    """Kinds of event."""
+    """Kinds of event that are none of a contact."""
 
-    ONSET = "onset of slip"
-    END = "end of slip"
     FOLD = "fold"
     BRANCH = "branch point"
 
 
 @dataclass(frozen=True)
 class Event:
-    """Change of state of one ``contact``, or a fold or a branch point of the path (contact -1)."""
+    """A switch of one ``contact`` that turns on or off, or a fold or a branch point of the path.
 
-    kind: EventKind
+    ``kind`` is the name that the contact law gives it, or an `EventKind` (contact -1, ``turns_on``
+    None).
+    """
+
+    kind: str
     contact: int = -1
+    turns_on: bool | None = None
 
 
-def state_changes(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Event, ...]:
-    """The events by which contact states ``before`` become those ``after``, both (n_contacts,)."""
-    return tuple(
-        Event(EventKind.ONSET if after[j] else EventKind.END, int(j))
-        for j in np.flatnonzero(before != after)
-    )
+def switched(
+    problem: HarmonicBalance, before: NDArray[np.bool_], after: NDArray[np.bool_]
+) -> tuple[Event, ...]:
+    """The events by which states ``before`` become those ``after``, both (n_switches,)."""
+    events = []
+    for number in np.flatnonzero(before != after).tolist():
+        group, contact, place = problem.contacts.switch(number)
+        names, turns_on = group.law.switches[place], bool(after[number])
+        kind = names.begins if turns_on else names.ends
+        events.append(Event(kind, int(group.contacts[contact]), turns_on))
+    return tuple(events)
 
 
 class PathPoint(NamedTuple):

@@ -76,6 +76,7 @@ class FrequencyProblem(ContinuationProblem):
     def __init__(self, problem: HarmonicBalance):
         self.problem = problem
         self.single_valued = problem.single_valued
+        self._margins_move = problem.contacts.margins_move
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem and the angular frequency."""
@@ -86,7 +87,7 @@ class FrequencyProblem(ContinuationProblem):
     ) -> Evaluation:
         """Residual and derivatives at the angular frequency ``value``."""
         evaluation = self.problem.evaluate(unknowns, value, slip)
-        if not self.problem.contacts.margins_move:
+        if not self._margins_move:
             return evaluation
         by_frequency, _ = self.problem.contacts.margin_slopes(value)
         return replace(evaluation, slip_margin_by_parameter=by_frequency)

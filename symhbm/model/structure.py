@@ -7,7 +7,7 @@ ground. Contacts of one law are a group; groups may act side by side on the same
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -15,19 +15,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.contacts import (
-    Contacts,
-    Coulomb,
-    CubicSpring,
-    Group,
-    Parameter,
-    check_pairs,
-    is_name,
-    named,
-)
+from symhbm.model.contact_groups import SHORT, grouped
+from symhbm.model.contacts import Group, Parameter
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
-    FRICTION_PARAMETERS,
     PARAMETERS,
     dims_of,
     records_by_name,
@@ -35,8 +26,6 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
-"""The groups of contacts that have no names of their own."""
 _INPUTS = {"unknowns", "frequency", "force_shape"}
 """What else a balance is compiled for."""
 
@@ -152,54 +141,11 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        if isinstance(contacts, Mapping):
-            self._set_groups(contacts, parameters)
-            return
-        pairs = check_pairs(contacts, self.n_dof)
-        self._store(contacts=pairs, row_pairs=pairs)
-        given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
-        self._check_complete(given)
-        every = np.arange(len(pairs))
-        names = named({name: law.parameters for name, law in _SHORT.items()})
-        groups = [
-            Group(name, law, every, every[:, None], names[name]) for name, law in _SHORT.items()
-        ]
-        self._store(groups=tuple(groups))
-        for name, value in given.items():
-            self._store(**{name: self._each(name, 0.0 if value is None else value)})
-
-    def _set_groups(self, contacts: Mapping[str, Contacts], parameters: dict[str, Any]) -> None:
-        """Groups by name; values are the groups' own."""
-        given = [name for name, value in parameters.items() if value is not None]
-        if given:
-            raise ValueError(
-                f"{', '.join(given)}: expected the values of named groups with each group, as in "
-                "symhbm.Contacts(law, pairs, ...)"
-            )
-        for name, group in contacts.items():
-            if not isinstance(group, Contacts):
-                raise TypeError(
-                    f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
-                    "pairs, ...)"
-                )
-            if not is_name(name):
-                raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
-        names = named({name: group.law.parameters for name, group in contacts.items()})
-        self._check_names({name for of_group in names.values() for name in of_group.values()})
-        every, rows, groups = [], [], []
-        for name, group in contacts.items():
-            pairs = [check_pairs(of_direction, self.n_dof) for of_direction in group.pairs]
-            together = list(zip(*pairs, strict=True))
-            first, m = len(rows), len(pairs)
-            of_rows = first + np.arange(len(together) * m).reshape(-1, m)
-            of_contacts = len(every) + np.arange(len(together))
-            groups.append(Group(name, group.law, of_contacts, of_rows, names[name]))
-            every += [ends[0] if m == 1 else ends for ends in together]
-            rows += [pair for ends in together for pair in ends]
-        self._store(contacts=tuple(every), row_pairs=tuple(rows), groups=tuple(groups))
-        for group in groups:
-            for own, name in group.parameters.items():
-                self._store(**{name: self._each(name, contacts[group.name].values[own])})
+        *parts, values = grouped(self.n_dof, contacts, parameters)
+        self._check_names(values)
+        self._store(contacts=parts[0], row_pairs=parts[1], groups=parts[2])
+        for name, value in values.items():
+            self._store(**{name: self._each(name, value)})
 
     def _check_names(self, names: Collection[str]) -> None:
         """Raise ValueError for parameters of contacts whose names are taken."""
@@ -212,22 +158,6 @@ class Structure(ABC):
                     f"contacts: the parameter {name!r} needs a name of its own, a structure or "
                     "what excites it has another one of this name"
                 )
-
-    def _check_complete(self, values: dict[str, Any]) -> None:
-        """Raise ValueError for contacts that do nothing since a parameter was forgotten."""
-        if not self.n_contacts:
-            return
-        given = [name for name in FRICTION_PARAMETERS if values[name] is not None]
-        missing = [name for name in FRICTION_PARAMETERS if name not in given]
-        if not missing or (not given and values["cubic_stiffness"] is not None):
-            return
-        spring = given == ["contact_stiffness"]
-        raise ValueError(
-            f"{', '.join(f'{name}=None' for name in missing)}: expected contact_stiffness, "
-            "friction_coefficient and normal_load for friction (an explicit 0 for contacts that "
-            "slide freely), or cubic_stiffness alone for cubic springs; without them contacts do "
-            "nothing" + ("; a linear spring is a part of stiffness_matrix" if spring else "")
-        )
 
     @property
     def n_dof(self) -> int:
@@ -248,7 +178,7 @@ class Structure(ABC):
     def is_short(self) -> bool:
         """Whether contacts are friction and cubic springs without names."""
         laws = {group.name: group.law for group in self.groups}
-        return laws == _SHORT and all(group.n == self.n_contacts for group in self.groups)
+        return laws == SHORT and all(group.n == self.n_contacts for group in self.groups)
 
     def about(self, name: str) -> Parameter:
         """What a parameter of a structure or an excitation is."""

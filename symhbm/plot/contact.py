@@ -129,19 +129,15 @@ def _friction_of(dataset: xr.Dataset, contact: int) -> _Friction:
     groups = Description(dataset).problem.get("groups")
     if groups is None:
         return _Friction([*Coulomb.parameters], contact)
-    called = named({name: group["parameters"] for name, group in groups.items()})
-    within = contact
-    for name, group in groups.items():
-        size = len(group["pairs"][0])
-        if within < size:
-            if group["law"] != Coulomb.__name__:
-                raise ValueError(
-                    f"contact={contact}: expected one of friction with a limit mu F_n, it is of "
-                    f"{group['law']} in the group {name!r}"
-                )
-            break
-        within -= size
-    return _Friction([called[name][own] for own in Coulomb.parameters], within)
+    owners = [(name, i) for name, each in groups.items() for i in range(len(each["pairs"][0]))]
+    name, within = owners[contact]
+    if groups[name]["law"] != Coulomb.__name__:
+        raise ValueError(
+            f"contact={contact}: expected one of friction with a limit mu F_n, it is of "
+            f"{groups[name]['law']} in the group {name!r}"
+        )
+    called = named({name: group["parameters"] for name, group in groups.items()})[name]
+    return _Friction([called[own] for own in Coulomb.parameters], within)
 
 
 def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:

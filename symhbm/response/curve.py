@@ -229,18 +229,17 @@ class _Curve:
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
     def _events(self, solution: Solution) -> list[Event]:
-        """The events at one point, of the contacts of all sectors.
-
-        Paths number switches, results the contacts that have them.
-        """
-        of_switches, symmetry = self._problem(solution.level).contacts.of_switches, self.symmetry
-        events = []
-        for event in solution.events:
-            contacts = of_switches[[event.contact] if event.contact >= 0 else []]
-            if symmetry is not None and len(contacts):
-                contacts = symmetry.images(contacts[0])
-            events += [replace(event, contact=j) for j in contacts.tolist() or [-1]]
-        return sorted(events, key=lambda event: event.contact) if symmetry else events
+        """The events at one point, of the contacts of all sectors."""
+        symmetry = self.symmetry
+        if symmetry is None:
+            return list(solution.events)
+        of_all_sectors = [
+            replace(event, contact=contact)
+            for event in solution.events
+            # What is of no contact is one event of all sectors.
+            for contact in symmetry.images(event.contact).tolist() or [-1]
+        ]
+        return sorted(of_all_sectors, key=lambda event: event.contact)
 
     def _peaks(self, located: list[tuple[Peak, int, float]]) -> Table:
         """Results of peaks, located with the harmonics of a level and a truncation error.

@@ -1,6 +1,7 @@
 """Results at solution points as plain arrays by the names of the dataset."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from symhbm.numerics import (
     by_harmonic,
     largest_displacement,
 )
-from symhbm.results import VARIABLES, tables
+from symhbm.results import VARIABLES, records_of_problem, tables
 from symhbm.time_domain import growth_rate, verdict
 
 _OF_CONTACTS = dict(
@@ -83,8 +84,10 @@ def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -
     kinds |= dict(contact_state=np.int8, reversals=np.int32)
     kinds |= dict(converged=bool, contact_model_valid=bool)
     table = {}
+    records: dict[str, Any] = {**VARIABLES, **records_of_problem(problem)}
+    kinds |= dict.fromkeys(_of_laws(problem), float)
     for name, kind in kinds.items():
-        shape = n_points, *(sizes[dim] for dim in VARIABLES[name].inner)
+        shape = n_points, *(sizes[dim] for dim in records[name].inner)
         table[name] = tables.blank(np.dtype(kind), shape)
     return table | {"iterations": np.zeros(n_points, dtype=np.int32)}
 
@@ -103,7 +106,7 @@ def _described(
     table: Table = dict(
         coefficient=by_harmonic(basis, first.layout.everywhere(unknowns)),
         amplitude=_amplitude(first, unknowns),
-        **{name: contacts[name] for name in _OF_CONTACTS if name not in _COUNTS},
+        **{name: of for name, of in contacts.items() if name not in _COUNTS},
     )
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
     if first.samples is not None:
@@ -133,7 +136,8 @@ def results_of_contacts(
 ) -> Table:
     """Results of the contacts (n_points, n_contacts), added where several laws act on one."""
     first, shape = problems[0], (len(problems), problems[0].n_contacts)
-    table: Table = {name: np.full(shape, nothing) for name, nothing in _OF_CONTACTS.items()}
+    otherwise = _OF_CONTACTS | dict.fromkeys(_of_laws(first), np.nan)
+    table: Table = {name: np.full(shape, nothing) for name, nothing in otherwise.items()}
     relative = first.layout.relative(unknowns)
     for group in first.groups:
         if not group.n or group.name not in located.groups:
@@ -151,6 +155,11 @@ def results_of_contacts(
             else:
                 table[name][:, group.contacts] = by_point
     return table
+
+
+def _of_laws(problem: HarmonicBalance) -> list[str]:
+    """Names of the variables that contact laws tell beside those of all datasets."""
+    return [name for group in problem.groups for name in group.law.variables]
 
 
 def _where(condition: np.ndarray, values: np.ndarray, otherwise: float) -> np.ndarray:
@@ -206,7 +215,7 @@ def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
     angles = ("theta_0", "theta_star")
     spread = {
         name: symmetry.spread_contacts(table[name].T).T
-        for name in ("stick_fraction", "dissipation", "contact_state", "reversals", *angles)
+        for name in (*_OF_CONTACTS, *_of_laws(problem))
     }
     for name in angles:
         spread[name] = (spread[name] + lags) % (2 * np.pi)

@@ -2,7 +2,7 @@
 
 from symhbm.results import schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
-from symhbm.results.description import Description
+from symhbm.results.description import Description, records_of_problem
 from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
     OF_PEAKS,
@@ -43,6 +43,7 @@ __all__ = [
     "meaning",
     "parse",
     "recall",
+    "records_of_problem",
     "schema",
     "tables",
     "variables",

@@ -1,12 +1,15 @@
 """Reader of the attributes of a dataset: the problem, the request and the verification."""
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import xarray as xr
 
-from symhbm.model import PARAMETERS, records_by_name
+from symhbm.balance import HarmonicBalance
+from symhbm.model import PARAMETERS, is_pattern, records_by_name
 from symhbm.model.contacts import Parameter
+from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, Variable
 
 
 class Description:
@@ -24,8 +27,8 @@ class Description:
         return self._read("problem", {})
 
     @property
-    def records(self) -> dict[str, Parameter]:
-        """What its parameters are."""
+    def records(self) -> dict[str, Parameter | Variable]:
+        """What its parameters are, and the variables of its contact laws."""
         return records_of(self.problem)
 
     @property
@@ -94,11 +97,40 @@ class Description:
         return self._read("verification", None)
 
 
-def records_of(description: dict[str, Any]) -> dict[str, Parameter]:
-    """What the parameters of a described problem are."""
+def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
+    """What the parameters of a described problem are, and the variables of its contact laws."""
     groups = description.get("groups", {})
     own = {
         group: {name: Parameter(*record) for name, record in entry["parameters"].items()}
         for group, entry in groups.items()
     }
-    return PARAMETERS | records_by_name(own)
+    variables = [entry["variables"] for entry in groups.values()]
+    return PARAMETERS | records_by_name(own) | _of_laws(variables)
+
+
+def check_names(problem: HarmonicBalance) -> None:
+    """Raise ValueError for parameters of contacts that are called as results are."""
+    for name in problem.model.records.keys() - {*PARAMETERS}:
+        if name in VARIABLES or name in OWN_DIMENSIONS or is_pattern(name):
+            raise ValueError(
+                f"problem: the parameter {name!r} of a contact law needs a name of its own, "
+                f"{name!r} is the result's"
+            )
+
+
+def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
+    """The same of a problem; ValueError for a name that all datasets have."""
+    check_names(problem)
+    variables = _of_laws([group.law.variables for group in problem.groups])
+    for name in variables:
+        if name in VARIABLES:
+            raise ValueError(f"variables: {name!r} of a contact law is a variable of all datasets")
+    return problem.records | variables
+
+
+def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:
+    return {
+        name: Variable(("contact",), about[0], about[1])
+        for of_law in variables
+        for name, about in of_law.items()
+    }

@@ -25,9 +25,9 @@ from symhbm.model import (
     is_pattern,
 )
 from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
-from symhbm.results.description import Description
+from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
-from symhbm.results.sweep import RESERVED, Sweep
+from symhbm.results.sweep import Sweep
 
 SCHEMA_VERSION = 2
 REFERENCE = (
@@ -133,12 +133,7 @@ def with_provenance(
 
     Raises ValueError for parameters of contacts that are called as results are.
     """
-    for name in problem.model.records.keys() - {*PARAMETERS}:
-        if name in RESERVED or is_pattern(name):
-            raise ValueError(
-                f"problem: the parameter {name!r} of a contact law needs a name of its own, "
-                f"{name!r} is the result's"
-            )
+    check_names(problem)
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
         about = problem.model.about(name)
@@ -239,6 +234,7 @@ def _groups(model: Structure) -> dict[str, Any]:
             "attributes": _attributes_of(group.law),
             "pairs": pairs,
             "parameters": records,
+            "variables": {own: list(about) for own, about in group.law.variables.items()},
         }
     return {"groups": groups}
 

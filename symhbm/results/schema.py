@@ -1,7 +1,7 @@
 """Labelled datasets from response curves, points and motions: the layout of an archive."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,14 +9,13 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
-from symhbm.model.contacts import Parameter
 from symhbm.numerics import Table, check
-from symhbm.results.description import Description, records_of
+from symhbm.results.description import Description, records_of, records_of_problem
 from symhbm.results.provenance import DatasetParts, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import name_of
-from symhbm.results.variables import SLOPES, VARIABLES, derivative, meaning
+from symhbm.results.variables import SLOPES, VARIABLES, Records, Variable, derivative, meaning
 
 _NO_SWEEP = Sweep({}, (), ())
 _PREFIXES = ("minimum", "event", "multiplier")
@@ -30,7 +29,7 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
         coordinates[request.name] = (
             request.name,
             request.at,
-            _attributes(request.name, problem.records),
+            _attributes(request.name, records_of_problem(problem)),
         )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
@@ -101,7 +100,8 @@ def _results(dataset: xr.Dataset) -> list[str]:
     description = Description(dataset)
     moving, on_grid = description.moving, description.on_grid
     inputs = {"frequency"} if moving != "frequency" or on_grid else set()
-    results = [name for name in VARIABLES if name not in inputs]
+    of_laws = [name for name, of in description.records.items() if isinstance(of, Variable)]
+    results = [name for name in (*VARIABLES, *of_laws) if name not in inputs]
     return [*results, f"event_{moving}", f"peak_{moving}", *([] if on_grid else [moving])]
 
 
@@ -148,7 +148,7 @@ def label_point(
 
     ``harmonics`` are those of the coefficients, by default those of the problem.
     """
-    variables = _of_one_set(point, status, "angle")
+    variables = _of_one_set(point, status, "angle", records_of_problem(problem))
     coordinates = {"frequency": ((), frequency, _attributes("frequency"))}
     if "angle" in variables:
         coordinates["angle"] = variables.pop("angle")
@@ -166,12 +166,12 @@ def label_peak_curve(
     status: str,
 ) -> xr.Dataset:
     """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
-    variables = _of_one_set(results, status, request.name, problem.records)
+    variables = _of_one_set(results, status, request.name, records_of_problem(problem))
     units = problem.model.about(request.name).units
     dims, values, attributes = variables["peak_amplitude_slope"]
     attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes
-    attributes = _attributes(request.name, problem.records)
+    attributes = _attributes(request.name, records_of_problem(problem))
     coordinates = {request.name: (request.name, request.at, attributes)}
     parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, request)
     followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
@@ -180,7 +180,7 @@ def label_peak_curve(
 
 
 def _of_one_set(
-    results: Table, status: str, axis: str, records: Mapping[str, Parameter] = PARAMETERS
+    results: Table, status: str, axis: str, records: Records = PARAMETERS
 ) -> dict[str, tuple]:
     """(dims, values, attributes) of the results of one parameter set, its status among them.
 
@@ -196,6 +196,6 @@ def _of_one_set(
     return variables
 
 
-def _attributes(name: str, records: Mapping[str, Parameter] = PARAMETERS) -> dict[str, Any]:
+def _attributes(name: str, records: Records = PARAMETERS) -> dict[str, Any]:
     variable = meaning(name, records)
     return {"units": variable.units, "long_name": variable.long_name, **variable.attributes}

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.model import PARAMETERS
-from symhbm.model.contacts import Parameter
 
 OWN_DIMENSIONS = (
     "point",
@@ -195,23 +194,24 @@ TEXTS = (
 """Variables that hold text."""
 
 
-def meaning(name: str, records: Mapping[str, Parameter] = PARAMETERS) -> Variable:
-    """Meaning of a variable; also of a followed parameter, at its points, events and peaks.
+Records = Mapping[str, Any]
+"""What the parameters of a problem are, each a `Parameter`, and the variables of its laws."""
 
-    ``records`` are those of the parameters of a problem.
-    """
+
+def meaning(name: str, records: Records = PARAMETERS) -> Variable:
+    """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
     parameter = records[name.removeprefix(prefix)]
+    if isinstance(parameter, Variable):
+        return parameter
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
     suffixes["minimum_"] = " at the minimum"
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
-def derivative(
-    name: str, parameter: str, records: Mapping[str, Parameter] = PARAMETERS
-) -> Variable:
+def derivative(name: str, parameter: str, records: Records = PARAMETERS) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
     of, by = VARIABLES[name], meaning(parameter, records)
     powers: Counter[str] = Counter()

@@ -12,7 +12,7 @@ from studies import fig03_single_blade, fig08_engine_orders
 from symhbm.continuation.angles.corrector import AngleCorrector
 from symhbm.continuation.angles.system import angle_system
 from symhbm.continuation.correctors.constraints import Hyperplane, unit_parameter
-from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
@@ -143,7 +143,7 @@ def test_no_path_begins_with_located_friction(monkeypatch):
     ):
         monkeypatch.setattr(target, forbidden)
     for name in ("free", "correct", "tangent"):
-        monkeypatch.setattr(Corrector, name, forbidden)
+        monkeypatch.setattr(StepwiseCorrector, name, forbidden)
     response = sh.frf(
         blade((1, 3)), (10, 30), over={"normal_load": [0.01, 3]}, angles="newton", progress=False
     )

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import brentq, root
 
 import symhbm as sh
-from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.correctors import corrector_of
 from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.newton import newton
 from symhbm.continuation.problem import FrequencyProblem
@@ -147,7 +147,7 @@ def test_a_structure_that_is_not_quite_symmetric_has_no_branch_points(difference
 def test_paths_that_come_close_do_not_meet(difference, meet):
     """Motions nearly alike before and beyond a pitchfork are one path in a symmetric pair alone."""
     curve = FrequencyProblem(pair(0.3, 0.02, difference))
-    corrector = Corrector(curve)
+    corrector = corrector_of(curve)
     (_, pitchfork), states = pitchforks(0.3, 0.02), []
     for omega in (pitchfork - 0.01, pitchfork + 0.01):
         # The middle one of three, the force ahead of the motion by its phase.

@@ -11,10 +11,9 @@ from studies import fig03_single_blade as fig03
 from symhbm.continuation.between.located_maximum import falling_zero
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import Slopes, estimate_slopes
-from symhbm.continuation.correctors import compiled
+from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of
 from symhbm.continuation.correctors.bordered_system import point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
-from symhbm.continuation.correctors.stepwise import Corrector
 from symhbm.continuation.events.resonances import modes
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
@@ -104,9 +103,8 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
     """From guesses off the path and onto limits; both end on the curve to its tolerance."""
     branch = branch_of(name)
     curve = branch.curve
-    fast, slow = Corrector(curve), Corrector(curve)
-    assert fast._compiled is not None
-    slow._compiled = None
+    fast, slow = corrector_of(curve), StepwiseCorrector(curve)
+    assert isinstance(fast, compiled.CompiledCorrector)
     rng = np.random.default_rng(0)
     compared = 0
     for point in branch.points:
@@ -176,7 +174,7 @@ def test_outside_the_band_of_a_condensation_there_is_no_solution():
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, unit_parameter(size))
     slip = np.zeros(problem.n_contacts, dtype=bool)
-    assert Corrector(curve).correct(guess, scale, plane, slip) is None
+    assert corrector_of(curve).correct(guess, scale, plane, slip) is None
 
 
 def test_a_mean_beside_one_harmonic_is_compiled_too():
@@ -190,7 +188,7 @@ def test_a_mean_beside_one_harmonic_is_compiled_too():
 def test_what_cannot_be_solved_is_none():
     """A singular system, a guess that is not finite, and one too far away."""
     curve = FrequencyProblem(ring())
-    corrector = Corrector(curve)
+    corrector = corrector_of(curve)
     size = curve.problem.n_unknowns + 1
     guess, slip = np.append(np.zeros(size - 1), 1000.0), np.zeros(13, dtype=bool)
     scale = curve.scale(guess)

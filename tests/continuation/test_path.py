@@ -9,7 +9,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig12_mistuned_disk as fig12
 from symhbm.continuation import path as continuation
-from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.correctors import corrector_of
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.events import corners
 from symhbm.continuation.path import Path
@@ -123,12 +123,14 @@ def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
     i = next(i for i, point in enumerate(points) if point.events)
     base, event = points[i - 1], points[i]
     length = overshoot * (event.value - base.value) / base.after[-1]
-    crossing = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=True)
+    crossing = corners._at_distance(corrector_of(curve), base, 30 * TURN, length, may_change=True)
     assert crossing is not None
     # Both are solved to the round-off of the limit.
     assert crossing.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
     assert crossing.slip.tolist() == event.slip.tolist()
-    same_states = corners._at_distance(Corrector(curve), base, 30 * TURN, length, may_change=False)
+    same_states = corners._at_distance(
+        corrector_of(curve), base, 30 * TURN, length, may_change=False
+    )
     assert same_states is None
 
 
@@ -137,7 +139,7 @@ def test_a_step_across_a_corner_goes_ahead_on_the_path():
     curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
     points = list(path_from_start(curve, 10 * TURN, 30 * TURN))
     base = points[3]
-    crossing = corners.step_over_corner(Corrector(curve), base, 30 * TURN, 0.2)
+    crossing = corners.step_over_corner(corrector_of(curve), base, 30 * TURN, 0.2)
     assert crossing is not None
     assert crossing.solution.residual_norm <= 1e-11
     assert base.value < crossing.solution.point[-1] < 30 * TURN

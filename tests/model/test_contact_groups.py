@@ -192,8 +192,20 @@ def test_a_law_that_contradicts_itself_is_refused(law, text):
 
 @pytest.mark.parametrize(
     "name",
-    "mass stiffness contacts groups n_dof records lumped force_amplitude engine_order unknowns "
-    "frequency force_shape".split(),
+    [
+        "mass",
+        "stiffness",
+        "contacts",
+        "groups",
+        "n_dof",
+        "records",
+        "lumped",
+        "force_amplitude",
+        "engine_order",
+        "unknowns",
+        "frequency",
+        "force_shape",
+    ],
 )
 def test_names_of_structures_are_taken(name):
     with pytest.raises(ValueError, match=f"parameter '{name}' needs a name of its own"):
@@ -324,7 +336,7 @@ def test_exact_motion_tells_what_displacements_dissipate_together():
     problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3, 5, 7, 9))
     exact, balanced = sh.periodic_motion(problem, 17.0), sh.solve(problem, 17.0)
     assert abs(float(balanced.dissipation[0])) > 1e-4
-    np.testing.assert_allclose(exact.dissipation, balanced.dissipation, rtol=1e-5)
+    np.testing.assert_allclose(exact.dissipation, balanced.dissipation, rtol=1e-4)
     lost = float(exact.viscous_dissipation + exact.dissipation.sum())
     assert lost == pytest.approx(float(exact.work), rel=1e-10)
 

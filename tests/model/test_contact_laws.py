@@ -30,6 +30,13 @@ class PressedDamper(sh.Coulomb):
         "damper_mass": sh.Parameter("kg", "mass of the damper", "$m_d$", designed=True)
     }
 
+    variables = {"pressing_force": ("N", "force that presses the contact")}  # noqa: RUF012
+
+    def results(self, basis, located, motion, frequency, values):
+        pressed = self.slip_limit(frequency, values) / values["friction_coefficient"]
+        own = {"pressing_force": np.broadcast_to(pressed, len(motion))}
+        return super().results(basis, located, motion, frequency, values) | own
+
     def slip_limit(self, frequency, values):
         load = values["normal_load"] + 0.4 * values["damper_mass"] * (frequency / 3) ** 2
         return values["friction_coefficient"] * load
@@ -178,6 +185,10 @@ def test_the_limit_of_a_damper_follows_its_speed():
     """At each frequency the response is that of the same element with its load there."""
     problem = pressed()
     response = sh.frf(problem, (14, 24), at=np.linspace(14, 24, 9), progress=False)
+    force = 1.0 + 0.4 * 4e-3 * (RADIANS * response.frequency.values / 3) ** 2
+    np.testing.assert_allclose(response.pressing_force.isel(contact=0).values, force, rtol=1e-12)
+    assert np.isnan(response.pressing_force.isel(contact=[1, 2]).values).all()
+    assert response.pressing_force.attrs["units"] == "N"
     for point in response.transpose("frequency", ...).frequency.values:
         omega = RADIANS * point
         load = 1.0 + 0.4 * 4e-3 * (omega / 3) ** 2
@@ -411,3 +422,34 @@ def test_laws_are_equal_by_class_and_pickle():
 def test_bad_groups_say_what_is_expected(make, error, text):
     with pytest.raises(error, match=text):
         make()
+
+
+def test_events_name_the_contact_and_what_it_does():
+    """A group without switches comes first: contacts are numbered among all of them."""
+
+    class Pair(sh.Coulomb):
+        switches = (sh.Switch("slip", "begins to rub", "rests"),)
+
+    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=0.0)
+    rub = sh.Contacts(
+        Pair(), [(0, 1)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0
+    )
+    matrices = np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4])
+    plain = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
+    responses = [
+        sh.frf(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)), (12, 30), progress=False)
+        for model in (
+            sh.Model(*matrices, contacts={"stop": stop, "rub": rub}),
+            sh.Model(*matrices, contacts=[(0, 1)], **plain),
+        )
+    ]
+    named, short = responses
+    np.testing.assert_allclose(named.event_frequency, short.event_frequency, rtol=1e-10)
+    assert len(short.event_kind) >= 2
+    assert set(named.event_contact.values) == {1}
+    words = {"onset of slip": "begins to rub", "end of slip": "rests"}
+    assert named.event_kind.values.tolist() == [words[kind] for kind in short.event_kind.values]
+    np.testing.assert_array_equal(
+        named.contact_state.values[:, 1], short.contact_state.values[:, 0]
+    )
+    assert np.all(named.contact_state.values[:, 0] == -1)

@@ -13,7 +13,7 @@ from closed_forms import OneBlade
 from dense_scan import TWO_PI, OddHarmonicRing, OneHarmonicRing, Top, scan, tops
 
 import symhbm as sh
-from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.correctors import corrector_of
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
@@ -128,7 +128,7 @@ def assert_same_peaks(found, expected):
 def work(problem):
     """Points, rejected steps and linear solves of the path, without peaks."""
     curve = FrequencyProblem(problem)
-    corrector = Corrector(curve)
+    corrector = corrector_of(curve)
     start, end = (TWO_PI * hz for hz in BAND)
     path = Path(curve, solve_point(problem, start).unknowns, start, end, corrector)
     points = list(path)

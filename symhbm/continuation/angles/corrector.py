@@ -16,8 +16,8 @@ from symhbm.continuation.angles.system import AngleSystem, angle_system
 from symhbm.continuation.correctors import (
     Constraint,
     Corrected,
-    Corrector,
     Hyperplane,
+    StepwiseCorrector,
     crossed,
     unit_parameter,
 )
@@ -35,7 +35,7 @@ _FREE_RADIUS = 10.0
 """Largest distance of a solution at a fixed value from its guess, relative to the response."""
 
 
-class AngleCorrector(Corrector):
+class AngleCorrector(StepwiseCorrector):
     """Corrects guesses onto a curve in the coefficients and the switching angles."""
 
     def __init__(self, curve: ContinuationProblem, solver: str):

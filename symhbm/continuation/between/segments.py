@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
+from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
 from symhbm.continuation.segment import Measure, PathState, Segment
 from symhbm.numerics import FloatArray
 
@@ -43,8 +43,8 @@ class Segments(NamedTuple, Generic[At]):
         """
         smooth = ~np.array([bool(point.events) for point in points])
         onset, end = (
-            np.array([any(event.kind == kind for event in p.events) for p in points])
-            for kind in (EventKind.ONSET, EventKind.END)
+            np.array([any(event.turns_on is on for event in p.events) for p in points])
+            for on in (True, False)
         )
         unbounded = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
         count = len(points) - 1

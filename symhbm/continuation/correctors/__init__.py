@@ -1,5 +1,6 @@
 """Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
+from symhbm.continuation.correctors.compiled import corrector_of
 from symhbm.continuation.correctors.constraints import (
     BEYOND,
     ON_LIMIT,
@@ -10,8 +11,9 @@ from symhbm.continuation.correctors.constraints import (
     crossed,
     unit_parameter,
 )
+from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
-from symhbm.continuation.correctors.stepwise import Corrector
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 
 __all__ = [
     "BEYOND",
@@ -23,6 +25,8 @@ __all__ = [
     "Corrected",
     "Corrector",
     "Hyperplane",
+    "StepwiseCorrector",
+    "corrector_of",
     "crossed",
     "unit_parameter",
 ]

@@ -2,7 +2,7 @@
 
 With one harmonic the events of contacts are closed forms, so that the whole iteration (events,
 residual, Jacobian, factorisation, step, tangent) needs no Python, and a correction is one call. For
-all other equations `symhbm.continuation.correctors.stepwise.Corrector` does the same step by step.
+all other equations `StepwiseCorrector` does the same step by step.
 """
 
 import threading
@@ -15,8 +15,16 @@ from numpy.typing import NDArray
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
-from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
+from symhbm.continuation.correctors.constraints import (
+    AtLimit,
+    Constraint,
+    Corrected,
+    Hyperplane,
+    unit_parameter,
+)
+from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, native
@@ -25,10 +33,11 @@ _OFTEN = 50
 """Number of curves of one structure from which machine code saves more time than it takes."""
 
 
-class CompiledCorrector:
-    """Corrects guesses onto the frequency curve of one problem; see `Corrector`."""
+class CompiledCorrector(Corrector):
+    """A `Corrector` of a curve whose events are closed forms: a correction is one call."""
 
     def __init__(self, curve: FrequencyProblem):
+        super().__init__(curve)
         equations, arguments = curve.problem.compiled
         self._correct, self._tangent = map(
             Compiled, _programs(equations, curve.problem.structure).functions()
@@ -44,10 +53,10 @@ class CompiledCorrector:
         scale: FloatArray,
         constraint: Constraint,
         slip: NDArray[np.bool_],
-        precision: float,
-        radius: float,
-    ) -> tuple[Corrected | None, int]:
-        """Solution from ``guess``, number of linear solves; arguments as of `Corrector.correct`."""
+        precision: float = 1e-6,
+        radius: float = 0.5,
+    ) -> Corrected | None:
+        """As `Corrector.correct`."""
         _, start, normal, anchor, limit, imposed, settings = self._correct.inputs
         start[:], imposed[:] = guess, slip
         settings[:] = scale[0], scale[-1], precision, radius
@@ -60,16 +69,27 @@ class CompiledCorrector:
         try:
             self._correct.run()
         except RuntimeError:
-            return None, 1  # LAPACK refuses a matrix that is exactly singular
+            self.solves += 1
+            return None  # LAPACK refuses a matrix that is exactly singular
         point, direction, (status, solves), values = self._correct.outputs
+        self.solves += int(solves)
         if status != DONE:
-            return None, int(solves)
-        return self._corrected(point.copy(), direction.copy(), values), int(solves)
+            return None
+        return self._corrected(point.copy(), direction.copy(), values)
 
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution, along ``row``; None where the system is singular."""
+        """As `Corrector.tangent`."""
+        self.solves += 1
+        borders = row, unit_parameter(len(row))
+        tangents = (self._tangent_along(point, scale, border, slip) for border in borders)
+        return next((tangent for tangent in tangents if tangent is not None), None)
+
+    def _tangent_along(
+        self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """Tangent along a row; None where the system is singular."""
         _, at_point, normal, imposed, settings = self._tangent.inputs
         at_point[:], normal[:], imposed[:] = point, row, slip
         settings[:2] = scale[0], scale[-1]
@@ -84,10 +104,9 @@ class CompiledCorrector:
 
     def _corrected(self, point: FloatArray, direction: FloatArray, values: Any) -> Corrected:
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
-        n = self._n_switches
-        slip_margin, springs, rate = np.split(
-            values[SCALARS:].copy(), [n, len(values) - SCALARS - n]
-        )
+        of_contacts, n = values[SCALARS:].copy(), self._n_switches
+        end = len(of_contacts) - n
+        slip_margin, springs, rate = of_contacts[:n], of_contacts[n:end], of_contacts[end:]
         sign = 1 if direction[-1] >= 0 else -1
         at_contacts = slip_margin, rate, crosses > 0
         resonances_below = (
@@ -98,19 +117,25 @@ class CompiledCorrector:
         )
 
 
-def compiled_corrector(curve: ContinuationProblem) -> CompiledCorrector | None:
-    """The compiled corrector of a curve, None for one that needs Python.
+def is_compiled(curve: ContinuationProblem) -> bool:
+    """Whether a curve has a `CompiledCorrector`.
 
     Large sparse matrices are factorised faster in Python, as CasADi does not reorder the unknowns.
     """
     if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
-        return None
+        return False
     part = curve.problem.structure
-    if part is None and curve.problem.n_unknowns > DENSE_LIMIT:
-        return None
-    if part is not None and part.band_functions is None:
-        return None
-    return CompiledCorrector(curve) if curve.problem.in_closed_form else None
+    if part is None:
+        return curve.problem.in_closed_form and curve.problem.n_unknowns <= DENSE_LIMIT
+    return curve.problem.in_closed_form and part.band_functions is not None
+
+
+def corrector_of(curve: ContinuationProblem) -> Corrector:
+    """The corrector of a curve: compiled where its equations allow that."""
+    if is_compiled(curve):
+        assert isinstance(curve, FrequencyProblem)
+        return CompiledCorrector(curve)
+    return StepwiseCorrector(curve)
 
 
 @lru_cache(maxsize=32)

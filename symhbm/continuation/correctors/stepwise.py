@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.correctors.compiled import compiled_corrector
 from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
@@ -12,20 +11,19 @@ from symhbm.continuation.correctors.constraints import (
     slip_margin_rate,
     unit_parameter,
 )
+from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
-from symhbm.continuation.newton import TOLERANCE, NewtonResult, newton
+from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import Factorisation, FloatArray, bordered
 
 
-class Corrector:
-    """Corrects guesses onto a curve; ``solves`` counts the linear solves."""
+class StepwiseCorrector(Corrector):
+    """A `Corrector` of any curve: each step evaluates the equations and factorises a matrix."""
 
     def __init__(self, curve: ContinuationProblem):
-        self.curve = curve
-        self.solves = 0
-        self._compiled = compiled_corrector(curve)
+        super().__init__(curve)
         self._count = ResonanceCount(curve)
 
     def correct(
@@ -37,17 +35,7 @@ class Corrector:
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
-        """Solve from ``guess`` (n_unknowns + 1,), the contact states ``slip`` held.
-
-        Steps are relative to ``scale`` (n_unknowns + 1,). The tangent is that of a point within
-        ``precision`` of the solution. None if a step exceeds ``radius`` or nothing converges.
-        """
-        if self._compiled is not None:
-            corrected, solves = self._compiled.correct(
-                guess, scale, constraint, slip, precision, radius
-            )
-            self.solves += solves
-            return corrected
+        """As `Corrector.correct`."""
         point, direction, sign = guess, None, 0
         last_step, correction = np.inf, 0
         while True:
@@ -80,12 +68,8 @@ class Corrector:
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, slip: NDArray[np.bool_]
     ) -> Corrected | None:
-        """Tangent at a solution in the contact states ``slip``, along ``row`` or the parameter."""
+        """As `Corrector.tangent`."""
         borders = row, unit_parameter(len(row))
-        if self._compiled is not None:
-            self.solves += 1
-            tangents = (self._compiled.tangent(point, scale, border, slip) for border in borders)
-            return next((tangent for tangent in tangents if tangent is not None), None)
         evaluation = self.curve.evaluate(point[:-1], point[-1], slip)
         for border in borders:
             columns, sign = self._step(evaluation, scale, border, 0.0)
@@ -93,12 +77,6 @@ class Corrector:
                 direction = columns[:, 1] / np.linalg.norm(columns[:, 1])
                 return self._corrected(point, evaluation, scale, direction, sign, point, slip)
         return None
-
-    def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
-        """Solution at a ``value`` from ``unknowns`` (n_unknowns,), contact states free."""
-        result = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
-        self.solves += result.iterations
-        return result
 
     def _corrected(self, point, evaluation, scale, direction, sign, guess, slip) -> Corrected:
         return Corrected(

@@ -105,6 +105,8 @@ class ContactLaw(ABC):
     """Names of the relative displacements of a contact."""
     parameters: ClassVar[Mapping[str, Parameter]]
     """Its parameters by name."""
+    variables: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Units and meaning of what `results` tells beside the variables of all datasets."""
     switches: ClassVar[tuple[Switch, ...]] = ()
     """What a contact may do within a period or not."""
     drawn_as: ClassVar[str] = "contact"
@@ -294,7 +296,8 @@ class ContactLaw(ABC):
     ) -> dict[str, FloatArray]:
         """What datasets store of contacts, (n,) each: here, the energy they dissipate [J].
 
-        Other names are those of `symhbm.results.VARIABLES` with the dimension contact.
+        Other names are those of `symhbm.results.VARIABLES` with the dimension contact, and of
+        `variables`.
         """
         force = self.forces(basis, located, motion, frequency, values)
         shape = (len(motion), -1, basis.n_components)

@@ -12,7 +12,7 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance, locate_each
 from symhbm.continuation import ACCEPTED, ContinuationProblem
-from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
+from symhbm.continuation.correctors import Hyperplane, corrector_of, unit_parameter
 from symhbm.numerics import Factorisation, FloatArray, largest_displacement
 
 SMALLEST = 0.01
@@ -80,9 +80,9 @@ def distance(
     The distance is measured in the hyperplane normal to the path of the response: near a fold the
     other path need not reach the value of the response.
     """
-    state, corrector = np.append(unknowns, value), Corrector(larger)
+    state, corrector = np.append(unknowns, value), corrector_of(larger)
     scale, slip = equations.scale(state), equations.evaluate(unknowns, value).friction.slip
-    tangent = Corrector(equations).tangent(state, scale, unit_parameter(len(scale)), slip)
+    tangent = corrector_of(equations).tangent(state, scale, unit_parameter(len(scale)), slip)
     if tangent is None:
         return Truncation(np.inf, np.zeros(0), 1)
     problem, finer = equations.problem, larger.problem

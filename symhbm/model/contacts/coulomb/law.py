@@ -5,13 +5,13 @@ switching angles located the coefficients of the force are the closed form of
 `symhbm.model.contacts.coulomb.state`.
 """
 
-from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.coulomb.limit import limit_moves, limit_slopes
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.model.contacts.coulomb.moving_angles import moving_angles
 from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
@@ -19,7 +19,7 @@ from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
 from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.numerics import Compiled, FloatArray, FourierBasis, turning_hessian, turning_points
+from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
@@ -81,7 +81,7 @@ class Coulomb(ContactLaw):
     @property
     def margins_move(self) -> bool:
         """Whether the limit depends on the frequency."""
-        return _limit_moves(self)
+        return limit_moves(self)
 
     def monotone(self, values: Values) -> bool:
         """That responses are unique: with dissipative damping and a load that motion leaves."""
@@ -144,7 +144,9 @@ class Coulomb(ContactLaw):
         stiffness, limit = self.sliders(frequency, values)
         state = self.find(basis, motion, stiffness, limit, None if held is None else held[:, 0])
         # Without a spring nothing pulls the slider, whatever its limit.
-        return located_of(state, np.where(stiffness[:, None] > 0, state.vector, 0.0))
+        pulled = stiffness > 0
+        vector = state.vector if pulled.all() else np.where(pulled[:, None], state.vector, 0.0)
+        return located_of(state, vector)
 
     def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
@@ -165,7 +167,7 @@ class Coulomb(ContactLaw):
         """
         array = np.array([values[name] for name in self.parameters])
         n_values, n = array.shape
-        first, second = _limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
+        first, second = limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
         first = first.reshape(n, 1 + n_values)
         curvature = second.reshape(n, 1 + n_values, 1 + n_values)
         return first[:, 0], first[:, 1:].T, curvature
@@ -377,32 +379,3 @@ def leading(motion: Any, a: int) -> tuple[Any, Any]:
     """Whether the harmonic of the components ``a`` and ``a + 1`` leads a motion, its square."""
     square = ca.sumsqr(motion[a : a + 2])
     return square > LEADING * ca.sumsqr(motion), square
-
-
-@lru_cache(maxsize=64)
-def _limit_moves(law: Coulomb) -> bool:
-    frequency = ca.SX.sym("frequency")
-    values = {name: ca.SX.sym(name) for name in law.parameters}
-    return bool(ca.jacobian(law.slip_limit(frequency, values), frequency).nnz())
-
-
-@lru_cache(maxsize=64)
-def _limit_slopes(law: Coulomb, n_contacts: int) -> Compiled:
-    """First and second derivatives of ``ln(k_d / g)`` of each contact by frequency and values."""
-    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    stiffness, limit = by_name["contact_stiffness"], law.slip_limit(frequency, by_name)
-    pulled, bounded = stiffness > 0, limit > 0
-    variables = ca.vertcat(frequency, values)
-    parts = []
-    for value, sign, where in ((stiffness, 1, pulled), (limit, -1, bounded)):
-        first = ca.densify(ca.jacobian(value, variables)).T
-        second = ca.densify(ca.hessian(value, variables)[0])
-        safe = ca.if_else(where, value, 1)
-        slope = first / safe
-        parts.append(
-            [ca.if_else(where, sign * part, 0) for part in (slope, second / safe - slope @ slope.T)]
-        )
-    (first, second), (other_first, other_second) = parts
-    outputs = [first + other_first, ca.vec(second + other_second)]
-    return Compiled(ca.Function("limit_slopes", [frequency, values], outputs).map(n_contacts))

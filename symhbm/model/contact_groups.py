@@ -1,0 +1,94 @@
+"""The contacts of a structure, from pairs of degrees of freedom or from groups by name."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symhbm.model.contacts import (
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    Group,
+    check_pairs,
+    is_name,
+    named,
+)
+from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS
+from symhbm.numerics import check
+
+SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
+"""The groups of contacts that have no names of their own."""
+
+
+class GroupedContacts(NamedTuple):
+    """Contacts of a structure.
+
+    ``contacts`` are the degrees of freedom of each, ``row_pairs`` those of each displacement;
+    ``values`` the unchecked values of their parameters by name.
+    """
+
+    contacts: tuple[Any, ...]
+    row_pairs: tuple[tuple[int, ...], ...]
+    groups: tuple[Group, ...]
+    values: dict[str, Any]
+
+
+def grouped(n_dof: int, contacts: Any, parameters: Mapping[str, Any]) -> GroupedContacts:
+    """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`."""
+    if isinstance(contacts, Mapping):
+        return _by_name(n_dof, contacts, parameters)
+    pairs = check_pairs(contacts, n_dof)
+    given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
+    if pairs:
+        _check_complete(given)
+    names = named({name: law.parameters for name, law in SHORT.items()})
+    every = np.arange(len(pairs))
+    groups = [Group(name, law, every, every[:, None], names[name]) for name, law in SHORT.items()]
+    values = {name: 0.0 if value is None else value for name, value in given.items()}
+    return GroupedContacts(pairs, pairs, tuple(groups), values)
+
+
+def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> GroupedContacts:
+    """Groups by name, whose values are their own."""
+    given = [name for name, value in parameters.items() if value is not None]
+    if given:
+        raise ValueError(
+            f"{', '.join(given)}: expected the values of named groups with each group, as in "
+            "symhbm.Contacts(law, pairs, ...)"
+        )
+    for name, group in contacts.items():
+        if not isinstance(group, Contacts):
+            raise TypeError(
+                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, pairs, "
+                "...)"
+            )
+        if not is_name(name):
+            raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
+    names = named({name: group.law.parameters for name, group in contacts.items()})
+    every, rows, groups, values = [], [], [], {}
+    for name, group in contacts.items():
+        pairs = [check_pairs(of_direction, n_dof) for of_direction in group.pairs]
+        together = list(zip(*pairs, strict=True))
+        of_rows = len(rows) + np.arange(len(together) * len(pairs)).reshape(-1, len(pairs))
+        of_contacts = len(every) + np.arange(len(together))
+        groups.append(Group(name, group.law, of_contacts, of_rows, names[name]))
+        every += [ends[0] if len(pairs) == 1 else ends for ends in together]
+        rows += [pair for ends in together for pair in ends]
+        values |= {names[name][own]: value for own, value in group.values.items()}
+    return GroupedContacts(tuple(every), tuple(rows), tuple(groups), values)
+
+
+def _check_complete(values: dict[str, Any]) -> None:
+    """Raise ValueError for contacts that do nothing since a parameter was forgotten."""
+    given = [name for name in FRICTION_PARAMETERS if values[name] is not None]
+    missing = [name for name in FRICTION_PARAMETERS if name not in given]
+    if not missing or (not given and values["cubic_stiffness"] is not None):
+        return
+    spring = given == ["contact_stiffness"]
+    raise ValueError(
+        f"{', '.join(f'{name}=None' for name in missing)}: expected contact_stiffness, "
+        "friction_coefficient and normal_load for friction (an explicit 0 for contacts that "
+        "slide freely), or cubic_stiffness alone for cubic springs; without them contacts do "
+        "nothing" + ("; a linear spring is a part of stiffness_matrix" if spring else "")
+    )
