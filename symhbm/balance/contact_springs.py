@@ -51,7 +51,7 @@ def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
     """Springs (n_harmonics, m^2 of each contact) as those of `ContactSprings`."""
     groups, n_rows = problem.contacts.groups, problem.layout.n_rows
     couples = any(group.rows.shape[1] > 1 for group in groups)
-    if len(groups) == 1 and not couples and groups[0].n == n_rows:
+    if not couples and len(groups) == 1 and groups[0].n == n_rows:
         return springs
     result = np.zeros((len(springs), n_rows, n_rows) if couples else (len(springs), n_rows))
     first = 0

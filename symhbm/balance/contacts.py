@@ -129,6 +129,12 @@ class BalancedContacts:
         each = [np.repeat(group.contacts, len(group.law.switches)) for group in self.groups]
         return np.concatenate([np.zeros(0, dtype=int), *each])
 
+    @property
+    def rows_of_switches(self) -> NDArray[np.intp]:
+        """The displacement of the contact of each switch, the first of several, (n_switches,)."""
+        each = [np.repeat(group.rows[:, 0], len(group.law.switches)) for group in self.groups]
+        return np.concatenate([np.zeros(0, dtype=int), *each])
+
     def by_unknowns(self, group: BalancedGroup, contact: int, by_motion: FloatArray) -> FloatArray:
         """Derivatives (..., n_unknowns) from those by a contact's motion, (..., m n_components)."""
         rows = group.rows[contact].tolist()

@@ -17,8 +17,10 @@ _SINGULAR = 1e-13
 """Reciprocal condition of a scaled stiffness matrix that lets something move freely."""
 
 
-def check_mean(problem: HarmonicBalance) -> None:
+def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
     """Raise ValueError where contacts make a mean force that the harmonics leave out.
+
+    Harmonics that are ``growing`` get those that the force needs, but stay odd.
 
     With friction that takes a force with even harmonics, counted in units of what all have in
     common: responses are unique, and mirror images of themselves under odd ones. Cubic springs
@@ -26,6 +28,14 @@ def check_mean(problem: HarmonicBalance) -> None:
     """
     model, harmonics = problem.model, problem.harmonics
     if 0 in harmonics or not model.n_contacts:
+        return
+    uneven = [repr(group.law) for group in model.groups if group.n and not group.law.odd]
+    if uneven:
+        raise ValueError(
+            f"harmonics={harmonics}: expected 0 and even ones among them, as the force of "
+            f"{', '.join(uneven)} is not odd; try harmonics={(*range(max(*harmonics, 2) + 1),)}"
+        )
+    if growing:
         return
     acts = problem.excitation.shape(model.n_whole, problem.basis).any(axis=0)
     exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))

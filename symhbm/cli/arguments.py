@@ -15,10 +15,11 @@ def _law(name: str) -> ContactLaw:
     module, _, kind = name.partition(":")
     sys.path.insert(0, str(Path.cwd()))
     try:
-        law = getattr(import_module(module), kind)()
+        law = getattr(import_module(module), kind)
+        law = law() if isinstance(law, type) else law
     except (ImportError, AttributeError, TypeError, ValueError) as error:
         raise click.BadParameter(
-            f"{name}: expected MODULE:CLASS of a contact law ({error})"
+            f"{name}: expected MODULE:CLASS of a contact law, or a law of a module ({error})"
         ) from error
     finally:
         sys.path.pop(0)

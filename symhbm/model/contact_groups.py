@@ -5,7 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.model.contacts import Contacts, Coulomb, CubicSpring, Group, check_pairs, named
+from symhbm.model.contacts import (
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    Group,
+    check_pairs,
+    is_name,
+    named,
+)
 from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS
 from symhbm.numerics import check
 
@@ -55,7 +63,7 @@ def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> Gr
                 f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, pairs, "
                 "...)"
             )
-        if not str(name).isidentifier() or "__" in name or name.startswith("_"):
+        if not is_name(name):
             raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
     names = named({name: group.law.parameters for name, group in contacts.items()})
     every, rows, groups, values = [], [], [], {}

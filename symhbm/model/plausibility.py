@@ -11,7 +11,6 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
-from symhbm.model.parameters import FRICTION_PARAMETERS
 from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, check
 
@@ -71,13 +70,15 @@ def _of_symmetry(model: Structure) -> str:
 
 
 def _of_effect(model: Structure, moving: Collection[str]) -> str:
-    """A friction parameter that moves and does nothing, as another one is 0 all the time."""
-    nothing = [
-        name
-        for name in FRICTION_PARAMETERS
-        if name in model.parameters and name not in moving and not np.any(getattr(model, name))
-    ]
-    idle = [name for name in FRICTION_PARAMETERS if name in moving]
+    """A parameter that moves and does nothing, as another one of its law is 0 all the time."""
+    idle, nothing = [], []
+    for group in model.groups:
+        values = model.values_of(group)
+        moves = {own: name for own, name in group.parameters.items() if name in moving}
+        if moves and not group.law.acts(values | dict.fromkeys(moves, np.ones(group.n))).any():
+            idle += moves.values()
+            fixed = {own: name for own, name in group.parameters.items() if own not in moves}
+            nothing += [name for own, name in fixed.items() if not values[own].any()]
     if not (nothing and idle and model.n_contacts):
         return ""
     has, are = ("has" if len(idle) == 1 else "have"), ("is" if len(nothing) == 1 else "are")

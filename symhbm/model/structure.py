@@ -26,6 +26,8 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+_INPUTS = {"unknowns", "frequency", "force_shape"}
+"""What else a balance is compiled for."""
 
 
 class NearModes(NamedTuple):
@@ -140,9 +142,22 @@ class Structure(ABC):
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         *parts, values = grouped(self.n_dof, contacts, parameters)
+        self._check_names(values)
         self._store(contacts=parts[0], row_pairs=parts[1], groups=parts[2])
         for name, value in values.items():
             self._store(**{name: self._each(name, value)})
+
+    def _check_names(self, names: Collection[str]) -> None:
+        """Raise ValueError for parameters of contacts whose names are taken."""
+        of_structure = set(PARAMETERS) | _INPUTS
+        for kind in type(self).__mro__:
+            of_structure |= {*vars(kind), *vars(kind).get("__annotations__", {})}
+        for name in sorted(names):
+            if name in of_structure - {*CONTACT_PARAMETERS}:
+                raise ValueError(
+                    f"contacts: the parameter {name!r} needs a name of its own, a structure or "
+                    "what excites it has another one of this name"
+                )
 
     @property
     def n_dof(self) -> int:

@@ -237,8 +237,10 @@ def _derivatives(
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
     maximum = Maximum.at_peak(problem, peak)
-    on_limit = {maximum.contact, *maximum.further_contacts} if maximum.further_contacts else set()
-    on_limit = {int(problem.contacts.of_switches[switch]) for switch in on_limit}
+    on_limit: set[int] = set()
+    if maximum.further_contacts:
+        switches = [maximum.contact, *maximum.further_contacts]
+        on_limit = {*problem.contacts.of_switches[switches].tolist()}
     for text, contacts in ((SEVERAL_ON_LIMIT, on_limit), (AT_REST, _contacts_at_rest(maximum))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}

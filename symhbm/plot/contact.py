@@ -1,6 +1,6 @@
 """Hysteresis loops of contacts."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.model.contacts import HysteresisLoop, hysteresis_loops
+from symhbm.model.contacts import Coulomb, HysteresisLoop, hysteresis_loops, named
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
@@ -94,19 +94,50 @@ def loops_of(
     Also returns the dataset without the padding of its paths. Arguments and errors as of
     `hysteresis`.
     """
-    check_variables(dataset, "frequency", "contact_stiffness", "friction_coefficient")
-    check_variables(dataset, "normal_load")
+    check_variables(dataset, "frequency")
     check.known("problem", dataset.attrs, "attribute of the dataset")
     for dim in ("dof", "contact"):
         check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
     pairs = Description(dataset).problem["contacts"]
     contact = check.integer("contact", contact, 0, len(pairs) - 1)
-    dofs = pairs[contact]
+    dofs, friction = pairs[contact], _friction_of(dataset, contact)
+    check_variables(dataset, *friction.parameters)
     if "angle" in dataset.dims:
         check_variables(dataset, "displacement", "velocity", "friction_force", "event_angle")
-        return {(): _stored_loop(dataset, contact, dofs)}, dataset, []
+        return {(): _stored_loop(dataset, contact, dofs, friction)}, dataset, []
     check_variables(dataset, "coefficient", "harmonic")
-    return _marched_loops(dataset, contact, dofs)
+    return _marched_loops(dataset, dofs, friction)
+
+
+class _Friction(NamedTuple):
+    """Where a dataset has the parameters of a friction contact.
+
+    What it calls ``k_d``, ``mu`` and ``F_n``, and the number of the contact ``within`` its group.
+    """
+
+    parameters: list[str]
+    within: int
+
+    def values(self, value: xr.DataArray) -> xr.DataArray:
+        """A parameter of this contact, of that of all contacts of its group."""
+        dims = [dim for dim in value.dims if dim == "contact" or str(dim).endswith("_contact")]
+        return value.isel(dict.fromkeys(dims, self.within), drop=True)
+
+
+def _friction_of(dataset: xr.Dataset, contact: int) -> _Friction:
+    """ValueError for a contact whose law is not the friction of this library."""
+    groups = Description(dataset).problem.get("groups")
+    if groups is None:
+        return _Friction([*Coulomb.parameters], contact)
+    owners = [(name, i) for name, each in groups.items() for i in range(len(each["pairs"][0]))]
+    name, within = owners[contact]
+    if groups[name]["law"] != Coulomb.__name__:
+        raise ValueError(
+            f"contact={contact}: expected one of friction with a limit mu F_n, it is of "
+            f"{groups[name]['law']} in the group {name!r}"
+        )
+    called = named({name: group["parameters"] for name, group in groups.items()})[name]
+    return _Friction([called[own] for own in Coulomb.parameters], within)
 
 
 def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:
@@ -114,7 +145,9 @@ def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:
     return first if len(dofs) == 1 else first - values.isel(dof=dofs[1], drop=True)
 
 
-def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> HysteresisLoop | None:
+def _stored_loop(
+    dataset: xr.Dataset, contact: int, dofs: list[int], friction: _Friction
+) -> HysteresisLoop | None:
     """Loop of a motion stored over its period, with its events among the points."""
     angle, period = dataset["angle"].values, 2 * np.pi
     omega = period * float(dataset["frequency"])
@@ -125,8 +158,7 @@ def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> Hysteres
         return None
     closed = np.append(angle, angle[0] + period)
     motion = CubicHermiteSpline(closed, np.append(y, y[0]), np.append(slope, slope[0]))
-    parameters = (dataset[name].values for name in ("friction_coefficient", "normal_load"))
-    limit = float(np.prod([value[contact] for value in parameters]))
+    limit = float(np.prod([friction.values(dataset[name]) for name in friction.parameters[1:]]))
     of_contact = dataset["event_contact"].values == contact
     event = angle[0] + (dataset["event_angle"].values[of_contact] - angle[0]) % period
     begins = dataset["event_kind"].values[of_contact] == "onset of slip"
@@ -146,7 +178,7 @@ def _stored_loop(dataset: xr.Dataset, contact: int, dofs: list[int]) -> Hysteres
 
 
 def _marched_loops(
-    dataset: xr.Dataset, contact: int, dofs: list[int]
+    dataset: xr.Dataset, dofs: list[int], friction: _Friction
 ) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
     parameter = moving(dataset)
     if dataset.sizes.get("solution") == 1:
@@ -160,16 +192,15 @@ def _marched_loops(
     shape, flat = values.shape[:-2], values.reshape(-1, *values.shape[-2:])
     basis, motions = motions_of(dataset, flat)
     like = coefficient.isel(harmonic=0, component=0, drop=True)
-    stiffness, friction, load = (
-        _of_contact(dataset, name, contact, like, dims)
-        for name in ("contact_stiffness", "friction_coefficient", "normal_load")
+    stiffness, coefficients, load = (
+        _of_contact(dataset, name, friction, like, dims) for name in friction.parameters
     )
     is_solution = dataset[parameter.name].notnull()
     if "solution" in dims and "n_solutions" in dataset:
         number = xr.DataArray(np.arange(dataset.sizes["solution"]), dims="solution")
         is_solution = is_solution & (number < dataset["n_solutions"])
     finite = np.flatnonzero(np.isfinite(motions).all(axis=1))
-    limit = (friction * load)[finite]
+    limit = (coefficients * load)[finite]
     stiffness, motions = stiffness[finite], motions[finite]
     loops: list[HysteresisLoop | None] = [None] * len(flat)
     marched = hysteresis_loops(basis, motions, stiffness, limit, N_ANGLES)
@@ -182,13 +213,12 @@ def _marched_loops(
 
 
 def _of_contact(
-    dataset: xr.Dataset, name: str, contact: int, like: xr.DataArray, dims: list[str]
+    dataset: xr.Dataset, name: str, friction: _Friction, like: xr.DataArray, dims: list[str]
 ) -> FloatArray:
     """Values of a parameter of one contact at all points, flattened in the order of ``dims``."""
     followed = Description(dataset).request
     value = dataset[name]
-    if followed.get("name") == name and followed["index"] not in (None, contact):
+    if followed.get("name") == name and followed["index"] not in (None, friction.within):
         value = dataset[f"{name}_nominal"]
-    if "contact" in value.dims:
-        value = value.isel(contact=contact, drop=True)
+    value = friction.values(value)
     return value.broadcast_like(like).transpose(*dims).values.ravel()

@@ -234,9 +234,10 @@ class _Curve:
         if symmetry is None:
             return list(solution.events)
         of_all_sectors = [
-            replace(event, contact=int(contact))
+            replace(event, contact=contact)
             for event in solution.events
-            for contact in symmetry.images(event.contact)
+            # What is of no contact is one event of all sectors.
+            for contact in symmetry.images(event.contact).tolist() or [-1]
         ]
         return sorted(of_all_sectors, key=lambda event: event.contact)
 

@@ -270,8 +270,7 @@ def _run(
     if axis["name"] in sweep.values:
         raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
     moving = {axis["name"], *sweep.values}
-    if accuracy is None:  # else harmonics are added
-        check_mean(problem)
+    check_mean(problem, growing=accuracy is not None)
     hertz = axis.get("frequency")
     band = axis["band"] if hertz is None else (hertz, hertz)
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)

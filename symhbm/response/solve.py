@@ -74,8 +74,7 @@ def solve(
     check_problem(problem)
     frequency = check.scalar("frequency", frequency, "positive")
     problem.model.check_frequencies("frequency", frequency)
-    if accuracy is None:  # else harmonics are added
-        check_mean(problem)
+    check_mean(problem, growing=accuracy is not None)
     warn_of_doubts(problem.model, (frequency, frequency))
     if angles is not None:
         check_angles(problem, angles)

@@ -7,9 +7,9 @@ from typing import Any
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, records_by_name
+from symhbm.model import PARAMETERS, is_pattern, records_by_name
 from symhbm.model.contacts import Parameter
-from symhbm.results.variables import VARIABLES, Variable
+from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, Variable
 
 
 class Description:
@@ -108,8 +108,19 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     return PARAMETERS | records_by_name(own) | _of_laws(variables)
 
 
+def check_names(problem: HarmonicBalance) -> None:
+    """Raise ValueError for parameters of contacts that are called as results are."""
+    for name in problem.model.records.keys() - {*PARAMETERS}:
+        if name in VARIABLES or name in OWN_DIMENSIONS or is_pattern(name):
+            raise ValueError(
+                f"problem: the parameter {name!r} of a contact law needs a name of its own, "
+                f"{name!r} is the result's"
+            )
+
+
 def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
-    """The same of a problem; ValueError for a variable named as one of all datasets."""
+    """The same of a problem; ValueError for a name that all datasets have."""
+    check_names(problem)
     variables = _of_laws([group.law.variables for group in problem.groups])
     for name in variables:
         if name in VARIABLES:

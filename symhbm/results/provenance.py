@@ -25,7 +25,7 @@ from symhbm.model import (
     is_pattern,
 )
 from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
-from symhbm.results.description import Description
+from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
 
@@ -45,6 +45,7 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring)}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
@@ -129,7 +130,10 @@ def with_provenance(
     """Variables and coordinates with the parameters, the problem and the versions behind them.
 
     ``harmonics`` are those of the coefficients, by default those of the problem.
+
+    Raises ValueError for parameters of contacts that are called as results are.
     """
+    check_names(problem)
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
         about = problem.model.about(name)
@@ -219,13 +223,35 @@ def _groups(model: Structure) -> dict[str, Any]:
     for group in model.groups:
         pairs = [[list(model.row_pairs[row]) for row in rows] for rows in group.rows.T]
         records = {own: list(record) for own, record in group.law.parameters.items()}
+        kind = type(group.law)
+        if kind not in _LAWS.values() and kind.__name__ in _LAWS:
+            raise ValueError(
+                f"problem: the contact law {kind.__name__} of group {group.name!r} needs a class "
+                "name of its own, datasets tell laws by it"
+            )
         groups[group.name] = {
-            "law": type(group.law).__name__,
+            "law": kind.__name__,
+            "attributes": _attributes_of(group.law),
             "pairs": pairs,
             "parameters": records,
             "variables": {own: list(about) for own, about in group.law.variables.items()},
         }
     return {"groups": groups}
+
+
+def _attributes_of(law: ContactLaw) -> dict[str, Any]:
+    """What tells laws of one class apart, as JSON keeps it."""
+    plain = bool, int, float, str, type(None)
+    return {
+        name: value if isinstance(value, plain) else np.array(value).tolist()
+        for name, value in vars(law).items()
+        if isinstance(value, (*plain, list, tuple, np.ndarray, np.generic))
+    }
+
+
+def _shown(kind: str, attributes: dict[str, Any]) -> str:
+    inside = ", ".join(f"{name}={value}" for name, value in attributes.items())
+    return f"{kind}({inside})" if inside else kind
 
 
 def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBalance:
@@ -279,13 +305,17 @@ def _contacts_of(
     dataset: xr.Dataset, groups: dict[str, Any], varied: list[str], laws: Iterable[ContactLaw]
 ) -> dict[str, Contacts]:
     """The groups of contacts by name, their laws among those given."""
-    known = {type(law).__name__: law for law in (Coulomb(), CubicSpring(), *laws)}
+    known = {
+        _shown(type(law).__name__, _attributes_of(law)): law
+        for law in (*laws, *(kind() for kind in _LAWS.values()))
+    }
     result, missing = {}, []
     for group, entry in groups.items():
-        if entry["law"] not in known:
-            missing.append(f"{entry['law']} (group {group!r})")
+        shown = _shown(entry["law"], entry.get("attributes", {}))
+        if shown not in known:
+            missing.append(f"{shown} (group {group!r})")
             continue
-        law, expected = known[entry["law"]], [*entry["parameters"]]
+        law, expected = known[shown], [*entry["parameters"]]
         if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
             raise MissingLawError(
                 f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "

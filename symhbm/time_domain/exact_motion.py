@@ -54,7 +54,7 @@ class ExactMotion:
     work : float
         Done by the force per period [J].
     friction_loss : (n_contacts,)
-        Dissipated by the contacts per period [J].
+        Dissipated by the contacts per period [J], those of smooth laws among them.
     damping_loss : float
         Dissipated by the damping matrix per period [J].
     stick_fraction : (n_contacts,)
@@ -105,6 +105,10 @@ class ExactMotion:
         dof, _, contact = (part.reshape(*tau.shape, part.shape[1]) for part in parts)
         return dof, parts[1].reshape(dof.shape), contact
 
+    def quadrature(self, highest: int) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
+        """Angles (n,), weights (n,), and displacement, slope and active friction there."""
+        return self._cells.quadrature(self._linear, highest)
+
     def coefficients(self, harmonics: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Fourier coefficients of displacement [m] and friction forces [N].
 
@@ -112,7 +116,7 @@ class ExactMotion:
         `symhbm.numerics.fourier.FourierBasis`. Raises as `symhbm.numerics.fourier.check_harmonics`.
         """
         basis = FourierBasis(check_harmonics(harmonics))  # type: ignore[arg-type]
-        tau, weight, (x, slope, friction) = self._cells.quadrature(self._linear, basis.highest)
+        tau, weight, (x, slope, friction) = self.quadrature(basis.highest)
         functions = weight[:, None] * basis.values(tau) * basis.norm
         # By parts: no round-off of a large mean, and less of the fundamental in high harmonics.
         rates = weight[:, None] * basis.values(tau, 1) * basis.norm

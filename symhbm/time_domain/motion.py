@@ -28,6 +28,8 @@ def exact_motion_of(
         )
     if near is None:
         balance = problem.located()
+        if not all(group.law.odd for group in curved(problem)):
+            balance = balance.with_harmonics((*range(max(*problem.harmonics, 2) + 1),))
         near = balance, solve_point(balance, frequency).unknowns
     motion = shoot(*near, frequency)
     return motion if motion.converged else shoot(*_with_more_harmonics(*near, frequency), frequency)

@@ -45,6 +45,8 @@ _ITERATIONS = 40
 """Most steps of Newton's method."""
 _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
+_HIGHEST = 32
+"""Harmonic up to which the power of smooth contacts is integrated exactly, beside the cells'."""
 _SAMPLES = 4096
 """Angles among which the extremes of a force are searched: its derivative there is zero."""
 
@@ -76,7 +78,8 @@ class IntegratedMotion(LinearMotion):
         model, self._smooth = problem.model, []
         directions = model.directions.toarray()
         inertia = frequency**2 * self.mass
-        for group in curved(problem):
+        self._groups = curved(problem)
+        for group in self._groups:
             values = model.values_of(group)
             rows = directions[group.rows.ravel()]
             self._smooth.append((group.law, values, rows, np.linalg.solve(inertia, rows.T)))
@@ -95,6 +98,24 @@ class IntegratedMotion(LinearMotion):
                 f"problem: the motion in time is known of smooth laws and of sliders, not of "
                 f"{', '.join(laws)}"
             )
+
+    def loss(self, motion: ExactMotion) -> FloatArray:
+        """Energy that displacements of smooth contacts together dissipate, (n_contacts,) [J].
+
+        One displacement alone gives back what it takes.
+        """
+        result = np.zeros(self.n_contacts)
+        tau, weight, (x, slope, _) = motion.quadrature(_HIGHEST)
+        for group, (law, values, rows, _) in zip(self._groups, self._smooth, strict=True):
+            if len(law.directions) == 1:
+                continue
+            moved, rate = (part @ rows.T for part in (x, slope))
+            shape = len(tau) * group.n, len(law.directions)
+            along = {name: np.tile(value, len(tau)) for name, value in values.items()}
+            force = law.at_instants(moved.reshape(shape), self.frequency, along)[0]
+            power = (force * rate.reshape(shape)).sum(axis=1).reshape(len(tau), group.n)
+            result[group.contacts] = weight @ power
+        return result
 
     def flow(self, stick: np.ndarray) -> LinearFlow:
         """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
@@ -189,6 +210,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     try:
         state, iterations, status = _periodic_state(integrator, start)
         motion = describe_motion(integrator, state, iterations, status)
+        motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
     except ArithmeticError:
         motion = describe_motion(
             _Bounded(balance, frequency), np.zeros_like(start), 0, Status.GROWS

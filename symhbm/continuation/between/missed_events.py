@@ -31,7 +31,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     By the index of that point.
     """
     problem, curve = corrector.curve.problem, corrector.curve
-    if len(points) < 2 or not points[0].switches.size:
+    if len(points) < 2 or not len(points[0].margins):
         return {}
     state, before, after = (
         np.array([getattr(point, name) for point in points])
@@ -41,7 +41,7 @@ def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[in
     margins = np.array([point.margins for point in points])
     with np.errstate(invalid="ignore", divide="ignore"):
         limit = np.log(_motion(problem, state[:, :-1])) - margins  # NaN where nothing moves
-    size = len(_SHARES) * problem.layout.n_rows * _angles(problem.basis)
+    size = len(_SHARES) * margins.shape[1] * _angles(problem.basis)
     missed: dict[int, float] = {}
     for _ in range(_MAX_DEPTH):
         divided, dividing_shares, middles = [], [], []
@@ -83,7 +83,6 @@ def _doubtful_shares(
         measured, segments.scale, *(_relative_motion(problem, at) for at in path_states)
     )
     error = np.linalg.norm(error.reshape(len(error), -1, problem.basis.n_components), axis=-1)
-    error = _by_switch(problem, error)
     outward = np.where(segments.switches, -1.0, 1.0)[:, None]
     doubtful = motion + outward * _ERROR_PROFILE[:, None] * error[:, None]
     shares = segments.begin[:, None] + segments.width[:, None] * _SHARES
@@ -101,9 +100,10 @@ def _doubtful_shares(
 
 
 def _relative_motion(problem: HarmonicBalance, at: PathState) -> ValueAndRate:
-    """The relative motions of all contacts, and their derivatives along the tangent."""
+    """The relative motions at all switches, and their derivatives along the tangent."""
+    rows = problem.contacts.rows_of_switches
     value, rate = (
-        problem.layout.relative(array[..., :-1]).reshape(len(array), -1)
+        problem.layout.relative(array[..., :-1])[..., rows, :].reshape(len(array), -1)
         for array in (at.state, at.direction)
     )
     return ValueAndRate(at, value, rate)
@@ -114,21 +114,12 @@ def _angles(basis: FourierBasis) -> int:
 
 
 def _motion(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
-    """Half the range of the motion of each switch (..., n_switches); unknowns (..., n_unknowns)."""
-    basis = problem.basis
-    relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
+    """Half the range of the relative motions (..., n_switches) of responses (..., n_unknowns)."""
+    basis, rows = problem.basis, problem.contacts.rows_of_switches
+    relative = problem.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))[:, rows]
     if _angles(basis) == 1:
         motion = np.hypot(relative[..., 0], relative[..., 1])
     else:
         values = relative @ basis.values(2 * np.pi * np.arange(_angles(basis)) / _angles(basis)).T
         motion = np.ptp(values, axis=-1) / 2
-    return _by_switch(problem, motion.reshape(*unknowns.shape[:-1], -1))
-
-
-def _by_switch(problem: HarmonicBalance, by_row: FloatArray) -> FloatArray:
-    """Of each switch (..., n_switches) the sum over the rows (..., n_rows) of its contact."""
-    of_groups = [
-        np.repeat(by_row[..., group.rows].sum(axis=-1), len(group.law.switches), axis=-1)
-        for group in problem.contacts.groups
-    ]
-    return np.concatenate(of_groups, axis=-1)
+    return motion.reshape(*unknowns.shape[:-1], -1)

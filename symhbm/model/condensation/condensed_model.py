@@ -71,6 +71,7 @@ class CondensedModel(Structure):
         condensed: CondensedStiffness,
         certificate: Certificate,
     ):
+        self._check_names(structure.contact_parameters)
         position = {int(dof): i for i, dof in enumerate(dofs)}
         attributes: dict[str, Any] = {
             name: getattr(structure, name) for name in structure.contact_parameters

@@ -12,7 +12,7 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
-from symhbm.model.contacts.group import Contacts, Group, check_pairs, named
+from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
@@ -33,6 +33,7 @@ __all__ = [
     "check_pairs",
     "graph_of",
     "hysteresis_loops",
+    "is_name",
     "located_of",
     "loops_near_limit",
     "named",

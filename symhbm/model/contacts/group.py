@@ -55,6 +55,12 @@ class Contacts:
     def __init__(self, law: ContactLaw, *pairs: Iterable[Any], **values: Any):
         if not isinstance(law, ContactLaw):
             raise TypeError(f"law={check.shown(law)}: expected a contact law, as symhbm.Coulomb()")
+        for name in law.parameters:
+            if not is_name(name):
+                raise ValueError(
+                    f"law={law!r}: {name!r} is no name of a parameter; letters, digits and single _"
+                )
+        law.check()
         if len(pairs) != len(law.directions):
             raise ValueError(
                 f"pairs: expected one sequence of pairs for each direction of {law!r}, "
@@ -122,6 +128,12 @@ def check_pairs(contacts: Any, n_dof: int | None = None) -> tuple[Ends, ...]:
             )
         result.append(pair)
     return tuple(result)
+
+
+def is_name(name: object) -> bool:
+    """Whether a group or a parameter may be called so: inputs and files have them in their own."""
+    text = str(name)
+    return text.isidentifier() and "__" not in text and not text.startswith("_")
 
 
 def named(groups: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:

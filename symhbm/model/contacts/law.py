@@ -114,6 +114,9 @@ class ContactLaw(ABC):
     odd: ClassVar[bool] = True
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
 
+    def check(self) -> None:  # noqa: B027
+        """Raise ValueError where what the law tells of itself is not true of its force."""
+
     @property
     def margins_move(self) -> bool:
         """Whether margins depend on the frequency at a given motion."""

@@ -13,7 +13,10 @@ import casadi as ca
 import numpy as np
 
 from symhbm.model.contacts.law import ContactLaw, Located, Values
-from symhbm.numerics import Compiled, FloatArray, FourierBasis
+from symhbm.numerics import Compiled, FloatArray, FourierBasis, check
+
+_ROUND_OFF = 1e-9
+"""Share of a force within which it is a polynomial, or the opposite of another one."""
 
 
 class SmoothLaw(ContactLaw):
@@ -24,6 +27,34 @@ class SmoothLaw(ContactLaw):
 
     degree: ClassVar[int]
     """Highest power of the displacements in the force."""
+
+    def check(self) -> None:
+        """That the force is a polynomial of the `degree`, and opposite where `odd` says so.
+
+        Integrals of another force would be those of the samples alone, and harmonics without even
+        ones would leave out what a force that is not odd does first.
+        """
+        degree = check.integer(f"degree of {self!r}", getattr(self, "degree", None), minimum=1)
+        rng, m = np.random.default_rng(0), len(self.directions)
+        count = 2 * degree + 7
+        values = {name: np.full(count, rng.uniform(0.5, 1.5)) for name in self.parameters}
+        along = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        middle, direction = rng.uniform(-0.3, 0.3, m), rng.uniform(0.5, 1.5, m)
+        path = np.multiply.outer(along, direction)
+        force = self.at_instants(middle + path, 1.0, values)[0]
+        fit = np.polynomial.chebyshev.chebfit(along, force, degree)
+        rest = force - np.polynomial.chebyshev.chebval(along, fit).T
+        if not np.abs(rest).max() <= _ROUND_OFF * np.abs(force).max():
+            raise ValueError(
+                f"degree={degree} of {self!r}: expected the highest power of the displacements in "
+                "force_at, which is no polynomial of this degree"
+            )
+        forward, mirrored = (self.at_instants(sign * path, 1.0, values)[0] for sign in (1, -1))
+        if self.odd and np.abs(forward + mirrored).max() > _ROUND_OFF * np.abs(forward).max():
+            raise ValueError(
+                f"odd=True of {self!r}: expected odd = False in the class, as the force at the "
+                "opposite displacement is not the opposite one"
+            )
 
     @abstractmethod
     def force_at(self, displacement: Any, frequency: Any, values: Values) -> Any:

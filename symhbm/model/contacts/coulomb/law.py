@@ -67,8 +67,16 @@ class Coulomb(ContactLaw):
     """Samples of the period that the slider is marched over, None where events are located."""
 
     def slip_limit(self, frequency: Any, values: Values) -> Any:
-        """``g`` [N] at an angular frequency [rad/s], of arrays or of symbols."""
+        """``g`` [N] at an angular frequency [rad/s], of arrays or of symbols.
+
+        Where it is negative nothing presses the contact any more, and its limit is 0.
+        """
         return slip_limit(values["friction_coefficient"], values["normal_load"])
+
+    def _limit(self, frequency: Any, values: Values) -> Any:
+        """The limit as a CasADi expression, 0 at least; its slopes at 0 are those of pressing."""
+        limit = self.slip_limit(frequency, values)
+        return ca.if_else(limit < 0, 0, limit)
 
     @property
     def margins_move(self) -> bool:
@@ -80,9 +88,9 @@ class Coulomb(ContactLaw):
         return True
 
     def acts(self, values: Values) -> NDArray[np.bool_]:
-        """Those that have a spring and a limit."""
+        """Those that have a spring and a limit, be it at other frequencies."""
         stiffness, limit = self.sliders(1.0, values)
-        return (stiffness > 0) & (limit > 0)
+        return (stiffness > 0) & ((limit > 0) | self.margins_move)
 
     def sampled(self, samples: int) -> "SampledCoulomb":
         """The same over samples of the period."""
@@ -91,7 +99,8 @@ class Coulomb(ContactLaw):
     def sliders(self, frequency: Any, values: Values) -> Sliders:
         """Stiffness and limit of the contacts."""
         limit = self.slip_limit(frequency, values)
-        return Sliders(np.asarray(values["contact_stiffness"]), np.asarray(limit, dtype=float))
+        limit = np.maximum(np.asarray(limit, dtype=float), 0.0)
+        return Sliders(np.asarray(values["contact_stiffness"]), limit)
 
     def n_events(self, basis: FourierBasis) -> int:
         """``A``, ``b``, and the share of the period that a contact sticks which also slips."""
@@ -102,7 +111,7 @@ class Coulomb(ContactLaw):
     ) -> Any:
         """``k_d A y + g b``, Eqs. (6)-(8)."""
         matrix, vector, _ = _split(basis, events)
-        limit = self.slip_limit(frequency, values)
+        limit = self._limit(frequency, values)
         return values["contact_stiffness"] * ca.mtimes(matrix, motion) + limit * vector
 
     def terms(
@@ -119,7 +128,7 @@ class Coulomb(ContactLaw):
         Their difference is the force: where a contact slips far, two large terms.
         """
         matrix, vector, sticking = (ca.fabs(part) for part in _split(basis, events))
-        stiffness, limit = values["contact_stiffness"], self.slip_limit(frequency, values)
+        stiffness, limit = values["contact_stiffness"], self._limit(frequency, values)
         largest = 2 * stiffness * ca.mmax(travel) * sticking
         return stiffness * ca.mtimes(matrix, travel) + limit * vector, largest
 
@@ -199,7 +208,7 @@ class Coulomb(ContactLaw):
         motion, frequency = ca.SX.sym("motion", basis.n_components), ca.SX.sym("frequency")
         values, held = ca.SX.sym("values", len(self.parameters)), ca.SX.sym("held")
         by_name = dict(zip(self.parameters, ca.vertsplit(values), strict=True))
-        limit = self.slip_limit(frequency, by_name)
+        limit = self._limit(frequency, by_name)
         kernel = one_harmonic_kernel(basis.n_components)
         packed = kernel(motion, by_name["contact_stiffness"], limit, held)
         part = details_of(packed, basis.n_components)
@@ -241,8 +250,8 @@ class Coulomb(ContactLaw):
         return springs, losses
 
     def released(self) -> dict[str, float]:
-        """Without friction."""
-        return {"friction_coefficient": 0.0}
+        """Without a spring nothing pulls, whatever the limit is made of."""
+        return {"contact_stiffness": 0.0}
 
     def forces(
         self,
@@ -290,7 +299,7 @@ class Coulomb(ContactLaw):
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_d`` and ``g``."""
-        limit = self.slip_limit(frequency, values)
+        limit = self._limit(frequency, values)
         return ca.vertcat(motion, values["contact_stiffness"], limit)
 
     def moving_events(

@@ -1,0 +1,360 @@
+"""Named groups of contacts and laws of a user's own: numbers, names and what is refused."""
+
+import re
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.plot.contact import loops_of
+from symhbm.results.archive import ArchiveError
+
+
+class Quadratic(sh.SmoothLaw):
+    """A force that pushes one way."""
+
+    parameters = {"bend": sh.Parameter("N m-2", "quadratic stiffness", bound="any")}  # noqa: RUF012
+    degree, odd = 2, False
+
+    def force_at(self, displacement, frequency, values):
+        return values["bend"] * displacement**2
+
+
+class Scaled(sh.SmoothLaw):
+    """A law with an attribute."""
+
+    parameters = {"cube": sh.Parameter("N m-3", "cubic stiffness")}  # noqa: RUF012
+    degree = 3
+
+    def __init__(self, factor=1.0):
+        self.factor = factor
+
+    def force_at(self, displacement, frequency, values):
+        return self.factor * values["cube"] * displacement**3
+
+
+class Limited(sh.Coulomb):
+    """Friction whose limit is a parameter, less what rotation takes of it."""
+
+    parameters = {  # noqa: RUF012
+        "contact_stiffness": sh.Coulomb.parameters["contact_stiffness"],
+        "limit_at_rest": sh.Parameter("N", "limit at rest", designed=True),
+        "loss": sh.Parameter("N s2", "limit lost by the frequency", bound="any"),
+    }
+
+    def slip_limit(self, frequency, values):
+        return values["limit_at_rest"] - values["loss"] * frequency**2
+
+
+def law_of(name, power=3, **attributes):
+    """A smooth law with one parameter of a name."""
+    kind = type(
+        "Law",
+        (sh.SmoothLaw,),
+        {
+            "parameters": {name: sh.Parameter("1", "some")},
+            "degree": 3,
+            "force_at": lambda self, y, frequency, values: values[name] * y**power,
+            **attributes,
+        },
+    )
+    return kind()
+
+
+def one(law, harmonics=(1, 3), **values):
+    group = sh.Contacts(law, [(0,)], **values)
+    model = sh.Model([[1]], [[2]], [[1e4]], contacts={"group": group})
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), harmonics)
+
+
+def limited(harmonics=(1,), limit=(1.5, 0.8), loss=(1e-4, -1e-5)):
+    group = sh.Contacts(
+        Limited(), [(0, 1), (1,)], contact_stiffness=[1e4, 8e3], limit_at_rest=limit, loss=loss
+    )
+    stiffness = [[1.2e4, -2e3], [-2e3, 1.3e4]]
+    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts={"group": group})
+    return sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_events_tell_contacts_behind_those_without_switches(harmonics):
+    """The contact of each event is the one whose state differs on both sides."""
+    friction = dict(contact_stiffness=[3e3, 4e3], friction_coefficient=0.3, normal_load=[2, 3])
+    groups = {
+        "springs": sh.Contacts(sh.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=1e4),
+        "roots": sh.Contacts(sh.Coulomb(), [(0,), (1,)], **friction),
+    }
+    stiffness = [[1e4, -1e3], [-1e3, 1.2e4]]
+    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts=groups)
+    problem = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    response = sh.frf(problem, (12, 25), progress=False)
+    contacts = response.event_contact.values
+    assert {*contacts.tolist()} == {3, 4}
+    for frequency, contact in zip(response.event_frequency.values, contacts, strict=True):
+        before, after = (
+            sh.solve(problem, frequency * (1 + side)).contact_state.values for side in (-1e-6, 1e-6)
+        )
+        assert np.flatnonzero(before != after).tolist() == [contact]
+
+
+def test_events_of_sectors_behind_contacts_without_switches():
+    """A tuned ring solved by one sector, against the whole ring."""
+    dofs = range(6)
+    groups = {
+        "off": sh.Contacts(sh.CubicSpring(), [(j,) for j in dofs], cubic_stiffness=0.0),
+        "shroud": sh.Contacts(
+            sh.Coulomb(),
+            [(j, (j + 1) % 6) for j in dofs],
+            contact_stiffness=1e4,
+            friction_coefficient=0.5,
+            normal_load=2.0,
+        ),
+    }
+    model = sh.Model(np.eye(6), 0.5 * np.eye(6), 1e4 * np.eye(6), contacts=groups)
+    problem = sh.HarmonicBalance(model, sh.EngineOrder(1))
+    sector = sh.frf(problem, (12, 30), progress=False)
+    whole = sh.frf(problem, (12, 30), sector=False, progress=False)
+    assert int(sector.n_sectors) == 6
+    assert {*sector.event_contact.values.tolist()} == set(range(6, 12))
+    assert {*whole.event_contact.values.tolist()} <= set(range(6, 12))
+
+
+def test_several_contacts_on_their_limits_are_named_as_contacts():
+    """Two equal rings side by side, whose contacts come to their limits in pairs."""
+    stiffness = 1e4 * np.array([1.061, 0.923, 1.013, 0.983, 0.986])
+    load = np.array([1.2, 2.9, 2.1, 1.6, 2.5])
+    ring = [(j, (j + 1) % 5) for j in range(5)]
+    pairs = [*ring, *((a + 5, b + 5) for a, b in ring)]
+    groups = {
+        "off": sh.Contacts(sh.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=0.0),
+        "shroud": sh.Contacts(
+            sh.Coulomb(),
+            pairs,
+            contact_stiffness=3e3,
+            friction_coefficient=0.3,
+            normal_load=np.tile(load, 2),
+        ),
+    }
+    matrix = np.diag(np.tile(stiffness, 2))
+    model = sh.Model(np.eye(10), 0.3 * np.eye(10), matrix, contacts=groups)
+    angle = np.tile(2 * np.pi * np.arange(5) / 5, 2)
+    force = sh.HarmonicForce(cosine={1: np.cos(angle)}, sine={1: np.sin(angle)})
+    response = sh.frf(sh.HarmonicBalance(model, force), (12, 28), progress=False)
+    status = map(str, sh.sensitivity(response).sensitivity_status.values)
+    named = [tuple(map(int, re.findall(r"\d+", text))) for text in status if "limits" in text]
+    assert named
+    for first, second in named:
+        assert second == first + 5
+        assert 3 <= first < 8
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_a_force_that_is_not_odd_needs_a_mean(harmonics):
+    problem = one(Quadratic(), harmonics, bend=3e5)
+    calls = (
+        lambda: sh.solve(problem, 15),
+        lambda: sh.frf(problem, (14, 15), progress=False),
+        lambda: sh.frf(problem, (14, 15), accuracy=1e-3, progress=False),
+        lambda: sh.follow(problem, "bend", (1e5, 3e5), frequency=15, progress=False),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=r"Quadratic\(\) is not odd; try harmonics=\(0, 1, 2"):
+            call()
+
+
+def test_a_force_that_is_not_odd_against_time():
+    """The balance with a mean and the exact motion agree; the latter chooses its own start."""
+    exact = sh.periodic_motion(one(Quadratic(), (1,), bend=3e5), 15.0)
+    assert bool(exact.converged)
+    balanced = sh.solve(one(Quadratic(), range(6), bend=3e5), 15.0)
+    np.testing.assert_allclose(balanced.amplitude, exact.amplitude, rtol=1e-6)
+    without = sh.solve(one(Quadratic(), (1,), bend=0.0).with_harmonics((0, 1, 2)), 15.0)
+    assert abs(float(without.amplitude[0] / exact.amplitude[0]) - 1) > 0.03
+
+
+@pytest.mark.parametrize(
+    ("law", "text"),
+    [
+        (law_of("some", 5), "degree=3 of Law.*no polynomial of this degree"),
+        (law_of("some", 2), "odd=True of Law.*expected odd = False"),
+        (law_of("some", degree=2.5), "degree of Law.*expected an integer"),
+        (law_of("some", force_at=lambda self, y, f, v: ca.tanh(y / 1e-4)), "no polynomial"),
+        (law_of("some", force_at=lambda self, y, f, v: ca.fmax(y - 1e-3, 0)), "no polynomial"),
+        (law_of("two words"), "'two words' is no name of a parameter"),
+        (law_of("a.b"), "'a.b' is no name of a parameter"),
+    ],
+)
+def test_a_law_that_contradicts_itself_is_refused(law, text):
+    with pytest.raises(ValueError, match=text):
+        sh.Contacts(law, [(0,)], **dict.fromkeys(law.parameters, 1.0))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "mass",
+        "stiffness",
+        "contacts",
+        "groups",
+        "n_dof",
+        "records",
+        "lumped",
+        "force_amplitude",
+        "engine_order",
+        "unknowns",
+        "frequency",
+        "force_shape",
+    ],
+)
+def test_names_of_structures_are_taken(name):
+    with pytest.raises(ValueError, match=f"parameter '{name}' needs a name of its own"):
+        one(law_of(name), **{name: 1e6})
+
+
+@pytest.mark.parametrize("name", ["amplitude", "dof", "residual_norm", "shroud_contact"])
+def test_names_of_results_are_taken(name):
+    problem = one(law_of(name), **{name: 1e6})
+    for call in (lambda: sh.solve(problem, 15), lambda: sh.frf(problem, (14, 15), progress=False)):
+        with pytest.raises(ValueError, match=f"parameter '{name}' of a contact law needs a name"):
+            call()
+
+
+def test_archives_tell_laws_of_one_class_apart(tmp_path):
+    groups = {
+        name: sh.Contacts(Scaled(factor), [(dof,)], cube=1e6)
+        for dof, (name, factor) in enumerate({"soft": 2.0, "hard": 3.0}.items())
+    }
+    model = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=groups)
+    problem = sh.HarmonicBalance(model, sh.PointForce(), (1, 3))
+    sh.save(sh.solve(problem, 15.0), tmp_path / "laws.nc")
+    loaded = sh.load(tmp_path / "laws.nc")
+    again = sh.rebuild(loaded, laws=[Scaled(3.0), Scaled(2.0)])
+    assert [group.law.factor for group in again.model.groups] == [2.0, 3.0]
+    with pytest.raises(ArchiveError, match=r"computed with Scaled\(factor=2.0\) \(group 'soft'\)"):
+        sh.rebuild(loaded, laws=[Scaled(), Scaled(3.0)])
+
+
+def test_a_law_called_as_one_of_the_library_is_refused():
+    own = type("Coulomb", (sh.Coulomb,), {"slip_limit": lambda self, f, v: 2 * v["normal_load"]})
+    problem = one(own(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
+    with pytest.raises(ValueError, match="the contact law Coulomb of group 'group' needs a class"):
+        sh.solve(problem, 15.0)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_a_limit_without_a_friction_coefficient(harmonics):
+    """The same numbers as plain friction of that limit."""
+    problem = limited(harmonics, loss=0.0)
+    plain = sh.Contacts(
+        sh.Coulomb(),
+        [(0, 1), (1,)],
+        contact_stiffness=[1e4, 8e3],
+        friction_coefficient=0.5,
+        normal_load=[3.0, 1.6],
+    )
+    model = sh.Model(*(getattr(problem.model, f"{m}_matrix") for m in MATRICES), {"group": plain})
+    other = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    one, two = (sh.frf(p, (10, 30), progress=False) for p in (problem, other))
+    assert str(one.status.values) == "the end of the band was reached"
+    np.testing.assert_allclose(one.peak_amplitude, two.peak_amplitude, rtol=1e-9)
+
+
+MATRICES = "mass", "damping", "stiffness"
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
+def test_a_limit_that_the_frequency_takes_away_is_none(harmonics):
+    """Above 19.5 Hz nothing presses the first contact; the response is that without it."""
+    problem = limited(harmonics)
+    response = sh.frf(problem, (10, 30), at=np.linspace(10, 30, 41), progress=False)
+    assert str(response.status.values) == "the end of the band was reached"
+    for frequency in (19.0, 19.5, 20.0, 24.0):
+        omega = 2 * np.pi * frequency
+        limit = [max(1.5 - 1e-4 * omega**2, 0.0), 0.8 + 1e-5 * omega**2]
+        plain = sh.solve(limited(harmonics, limit, 0.0), frequency)
+        point = response.sel(frequency=frequency)
+        np.testing.assert_allclose(point.amplitude, plain.amplitude, rtol=1e-9)
+    path = sh.frf(problem, (10, 30), progress=False)
+    verified = sh.verify(path, laws=[Limited()], exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert verified.energy_error.max() < 1e-9
+    assert int(path.n_peaks) == 2
+
+
+def test_loops_have_the_parameters_of_their_group():
+    friction = {"contact_stiffness": 3e3, "friction_coefficient": 0.3}
+    groups = {
+        "spring": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e4),
+        "weak": sh.Contacts(sh.Coulomb(), [(0,)], normal_load=2, **friction),
+        "strong": sh.Contacts(sh.Coulomb(), [(0, 1), (1,)], normal_load=[3, 4], **friction),
+    }
+    model = sh.Model(np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4]), contacts=groups)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3, 5))
+    solved, exact = sh.solve(problem, 17.0), sh.periodic_motion(problem, 17.0)
+    for dataset in (solved, exact):
+        for contact, limit in {1: 0.6, 2: 0.9, 3: 1.2}.items():
+            loop = loops_of(dataset, contact)[0][()]
+            assert loop.limit == pytest.approx(limit)
+            lost = float(dataset.dissipation[contact])
+            assert loop.area == pytest.approx(lost, rel=1e-6, abs=1e-12)
+        with pytest.raises(ValueError, match="it is of CubicSpring in the group 'spring'"):
+            loops_of(dataset, 0)
+
+
+def test_loops_of_another_limit_are_refused():
+    """The picture would have the limit of plain friction."""
+
+    class Doubled(sh.Coulomb):
+        def slip_limit(self, frequency, values):
+            return 2 * super().slip_limit(frequency, values)
+
+    problem = one(Doubled(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
+    with pytest.raises(ValueError, match="of Doubled in the group 'group'"):
+        sh.plot.hysteresis(sh.solve(problem, 15.0))
+
+
+def test_exact_motion_tells_what_displacements_dissipate_together():
+    """The energy of the force goes into damping, friction and a force without a potential."""
+
+    class Turning(sh.SmoothLaw):
+        directions = ("first", "second")
+        parameters = {"cross": sh.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
+        degree = 3
+
+        def force_at(self, displacement, frequency, values):
+            first, second = displacement[0], displacement[1]
+            return values["cross"] * ca.vertcat(second + 1e4 * first**3, -first / 3)
+
+    friction = dict(contact_stiffness=4e3, friction_coefficient=0.3, normal_load=3.0)
+    groups = {
+        "turning": sh.Contacts(Turning(), [(0,)], [(1,)], cross=300.0),
+        "root": sh.Contacts(sh.Coulomb(), [(0,)], **friction),
+    }
+    stiffness = [[1e4, 1e3], [1e3, 1.5e4]]
+    model = sh.Model(np.eye(2), np.diag([6.0, 8.0]), stiffness, contacts=groups)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3, 5, 7, 9))
+    exact, balanced = sh.periodic_motion(problem, 17.0), sh.solve(problem, 17.0)
+    assert abs(float(balanced.dissipation[0])) > 1e-4
+    np.testing.assert_allclose(exact.dissipation, balanced.dissipation, rtol=1e-4)
+    lost = float(exact.viscous_dissipation + exact.dissipation.sum())
+    assert lost == pytest.approx(float(exact.work), rel=1e-10)
+
+
+def test_a_parameter_with_an_effect_of_its_own_raises_no_doubt(recwarn):
+    """Without a normal load at rest, the load of rotation makes the friction."""
+
+    class Pressed(sh.Coulomb):
+        parameters = sh.Coulomb.parameters | {"damper_mass": sh.Parameter("kg", "mass")}
+
+        def slip_limit(self, frequency, values):
+            load = values["normal_load"] + values["damper_mass"] * frequency**2
+            return values["friction_coefficient"] * load
+
+    values = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=0.0)
+    problem = one(Pressed(), damper_mass=1e-4, **values)
+    sh.frf(problem, (10, 20), over={"friction_coefficient": [0.2, 0.3]}, progress=False)
+    assert not recwarn.list
+    nothing = one(sh.Coulomb(), **values)
+    with pytest.warns(UserWarning, match="friction_coefficient has no effect, as normal_load is 0"):
+        sh.frf(nothing, (10, 20), over={"friction_coefficient": [0.2, 0.3]}, progress=False)
