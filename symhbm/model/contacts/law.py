@@ -55,7 +55,8 @@ class Located:
     margins_by_motion : (n, q, m K)
         Their derivatives by the motion.
     details
-        What the law wants to know of them again.
+        What the law wants to know of them again: something with a method ``split(count)`` into
+        those of as many points, or None.
     """
 
     events: FloatArray
@@ -191,8 +192,9 @@ class ContactLaw(ABC):
 
     def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
         """Derivatives of margins at given motions by frequency (n, q) and by values (p, n, q)."""
-        n = len(next(iter(values.values())))
-        shape = n, len(self.switches)
+        if self.switches:
+            raise NotImplementedError(f"{type(self).__name__}: expected a method margin_slopes")
+        shape = len(next(iter(values.values()))), 0
         return np.zeros(shape), np.zeros((len(self.parameters), *shape))
 
     def margin_expansion(
@@ -249,7 +251,10 @@ class ContactLaw(ABC):
         return np.full(len(next(iter(values.values()))), np.inf)
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
-        """What the events of one contact move with, as a CasADi expression (v); None without."""
+        """What the events of one contact move with, as a CasADi expression (v).
+
+        Second derivatives need it, with `moving_events`, of laws that have events; None without.
+        """
         return None
 
     def moving_events(
