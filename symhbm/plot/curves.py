@@ -202,7 +202,7 @@ def _marks(ax: Axes, marks: Marks, color: Any) -> None:
 
 def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
-    ax.set_xlabel(axis_label(name))
+    ax.set_xlabel(axis_label(dataset, name))
     kept = dataset.variables.get("structure_dof")
     if kept is None:
         which = "largest response" if dof is None else f"response of DOF {dof}"

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
+from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
 from symhbm.results import Description, check_dataset, check_present, meaning
 
@@ -167,17 +168,30 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
     return 10.0 ** (-3 * power), prefixes[power + 3] + unit
 
 
-def axis_label(name: str) -> str:
+def symbol_of(dataset: xr.Dataset, name: str) -> tuple[str, str] | None:
+    """Symbol and unit of a parameter of the problem behind a dataset, None for none."""
+    about = Description(dataset).records.get(name)
+    if name in SYMBOLS or not isinstance(about, Parameter):
+        return SYMBOLS.get(name)
+    group, point, own = name.partition(".")
+    symbol, unit = about.shown_as(own if point else name)
+    return (f"{symbol} of {group}" if point else symbol), unit
+
+
+def axis_label(dataset: xr.Dataset, name: str) -> str:
     """Meaning, symbol and unit of a parameter, or the name of a dimension of the user's own."""
-    symbol, unit = SYMBOLS.get(name, ("", ""))
-    words = meaning(name).long_name if name in SYMBOLS else name.replace("_", " ")
-    text = words if name == "engine_order" else f"{words} {symbol}".strip()
-    return f"{text} [{unit}]" if unit else text
+    known = symbol_of(dataset, name)
+    if known is None:
+        return name.replace("_", " ")
+    words = meaning(name, Description(dataset).records).long_name
+    plain = name == "engine_order" or not known[0].startswith("$")
+    text = words if plain else f"{words} {known[0].partition(' of ')[0]}"
+    return f"{text} [{known[1]}]" if known[1] else text
 
 
 def value_label(dataset: xr.Dataset, dim: str, index: int) -> str:
     """Symbol, value and unit of one value of a dimension; its number where it has no values."""
-    symbol, unit = SYMBOLS.get(dim, (dim.replace("_", " "), ""))
+    symbol, unit = symbol_of(dataset, dim) or (dim.replace("_", " "), "")
     if dim not in dataset.coords:
         return f"{symbol} {index}"
     value = dataset[dim].values[index]
@@ -245,7 +259,7 @@ class Family:
         """Add the legend, or the colour bar and a legend of line styles."""
         styles = {member.label: member for member in self if member.label}
         if self._ramp is not None:
-            colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._ramp))
+            colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._dataset, self._ramp))
         if not 0 < len(styles) <= MOST_LEGEND_ENTRIES:
             return
         handles = []

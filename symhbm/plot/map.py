@@ -93,8 +93,8 @@ def stick_map(
             ax.set_xscale("log")
         if wide_y:
             ax.set_yscale("log")
-        ax.set_xlabel(axis_label(parameter.name))
-        ax.set_ylabel(axis_label(over))
+        ax.set_xlabel(axis_label(dataset, parameter.name))
+        ax.set_ylabel(axis_label(dataset, over))
         labels = dataset[over].values[order] if over in dataset.coords else y
         if labels.dtype.kind in "iu" and not wide_y:
             ax.yaxis.set_major_locator(MaxNLocator(integer=True))

@@ -213,6 +213,9 @@ def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[s
         notes.append(f"viscous dampers; the damping matrix {parts.dampers.reason}")
     if parts.inertial_pairs:
         notes.append(f"coupling of {_counted(parts.inertial_pairs, 'pair')} by inertia")
+    several = sum(len(rows) > 1 for rows in model.contact_rows)
+    if several:
+        notes.append(f"further directions of {_counted(several, 'contact')}")
     if force is not None and force.inside:
         notes.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
     return notes

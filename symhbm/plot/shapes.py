@@ -14,7 +14,6 @@ from matplotlib.patches import Circle
 
 from symhbm.numerics import FloatArray, check, largest_displacement
 from symhbm.plot.drawing import (
-    SYMBOLS,
     canvas,
     check_dims,
     check_variables,
@@ -25,6 +24,7 @@ from symhbm.plot.drawing import (
     nothing_to_draw,
     one_solution,
     scaled,
+    symbol_of,
 )
 from symhbm.results import Description
 
@@ -237,7 +237,7 @@ def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
 def _text(dataset: xr.Dataset, name: str, value: float) -> str:
     if name == "frequency":
         return f"{value:.5g} Hz"
-    symbol, unit = SYMBOLS[name]
+    symbol, unit = symbol_of(dataset, name) or (name.replace("_", " "), "")
     return f"{symbol} = {value:.4g} {unit}, {float(dataset['frequency']):.5g} Hz"
 
 
