@@ -325,7 +325,7 @@ class Structure(ABC):
             object.__setattr__(self, name, value)
 
     def _each(self, name: str, value: ArrayLike) -> FloatArray:
-        """Checked values of a parameter of the contacts, (n_contacts,)."""
+        """Checked values of a parameter, (n,), one for each contact of its group."""
         size, bound = self.group_of(name).n, self.records[name].bound
         return check.one_or_each(name, value, size, "contact", bound)
 
@@ -374,16 +374,20 @@ class Structure(ABC):
         return self.dynamic_stiffness(harmonic, frequency)
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int | None:
-        """Number of natural frequencies below a harmonic, with springs (n_contacts,) [N/m].
+        """Number of natural frequencies below a harmonic, with springs at the contacts.
 
-        None if nobody knows.
+        ``springs`` [N/m]: (n_rows,), one per row of the contacts, or (n_rows, n_rows), which
+        couples them. None if nobody knows.
         """
         return None
 
     def modes_near(
         self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
     ) -> NearModes | None:
-        """Modes near a harmonic, with springs and losses (n_contacts,) [N/m]; None if unknown."""
+        """Modes near a harmonic, with springs and losses [N/m]; None if unknown.
+
+        Each is (n_rows,), one per row of the contacts, or (n_rows, n_rows), which couples them.
+        """
         return None
 
     def description(self) -> dict[str, Any]:

@@ -29,7 +29,9 @@ _TOLERANCE_PER_DOF = 0.01
 _SMALL_SHARE = 1e-3
 """Share of the largest response that is the least reference of errors per degree of freedom."""
 _SHARES = np.array([0.25, 0.5, 0.75])
+"""Shares of a segment at which the error of interpolation is estimated."""
 _MAX_DEPTH = 12
+"""Most times that a segment is split."""
 _BATCH_SIZE = 2**16
 """Amplitudes evaluated at once, which bounds the memory of large structures."""
 
