@@ -16,6 +16,7 @@ from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, n
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
@@ -30,6 +31,7 @@ __all__ = [
     "Parameter",
     "SmoothLaw",
     "Switch",
+    "VariableLoadFriction",
     "check_pairs",
     "graph_of",
     "hysteresis_loops",
