@@ -12,6 +12,7 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
@@ -31,6 +32,7 @@ __all__ = [
     "Parameter",
     "SmoothLaw",
     "Switch",
+    "UnilateralSpring",
     "VariableLoadFriction",
     "check_pairs",
     "graph_of",
