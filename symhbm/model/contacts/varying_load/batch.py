@@ -197,6 +197,7 @@ def _figures(
         share = (end - begin) / (2 * math.pi)
         if kind == APART or kind == LIFTED:
             figures[OPEN_SHARE] += share
+            figures[STICK_SHARE] -= share if kind == LIFTED else 0.0
             moments(begin, end, of_piece)
             for h in range(highest + 1):
                 integral = press[0, h] * of_piece[0, h] + press[1, h] * of_piece[1, h]
