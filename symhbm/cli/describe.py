@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -64,7 +65,8 @@ def _problem(dataset: xr.Dataset) -> Lines:
     n_dof, contacts = problem["n_dof"], problem["contacts"]
     body = "blade" if problem["lumped"] else "degree of freedom"
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
-    between = sum(len(dofs) == 2 for dofs in contacts)
+    contacts = [_places(ends) for ends in contacts]
+    between = sum(len(dofs) > 1 for dofs in contacts)
     kinds = {"between two of them": between, "to the ground": len(contacts) - between}
     where = " and ".join(
         words if n == len(contacts) else f"{n} {words}" for words, n in kinds.items() if n
@@ -112,6 +114,12 @@ def _problem(dataset: xr.Dataset) -> Lines:
         elif solver:
             law = f"switching angles as unknowns, Eqs. (4)-(11), solved by {solver}"
         yield "friction law", law
+
+
+def _places(ends: Any) -> list[int]:
+    """Degrees of freedom of a stored contact, in the first of several directions."""
+    several = isinstance(ends, list) and not isinstance(ends[0], int)
+    return [*map(int, ends[0] if several else ends)]
 
 
 def _drawn(variable: xr.DataArray) -> str:

@@ -7,13 +7,14 @@ constant normal loads is unique, hence as symmetric as structure and force are, 
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, FourierBasis
@@ -167,7 +168,7 @@ def _contact_order(
             values[j] += [group.name, *row]
     # Contacts of equal ends, side by side, are told apart by their values.
     known: dict[tuple, list[int]] = defaultdict(list)
-    keys = [(tuple(ends), tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
+    keys = [(ends, tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
     for j, key in enumerate(keys):
         known[key].append(j)
     sector = np.full(model.n_contacts, -1)
@@ -178,7 +179,7 @@ def _contact_order(
             continue
         twin = known[ends, row].index(j)
         for i in range(n_sectors):
-            moved = _moved(ends, i * step, model.n_dof)
+            moved = renumbered(ends, partial(_further, i * step, model.n_dof))
             alike = known.get((moved, row), [])
             if twin >= len(alike) or sector[alike[twin]] >= 0:
                 return None
@@ -187,11 +188,8 @@ def _contact_order(
     return tuple(sector.tolist()), tuple(place.tolist())
 
 
-def _moved(ends: tuple, step: int, n_dof: int) -> tuple:
-    """Ends of a contact, of one direction or of several, some degrees of freedom further."""
-    return tuple(
-        _moved(end, step, n_dof) if isinstance(end, tuple) else (end + step) % n_dof for end in ends
-    )
+def _further(step: int, n_dof: int, dof: int) -> int:
+    return (dof + step) % n_dof
 
 
 def _lag(shape: FloatArray, step: int, n_sectors: int, basis: FourierBasis) -> int | None:

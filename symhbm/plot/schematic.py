@@ -9,11 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from symhbm.model import EngineOrder, Excitation, HarmonicForce, PointForce, Structure
+from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import canvas, figure_of
 from symhbm.plot.layout import layout_of
 from symhbm.plot.masses import WORDS, draw_dots, draw_forces, draw_hub, draw_symbols, number
-from symhbm.plot.network import Network, joined, kinds_of_contacts, network
+from symhbm.plot.network import (
+    Network,
+    joined,
+    kinds_of_contacts,
+    network,
+    places_of_contacts,
+)
 
 MOST_MASSES = 16
 """Largest number of masses that are drawn with symbols."""
@@ -100,7 +107,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
 
 def _is_small(model: Structure, n_pairs: int) -> bool:
     """Whether symbols have the room that they need."""
-    beside = Counter(tuple(sorted(dofs)) for dofs in model.contacts)
+    beside = Counter(tuple(sorted(dofs[:2])) for dofs in places_of_contacts(model))
     allowed = MOST_BESIDE if model.n_dof > 1 else 3 * MOST_BESIDE
     crowded = max(beside.values(), default=0) > allowed
     return model.n_dof <= MOST_MASSES and n_pairs <= 2 * model.n_dof and not crowded
@@ -216,6 +223,9 @@ def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[s
     several = sum(len(rows) > 1 for rows in model.contact_rows)
     if several:
         notes.append(f"further directions of {_counted(several, 'contact')}")
+    weighted = sum(isinstance(ends, Weights) for ends in model.row_ends)
+    if weighted:
+        notes.append(f"weights of {_counted(weighted, 'displacement')} of contacts")
     if force is not None and force.inside:
         notes.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
     return notes

@@ -24,7 +24,15 @@ from symhbm.model import (
     Structure,
     is_pattern,
 )
-from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
+from symhbm.model.contacts import (
+    ContactLaw,
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    from_stored,
+    named,
+    to_stored,
+)
 from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -208,7 +216,7 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "harmonics": list(problem.harmonics),
             "samples": problem.samples,
             "n_dof": problem.model.n_dof,
-            "contacts": [list(dofs) for dofs in problem.model.contacts],
+            "contacts": to_stored(problem.model.contacts),
             "lumped": problem.model.lumped,
             "excitation": {"type": type(excitation).__name__, **vars(excitation)},
         }
@@ -221,7 +229,7 @@ def _groups(model: Structure) -> dict[str, Any]:
         return {}
     groups = {}
     for group in model.groups:
-        pairs = [[list(model.row_pairs[row]) for row in rows] for rows in group.rows.T]
+        pairs = [[to_stored(model.row_ends[row]) for row in rows] for rows in group.rows.T]
         records = {own: list(record) for own, record in group.law.parameters.items()}
         kind = type(group.law)
         if kind not in _LAWS.values() and kind.__name__ in _LAWS:
@@ -272,7 +280,9 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     lumped, contacts = description["lumped"], description["contacts"]
-    if "groups" in description:
+    if "groups" not in description:
+        contacts = [*map(from_stored, contacts)]
+    else:
         contacts = _contacts_of(dataset, description["groups"], varied, laws)
         names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
@@ -322,7 +332,7 @@ def _contacts_of(
                 f"{len(entry['pairs'])} directions, got {', '.join(law.parameters)} and "
                 f"{len(law.directions)}"
             )
-        result[group] = law, entry["pairs"]
+        result[group] = law, [[*map(from_stored, each)] for each in entry["pairs"]]
     if missing:
         raise MissingLawError(
             f"laws: this dataset was computed with {', '.join(missing)}, which is no law of this "
