@@ -113,6 +113,7 @@ class ParameterProblem(ContinuationProblem):
         self.frequency = frequency
         self.smallest = smallest
         self.single_valued = not problem.many_valued_laws([name])
+        self._is_force = name == "force_amplitude"
         nominal = np.asarray(problem.parameters[name], dtype=float)
         chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
         if index is not None:
@@ -124,13 +125,13 @@ class ParameterProblem(ContinuationProblem):
     def scale(self, point: FloatArray) -> FloatArray:
         """As of any problem, but below the ``smallest`` force relative to the response there."""
         scale = super().scale(point)
-        if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
+        if self._is_force and 0 < abs(point[-1]) < self.smallest:
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
 
     def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
-        """Whether there is no force and no contact slides on the way to it."""
-        if self.name != "force_amplitude" or value != 0:
+        """Whether no force oscillates and no contact slides on the way to it."""
+        if not self._is_force or value != 0:
             return False
         at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).switches
         return not (switches & ~at_rest).any()

@@ -129,11 +129,12 @@ def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis)
     """
     if not model.has_matrices:
         return None
-    shape = excitation.shape(model.n_dof, basis)
+    shape, static = excitation.shape(model.n_dof, basis), excitation.static(model.n_dof)
     for n_dof in range(1, model.n_dof // 2 + 1):
         if model.n_dof % n_dof == 0:
             n_sectors = model.n_dof // n_dof
-            order = _contact_order(model, n_dof, n_sectors) if _repeats(model, n_dof) else None
+            repeats = np.array_equal(np.roll(static, -n_dof), static) and _repeats(model, n_dof)
+            order = _contact_order(model, n_dof, n_sectors) if repeats else None
             lag = None if order is None else _lag(shape, n_dof, n_sectors, basis)
             if order is not None and lag is not None:
                 return Symmetry(n_sectors, n_dof, lag, *order)

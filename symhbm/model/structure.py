@@ -26,7 +26,7 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_INPUTS = {"unknowns", "frequency", "force_shape"}
+_INPUTS = {"unknowns", "frequency", "force_shape", "static_force"}
 """What else a balance is compiled for."""
 
 

@@ -17,11 +17,10 @@ from symhbm.model import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
-    EngineOrder,
-    HarmonicForce,
+    Excitation,
     Model,
-    PointForce,
     Structure,
+    described,
     is_pattern,
 )
 from symhbm.model.contacts import (
@@ -54,10 +53,13 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring)}
-_EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
-class MissingLawError(LookupError):
+class NotRebuiltError(LookupError):
+    """A problem that its description alone does not make again."""
+
+
+class MissingLawError(NotRebuiltError):
     """A contact law that is none of the library's and was not given, or is another one."""
 
 
@@ -208,7 +210,6 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
-    excitation = problem.excitation
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -218,7 +219,7 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "n_dof": problem.model.n_dof,
             "contacts": to_stored(problem.model.contacts),
             "lumped": problem.model.lumped,
-            "excitation": {"type": type(excitation).__name__, **vars(excitation)},
+            "excitation": problem.excitation.description(),
         }
     )
 
@@ -270,13 +271,9 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     """
     metadata = Description(dataset)
     description = metadata.problem
-    excitation = dict(description["excitation"])
-    kind = _EXCITATIONS[excitation.pop("type")]
-    for name in ("cosine", "sine"):
-        if name in excitation:
-            excitation[name] = {int(n): row for n, row in excitation[name].items()}
     moving = metadata.moving
     varied = [*metadata.swept, *([moving] if moving != "frequency" else [])]
+    excitation = _excitation_of(description["excitation"], varied)
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     lumped, contacts = description["lumped"], description["contacts"]
@@ -294,7 +291,7 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
-        kind(**excitation),
+        excitation,
         description["harmonics"],
         description.get("samples"),
     )
@@ -345,6 +342,15 @@ def _contacts_of(
         )
         for group, (law, pairs) in result.items()
     }
+
+
+def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:
+    if "0" in stored.get("cosine", {}) and "force_amplitude" in varied:
+        raise NotRebuiltError(
+            "force_amplitude: expected other parameters in a dataset with a mean force, this one "
+            "is of a version that scaled the mean with the amplitude; its values can be read"
+        )
+    return described(stored)
 
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:
