@@ -193,6 +193,11 @@ class HarmonicBalance:
         return static if 0 in self.harmonics else static[:0]
 
     @property
+    def loaded(self) -> bool:
+        """Whether a static force acts."""
+        return bool(self.excitation.static(self.model.n_whole).any())
+
+    @property
     def harmonics(self) -> tuple[int, ...]:
         """The harmonics of the response."""
         return self.basis.harmonics

@@ -43,9 +43,8 @@ class ContinuationProblem(ABC):
         problem, frequency = self.at(value)
         return problem.amplification(unknowns, frequency)
 
-    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
-        """Whether nothing moves at a value, the states next to it being ``switches``."""
-        return False
+    def settle(self, guess: FloatArray, switches: NDArray[np.bool_]) -> None:  # noqa: B027
+        """Set to 0 what does not move at a guess (n_unknowns + 1,), ``switches`` next to it."""
 
     def scale(self, point: FloatArray) -> FloatArray:
         """Units of length of the unknowns and the parameter at a point, all (n_unknowns + 1,).
@@ -129,12 +128,17 @@ class ParameterProblem(ContinuationProblem):
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
 
-    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
-        """Whether no force oscillates and no contact slides on the way to it."""
-        if not self._is_force or value != 0:
-            return False
-        at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).switches
-        return not (switches & ~at_rest).any()
+    def settle(self, guess: FloatArray, switches: NDArray[np.bool_]) -> None:
+        """As of any problem: without a force, unless a contact slides on the way to it."""
+        problem = self.problem
+        if not self._is_force or guess[-1] != 0:
+            return
+        at_rest = problem.locate(np.zeros(problem.n_unknowns), self.frequency).switches
+        if (switches & ~at_rest).any():
+            return
+        # A static load still displaces.
+        moves = problem.basis.order > 0 if problem.loaded else problem.basis.order >= 0
+        guess[:-1][np.tile(moves, problem.n_dof)] = 0.0
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""
