@@ -86,15 +86,8 @@ def _problem(dataset: xr.Dataset) -> Lines:
             text = _parameter(dataset, name, body)
             if name != "cubic_stiffness" or text != "0 N m-3":
                 yield f"  {name}", text
-    force = problem["excitation"]
-    kinds = {
-        "PointForce": f"point force on {body} {force.get('dof')}",
-        "EngineOrder": "engine order, a travelling wave over the blades",
-    }
-    on = [str(force["harmonic"])] if "harmonic" in force else []
-    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
-    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
-    yield "excitation", f"{kinds.get(force['type'], force['type'])}{harmonic}"
+    forces = Description(dataset).forces
+    yield "excitation", " and ".join(_force(force, body) for force in forces)
     for name in _OF_FORCE:
         if name in dataset.variables:
             yield f"  {name}", _parameter(dataset, name, body)
@@ -114,6 +107,21 @@ def _problem(dataset: xr.Dataset) -> Lines:
         elif solver:
             law = f"switching angles as unknowns, Eqs. (4)-(11), solved by {solver}"
         yield "friction law", law
+
+
+def _force(force: dict[str, Any], body: str) -> str:
+    """Kind of a force, and its harmonics unless that is the first alone."""
+    kinds = {
+        "PointForce": f"point force on {body} {force.get('dof')}",
+        "EngineOrder": "engine order, a travelling wave over the blades",
+        "StaticLoad": "static load",
+    }
+    on = [str(force["harmonic"])] if "harmonic" in force else []
+    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
+    if force.get("mean") is not None:
+        on = ["0", *on]
+    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
+    return f"{kinds.get(force['type'], force['type'])}{harmonic}"
 
 
 def _places(ends: Any) -> list[int]:

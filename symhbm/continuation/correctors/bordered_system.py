@@ -56,7 +56,10 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     springs = _springs(equations, point[:n], point[n], named, events)
     if structure is None:
         conservative, inertia = equations.conservative(*arguments)
-        inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(named["force_shape"]))
+        inertia, exciting = (
+            ca.mmax(ca.fabs(inertia)),
+            amplitude * ca.mmax(ca.fabs(named["force_shape"])),
+        )
         below = _resonances_below(equations, conservative, springs)
     else:
         forces, terms, stiffness, slopes, inertia = condensed_graph(structure)(
