@@ -145,7 +145,9 @@ def test_friction_does_not_feel_a_static_load():
     one, other = (sh.frf(p, (12, 28), at=[21, 24], progress=False) for p in (bare, loaded))
     assert (one.contact_state == 1).any()
     x = other.coefficient
-    np.testing.assert_allclose(x.sel(harmonic=0, component="cos"), [shift, shift], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(
+        x.sel(harmonic=0, component="cos"), [shift, shift], rtol=1e-9, atol=1e-15
+    )
     np.testing.assert_allclose(
         x.sel(harmonic=[1, 3]), one.coefficient, rtol=0, atol=1e-9 * abs(one.coefficient).max()
     )
