@@ -66,8 +66,12 @@ def _problem(dataset: xr.Dataset) -> Lines:
     body = "blade" if problem["lumped"] else "degree of freedom"
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
     contacts = [_places(ends) for ends in contacts]
-    between = sum(len(dofs) > 1 for dofs in contacts)
-    kinds = {"between two of them": between, "to the ground": len(contacts) - between}
+    sizes = [len(dofs) for dofs in contacts]
+    kinds = {
+        "between two of them": sizes.count(2),
+        "between several of them": sum(size > 2 for size in sizes),
+        "to the ground": sizes.count(1),
+    }
     where = " and ".join(
         words if n == len(contacts) else f"{n} {words}" for words, n in kinds.items() if n
     )

@@ -80,7 +80,6 @@ def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
 
 
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
-    """The response followed from a small force about the static one; None where that fails."""
     margins = problem.locate(stuck, frequency).margins
     margins = margins[np.isfinite(margins)]
     share = 0.5 * np.exp(-max(margins.max(initial=0.0), 0.0))
@@ -88,16 +87,8 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     if not amplitude:
         return None
     curve = ParameterProblem(problem, "force_amplitude", frequency)
-    rest = linear = np.zeros(problem.n_unknowns)
-    if problem.loaded:
-        still, _ = curve.at(0.0)
-        linear = linear_response(still, frequency)
-        if linear is None:
-            return None
-        rest = newton(partial(still.evaluate, frequency=frequency), linear).unknowns
     for start in share * _REDUCTIONS:
-        guess = rest + start * (stuck - linear)
-        small = newton(partial(curve.evaluate, value=start * amplitude), guess)
+        small = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
         if small.converged:
             path = Path(curve, small.unknowns, start * amplitude, amplitude)
             points = list(path)
