@@ -42,9 +42,10 @@ class Model(Structure):
     ------
     TypeError, ValueError
         If a matrix is not square, real and finite, if damping or stiffness have a negative diagonal
-        entry, if a contact joins a degree of freedom to itself or to one that does not exist or is
-        given by a list of numbers, which may be degrees of freedom or weights, or if a parameter of the contacts is missing, or one of friction is negative; for a mass matrix
-        that is not symmetric or not positive semidefinite.
+        entry, if a contact joins a degree of freedom to itself or to one that does not exist, is a
+        list of numbers, which may be degrees of freedom or weights, or lacks a parameter, or if one
+        of friction is negative; for a mass matrix that is not symmetric or not positive
+        semidefinite.
 
     Notes
     -----

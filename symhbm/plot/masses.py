@@ -64,15 +64,15 @@ def draw_symbols(
     places = places_of_contacts(model)
     for number, (dofs, contact_kinds) in enumerate(zip(places, kinds, strict=True)):
         elements = [(kind, number) for kind in contact_kinds]
-        if len(dofs) > 1:
-            i, j = sorted(dofs[:2])
-            between.setdefault((i, j), []).extend(elements)
-            for dof in dofs[2:]:
-                i, j = sorted((dofs[0], dof))
-                between.setdefault((i, j), [("line", -1)])
+        first, *others = dofs
+        if others:
+            pairs = [(min(first, dof), max(first, dof)) for dof in others]
+            between.setdefault(pairs[0], []).extend(elements)
+            for pair in pairs[1:]:
+                between.setdefault(pair, [("line", -1)])
         else:
-            same = np.array_equal(layout.inward[dofs[0]], layout.outward[dofs[0]])
-            (inner if same else outer).setdefault(dofs[0], []).extend(elements)
+            same = np.array_equal(layout.inward[first], layout.outward[first])
+            (inner if same else outer).setdefault(first, []).extend(elements)
     named: set[str] = set()
     texts = _values_beside(model)
     middle = layout.positions.mean(axis=0)
@@ -210,8 +210,8 @@ def draw_dots(
     places = places_of_contacts(model)
     for kind, words in WORDS.items():
         numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
-        between = [j for j in numbers if len(places[j]) > 1]
-        joins = np.array([(places[j][0], dof) for j in between for dof in places[j][1:]])
+        between = [places[j] for j in numbers if len(places[j]) > 1]
+        joins = np.array([(first, dof) for first, *others in between for dof in others])
         alone = np.array([places[j] for j in numbers if len(places[j]) == 1])
         if len(joins):
             look: Any = dict(
