@@ -478,3 +478,9 @@ def test_directions_by_name_are_given_once():
 
     with pytest.raises(ValueError, match="'normal' names a direction and a parameter"):
         sh.Contacts(Clash(), [(0,)], normal=[(1,)])
+
+    class Twice(Corner):
+        directions = ("normal", "normal")
+
+    with pytest.raises(ValueError, match="'normal' names two directions"):
+        sh.Contacts(Twice(), [(0,)], [(1,)], cube=1.0)

@@ -118,6 +118,8 @@ def _by_name(law: ContactLaw, given: tuple, values: dict[str, Any]) -> dict[str,
     for name in law.directions:
         if name in law.parameters:
             raise ValueError(f"law={law!r}: {name!r} names a direction and a parameter")
+        if law.directions.count(name) > 1:
+            raise ValueError(f"law={law!r}: {name!r} names two directions")
     together = dict(zip(law.directions, given, strict=False))
     named = {name: values.pop(name) for name in law.directions if name in values}
     for name in together.keys() & named.keys():

@@ -73,9 +73,9 @@ class StaticLoad(Excitation):
     def static(self, n_dof: int) -> FloatArray:
         """The load, ``(n_dof,)`` [N]; ValueError if it misfits."""
         if isinstance(self.values, dict):
-            result = np.zeros(n_dof)
-            for dof, value in self.values.items():
-                result[check.integer("degree of freedom of values", dof, 0, n_dof - 1)] = value
+            result, dofs = np.zeros(n_dof), [*self.values]
+            check.integer("degree of freedom of values", max(dofs), 0, n_dof - 1)
+            result[dofs] = [*self.values.values()]
             return result
         return one_each("values", self.values, n_dof)
 
