@@ -217,6 +217,20 @@ def test_static_loads_stay_while_the_amplitude_is_followed(load):
     assert found[0, 0, 0] == pytest.approx(mean_of(load), rel=1e-9)
 
 
+def test_exact_motions_under_a_static_load():
+    """Many harmonics against a motion integrated in time."""
+    force = sh.PointForce(amplitude=6.0, phase=0.3) + sh.StaticLoad([60.0])
+    problem = cubic(force, tuple(range(13)), gamma=3e8)
+    motion = sh.periodic_motion(problem, 12.0, throw=True)
+    point = sh.solve(problem, 12.0, throw=True)
+    assert abs(point.coefficient.sel(harmonic=2)).max() > 1e-3 * point.amplitude.item()
+    (cosine, sine), angle = point.coefficient.values[0].T, motion.angle.values
+    orders = point.harmonic.values
+    expected = np.cos(np.outer(angle, orders)) @ cosine + np.sin(np.outer(angle, orders)) @ sine
+    found = motion.displacement.transpose("angle", "dof").values[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
 def test_responses_grow_about_the_static_one():
     """What starts without a guess: the vibration grows where the load holds the structure."""
     problem = cubic(sh.PointForce(amplitude=2.0) + sh.StaticLoad([300.0]), (0, 1, 2))
