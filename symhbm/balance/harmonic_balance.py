@@ -40,7 +40,8 @@ class HarmonicBalance:
     model, excitation
         What vibrates, and what drives it.
     harmonics
-        Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``.
+        Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``. By
+        default the first, with the mean where contacts or static loads make one.
     samples
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
@@ -88,13 +89,16 @@ class HarmonicBalance:
         self,
         model: Structure,
         excitation: Excitation,
-        harmonics: Iterable[int] = (1,),
+        harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         check_excitation("excitation", excitation)
+        if harmonics is None:
+            moves_mean = not model.odd or excitation.static(model.n_whole).any()
+            harmonics = (0, 1) if moves_mean else (1,)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
             samples = check.integer("samples", samples, minimum=2 * basis.highest + 1)

@@ -58,13 +58,13 @@ def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> Gr
     if given:
         raise ValueError(
             f"{', '.join(given)}: expected the values of named groups with each group, as in "
-            "symhbm.Contacts(law, pairs, ...)"
+            "symhbm.Contacts(law, directions, ...)"
         )
     for name, group in contacts.items():
         if not isinstance(group, Contacts):
             raise TypeError(
-                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, pairs, "
-                "...)"
+                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
+                "directions, ...)"
             )
         if not is_name(name):
             raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")

@@ -194,6 +194,23 @@ def test_a_cubic_spring_yields_to_a_static_load(load):
     assert amplitude == pytest.approx(20 / abs(dynamic), rel=1e-8)
 
 
+@pytest.mark.parametrize("weight", [1.0, -0.5])
+@pytest.mark.parametrize("load", [2.0, 60.0])
+def test_a_static_load_presses_a_stop(load, weight):
+    """k x + w k_n max(w x - gap, 0) = F, closed where w F > k gap."""
+    load = load * np.sign(weight)
+    law = sh.UnilateralSpring("gap")
+    stop = sh.Contacts(law, normal={0: weight}, normal_stiffness=2e4, gap=1e-3)
+    model = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"stop": stop})
+    expected = load / 1e4
+    if weight * expected > 1e-3:
+        expected = (load + weight * 2e4 * 1e-3) / (1e4 + 2e4 * weight**2)
+    for force in (sh.StaticLoad([load]), sh.PointForce(amplitude=0.0) + sh.StaticLoad([load])):
+        point = sh.solve(sh.HarmonicBalance(model, force, (0, 1, 2)), 9.0, throw=True)
+        assert point.coefficient.values[0, 0, 0] == pytest.approx(expected, rel=1e-9)
+        assert np.abs(point.coefficient.values[0, 1:]).max() < 1e-12
+
+
 @pytest.mark.parametrize("load", [20.0, 3e4])
 def test_static_loads_stay_while_the_amplitude_is_followed(load):
     force = sh.PointForce(amplitude=1.0) + sh.StaticLoad([load])
@@ -445,6 +462,11 @@ def test_bad_static_loads(values, error, text):
 def test_forces_that_do_not_fit(force, harmonics, text):
     with pytest.raises(ValueError, match=text):
         HarmonicBalance(RING, force, harmonics)
+
+
+def test_static_loads_choose_harmonics():
+    assert HarmonicBalance(RING, WAVE).harmonics == (1,)
+    assert HarmonicBalance(RING, WAVE + sh.StaticLoad({0: 1.0})).harmonics == (0, 1)
 
 
 def test_a_mean_is_given_once():

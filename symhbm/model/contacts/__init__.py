@@ -21,10 +21,12 @@ from symhbm.model.contacts.directions import (
     to_stored,
     weights_of,
 )
+from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
@@ -40,6 +42,8 @@ __all__ = [
     "Parameter",
     "SmoothLaw",
     "Switch",
+    "UnilateralSpring",
+    "VariableLoadFriction",
     "Weights",
     "check_directions",
     "from_stored",
