@@ -89,9 +89,9 @@ class UnilateralSpring(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        same, *at = self._as_friction(motion, frequency, values)
+        same, _, of_friction = self._as_friction(motion, frequency, values)
         padded = np.concatenate([np.zeros((len(error), 1)), error], axis=1)
-        return _FRICTION.margins_within(basis, same, padded, *at)[:, 1:]
+        return _FRICTION.margins_within(basis, same, padded, frequency, of_friction)[:, 1:]
 
     def _as_friction(
         self, motion: FloatArray, frequency: float | FloatArray, values: Values
