@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Group, Parameter
+from symhbm.model.contacts import Group, Parameter, SpringSliders
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -55,6 +55,19 @@ class SliderContacts(NamedTuple):
     row: NDArray[np.intp]
     stiffness: FloatArray
     limit: FloatArray
+
+
+class SpringSliderContacts(NamedTuple):
+    """Contacts that are springs and sliders, (n,) each.
+
+    Their numbers ``contact`` among all contacts, those of their ``tangential`` and ``normal``
+    displacements among all, -1 without one, and what they are, as `SpringSliders`.
+    """
+
+    contact: NDArray[np.intp]
+    tangential: NDArray[np.intp]
+    normal: NDArray[np.intp]
+    sliders: SpringSliders
 
 
 class Structure(ABC):
@@ -214,6 +227,27 @@ class Structure(ABC):
         contact, row = np.zeros((2, 0), dtype=int)
         joined = [(contact, row, *np.zeros((2, 0))), *parts]
         return SliderContacts(*(np.concatenate(each) for each in zip(*joined, strict=True)))
+
+    def spring_sliders(self, frequency: float) -> SpringSliderContacts:
+        """All contacts that are springs and sliders, at a frequency [rad/s]."""
+        none = np.zeros(0, dtype=int)
+        parts, values = [(none, none, none)], [(np.zeros(0),) * len(SpringSliders._fields)]
+        for group in self.groups:
+            sliders = group.law.spring_sliders(frequency, self.values_of(group))
+            if sliders is None:
+                continue
+            names = group.law.directions
+            if "normal" not in names:
+                names = ("tangential",)
+            rows = [
+                group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
+                for name in ("tangential", "normal")
+            ]
+            parts.append((group.contacts, *rows))
+            values.append(sliders)
+        joined = (np.concatenate(each) for each in zip(*values, strict=True))
+        places = (np.concatenate(each) for each in zip(*parts, strict=True))
+        return SpringSliderContacts(*places, SpringSliders(*joined))
 
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]

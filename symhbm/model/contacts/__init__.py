@@ -13,7 +13,14 @@ from symhbm.model.contacts.coulomb import (
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
-from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.law import (
+    FREE,
+    ContactLaw,
+    Located,
+    SpringSliders,
+    Switch,
+    graph_of,
+)
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
 
@@ -29,6 +36,7 @@ __all__ = [
     "Loop",
     "Parameter",
     "SmoothLaw",
+    "SpringSliders",
     "Switch",
     "check_pairs",
     "graph_of",
