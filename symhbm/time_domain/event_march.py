@@ -205,6 +205,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     limit = linear.limits(x)
     friction = np.clip(state[2 * n :], -limit, limit)
     of_contact, touching = _states_at(linear, x, slope, friction, limit)
+    friction = np.where(of_contact == STICK, friction, slip(of_contact) * limit)
     slipped = (of_contact != STICK) | ~linear.rubs
     variation = np.eye(len(state))
     _follow_walls(linear, of_contact, np.flatnonzero(slipped), variation)
@@ -272,9 +273,11 @@ def _states_at(
 ) -> tuple[FloatArray, np.ndarray]:
     """States of the contacts (n_active,), and which of them just touch."""
     normal, pushes = linear.normal, np.sign(friction) * (linear.directions @ slope)
-    closes = normal.directions @ slope
+    closes, least = normal.directions @ slope, limit.copy()
     pushes[normal.contact] -= normal.ratio * closes
-    state = np.where((np.abs(friction) >= limit) & (pushes > 0), np.sign(friction), STICK)
+    # A limit that moves is that of the state but for round-off.
+    least[normal.contact] -= _NOISE * (limit[normal.contact] + normal.friction * np.abs(normal.load))
+    state = np.where((np.abs(friction) >= least) & (pushes > 0), np.sign(friction), STICK)
     touching = np.zeros(len(limit), dtype=bool)
     if len(normal):
         pressure = normal.pressure(x)

@@ -129,6 +129,11 @@ class ExactMotion:
         result[:, linear.active[linear.normal.contact]] = linear.normal.force(x, state)
         return result.reshape(*tau.shape, linear.n_contacts)
 
+    @property
+    def rubs(self) -> np.ndarray:
+        """Which contacts (n_contacts,) have a tangential spring, whatever their limit."""
+        return self._linear.sprung
+
     def states(self, tau: ArrayLike) -> np.ndarray:
         """States (..., n_contacts) at the angles ``tau`` (...) [rad], in words of `event_kind`.
 

@@ -1,0 +1,107 @@
+"""A friction contact whose normal load moves with the structure, for tests of motions in time.
+
+Its harmonic balance is that of the closed contact without slip, which is a start and no more.
+"""
+
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+import symhbm as sh
+from symhbm.model.contacts.law import SpringSliders
+from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
+
+TURN = 2 * np.pi
+
+
+class PressedContact(sh.ContactLaw):
+    """Springs in both directions and a slider; ``coupled`` preloads act on the structure."""
+
+    directions = ("tangential", "normal")
+    parameters: ClassVar = {
+        "contact_stiffness": sh.Parameter("N m-1", "tangential stiffness"),
+        "normal_stiffness": sh.Parameter("N m-1", "normal stiffness"),
+        "friction_coefficient": sh.Parameter("1", "friction coefficient"),
+        "normal_load": sh.Parameter("N", "normal load at rest", bound="any"),
+    }
+    odd = False
+
+    def __init__(self, coupled: bool = False):
+        self.coupled = coupled
+
+    def force(self, basis: Any, motion: Any, frequency: Any, values: Any, events: Any) -> Any:
+        """Of the closed contact that never slips."""
+        size = basis.n_components
+        springs = values["contact_stiffness"], values["normal_stiffness"]
+        return ca.vertcat(springs[0] * motion[:size], springs[1] * motion[size:])
+
+    def spring_sliders(self, frequency: Any, values: Any) -> SpringSliders:
+        """As the parameters are."""
+        load = values["normal_load"]
+        return SpringSliders(
+            values["contact_stiffness"],
+            values["normal_stiffness"],
+            values["friction_coefficient"],
+            load,
+            np.zeros_like(load) if self.coupled else np.maximum(load, 0.0),
+        )
+
+
+def structure(mass, damping, stiffness, force, tangential, normal, coupled=False, **values):
+    """The balance of a structure with these contacts."""
+    contacts = sh.Contacts(PressedContact(coupled), tangential, normal, **values)
+    model = sh.Model(mass, damping, stiffness, contacts={"shroud": contacts})
+    return sh.HarmonicBalance(model, force, range(4))
+
+
+def two_way(coupled=False, **values):
+    """One mass that moves in both directions of a contact to the ground."""
+    given = dict(
+        contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0
+    )
+    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+    parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
+    return structure(*parts, force, [(0,)], [(1,)], coupled, **given | values)
+
+
+def gap_stop(**values):
+    """One mass with a preloaded stop, a contact without friction."""
+    given = dict(
+        contact_stiffness=0.0, normal_stiffness=2e4, friction_coefficient=0.0, normal_load=10.0
+    )
+    force = sh.HarmonicForce(cosine={1: [5]})
+    return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], **given | values)
+
+
+def two_blades():
+    """Two blades that move in both directions of the contact between them."""
+    force = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+    parts = np.eye(4), np.diag([2.0, 3, 2, 3]), np.diag([1e4, 2.25e4, 1.04e4, 2.3e4])
+    values = dict(
+        contact_stiffness=1e4, normal_stiffness=2e4, friction_coefficient=0.4, normal_load=4.0
+    )
+    return structure(*parts, force, [(0, 2)], [(1, 3)], **values)
+
+
+def inclined(coupled=False, **values):
+    """One mass on a line at 30 degrees to the contact: ``u = x cos, v = x sin``.
+
+    Along the line: ``k_t cos^2``, ``k_n sin^2``, ``mu cos / sin``, and ``N0 sin``.
+    """
+    given = dict(
+        contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.5, normal_load=5.0
+    )
+    given |= values
+    cos, sin = np.cos(np.pi / 6), 0.5
+    shares = cos**2, sin**2, cos / sin, sin
+    along = {name: share * given[name] for name, share in zip(given, shares, strict=True)}
+    force = sh.HarmonicForce(cosine={1: [10]})
+    return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], coupled, **along)
+
+
+def solved(problem: sh.HarmonicBalance, hertz: float, start: Any = None) -> ExactMotion:
+    """The exact motion, which must have been found."""
+    motion = exact_motion(problem, TURN * hertz, start)
+    assert motion.converged, motion.status
+    return motion
