@@ -3,6 +3,8 @@
 Its harmonic balance is that of the closed contact without slip, which is a start and no more.
 """
 
+import json
+from pathlib import Path
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -13,6 +15,8 @@ from symhbm.model.contacts.law import SpringSliders
 from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
 
 TURN = 2 * np.pi
+FILE = Path(__file__).parent.parent / "data" / "reference" / "varying_normal_load.json"
+CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}
 
 
 class PressedContact(sh.ContactLaw):
@@ -98,6 +102,20 @@ def inclined(coupled=False, **values):
     along = {name: share * given[name] for name, share in zip(given, shares, strict=True)}
     force = sh.HarmonicForce(cosine={1: [10]})
     return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], coupled, **along)
+
+
+def reference(case):
+    """The structure of one of the cases of `CASES`."""
+    directions = [[np.array(contact[key]) for contact in case["contacts"]] for key in "tn"]
+    ends = [[(*np.flatnonzero(w > 0), *np.flatnonzero(w < 0)) for w in each] for each in directions]
+    pairs = [[tuple(map(int, pair)) for pair in each] for each in ends]
+    wave = np.array(case["force"]["1"])
+    force = sh.HarmonicForce(cosine={1: wave[:, 0]}, sine={1: -wave[:, 1]})
+    keys = dict(
+        contact_stiffness="kt", normal_stiffness="kn", friction_coefficient="mu", normal_load="N0"
+    )
+    values = {name: [contact[key] for contact in case["contacts"]] for name, key in keys.items()}
+    return structure(case["M"], case["C"], case["K"], force, *pairs, **values)
 
 
 def solved(problem: sh.HarmonicBalance, hertz: float, start: Any = None) -> ExactMotion:
