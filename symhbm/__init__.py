@@ -27,6 +27,7 @@ from symhbm.model.contacts import (
     Parameter,
     SmoothLaw,
     Switch,
+    VariableLoadFriction,
 )
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
@@ -57,6 +58,7 @@ __all__ = [
     "Structure",
     "Switch",
     "SwitchingAngles",
+    "VariableLoadFriction",
     "bladed_disk",
     "condense",
     "follow",

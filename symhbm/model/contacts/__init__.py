@@ -23,6 +23,7 @@ from symhbm.model.contacts.law import (
 )
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
@@ -38,6 +39,7 @@ __all__ = [
     "SmoothLaw",
     "SpringSliders",
     "Switch",
+    "VariableLoadFriction",
     "check_pairs",
     "graph_of",
     "hysteresis_loops",
