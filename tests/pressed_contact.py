@@ -1,17 +1,12 @@
-"""A friction contact whose normal load moves with the structure, for tests of motions in time.
-
-Its harmonic balance is that of the closed contact without slip, which is a start and no more.
-"""
+"""Structures whose contacts have normal loads that move, for tests of motions in time."""
 
 import json
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-import casadi as ca
 import numpy as np
 
 import symhbm as sh
-from symhbm.model.contacts.law import SpringSliders
 from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
 
 TURN = 2 * np.pi
@@ -19,54 +14,27 @@ FILE = Path(__file__).parent.parent / "data" / "reference" / "varying_normal_loa
 CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}
 
 
-class PressedContact(sh.ContactLaw):
-    """Springs in both directions and a slider; ``coupled`` preloads act on the structure."""
-
-    directions = ("tangential", "normal")
-    parameters: ClassVar = {
-        "contact_stiffness": sh.Parameter("N m-1", "tangential stiffness"),
-        "normal_stiffness": sh.Parameter("N m-1", "normal stiffness"),
-        "friction_coefficient": sh.Parameter("1", "friction coefficient"),
-        "normal_load": sh.Parameter("N", "normal load at rest", bound="any"),
-    }
-    odd = False
-
-    def __init__(self, coupled: bool = False):
-        self.coupled = coupled
-
-    def force(self, basis: Any, motion: Any, frequency: Any, values: Any, events: Any) -> Any:
-        """Of the closed contact that never slips."""
-        size = basis.n_components
-        springs = values["contact_stiffness"], values["normal_stiffness"]
-        return ca.vertcat(springs[0] * motion[:size], springs[1] * motion[size:])
-
-    def spring_sliders(self, frequency: Any, values: Any) -> SpringSliders:
-        """As the parameters are."""
-        load = values["normal_load"]
-        return SpringSliders(
-            values["contact_stiffness"],
-            values["normal_stiffness"],
-            values["friction_coefficient"],
-            load,
-            np.zeros_like(load) if self.coupled else np.maximum(load, 0.0),
-        )
-
-
-def structure(mass, damping, stiffness, force, tangential, normal, coupled=False, **values):
-    """The balance of a structure with these contacts."""
-    contacts = sh.Contacts(PressedContact(coupled), tangential, normal, **values)
-    model = sh.Model(mass, damping, stiffness, contacts={"shroud": contacts})
+def structure(mass, damping, stiffness, force, tangential, normal, preload="balanced", **values):
+    """The balance of a structure with these contacts; negative loads are those of gaps."""
+    load = np.asarray(values.pop("normal_load"), dtype=float)
+    if np.any(load < 0):
+        values["gap"] = -load / values["normal_stiffness"]
+    else:
+        values["normal_load"] = load
+    law = sh.VariableLoadFriction("gap" if "gap" in values else "normal_load", preload)
+    contacts = {"shroud": sh.Contacts(law, tangential, normal, **values)}
+    model = sh.Model(mass, damping, stiffness, contacts=contacts)
     return sh.HarmonicBalance(model, force, range(4))
 
 
-def two_way(coupled=False, **values):
+def two_way(preload="balanced", **values):
     """One mass that moves in both directions of a contact to the ground."""
     given = dict(
         contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0
     )
     force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
     parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
-    return structure(*parts, force, [(0,)], [(1,)], coupled, **given | values)
+    return structure(*parts, force, [(0,)], [(1,)], preload, **given | values)
 
 
 def gap_stop(**values):
@@ -88,7 +56,7 @@ def two_blades():
     return structure(*parts, force, [(0, 2)], [(1, 3)], **values)
 
 
-def inclined(coupled=False, **values):
+def inclined(preload="balanced", **values):
     """One mass on a line at 30 degrees to the contact: ``u = x cos, v = x sin``.
 
     Along the line: ``k_t cos^2``, ``k_n sin^2``, ``mu cos / sin``, and ``N0 sin``.
@@ -101,7 +69,7 @@ def inclined(coupled=False, **values):
     shares = cos**2, sin**2, cos / sin, sin
     along = {name: share * given[name] for name, share in zip(given, shares, strict=True)}
     force = sh.HarmonicForce(cosine={1: [10]})
-    return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], coupled, **along)
+    return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], preload, **along)
 
 
 def reference(case):

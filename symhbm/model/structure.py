@@ -230,8 +230,7 @@ class Structure(ABC):
 
     def spring_sliders(self, frequency: float) -> SpringSliderContacts:
         """All contacts that are springs and sliders, at a frequency [rad/s]."""
-        none = np.zeros(0, dtype=int)
-        parts, values = [(none, none, none)], [(np.zeros(0),) * len(SpringSliders._fields)]
+        parts, values = [np.zeros((3, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
         for group in self.groups:
             sliders = group.law.spring_sliders(frequency, self.values_of(group))
             if sliders is None:
@@ -243,11 +242,11 @@ class Structure(ABC):
                 group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
                 for name in ("tangential", "normal")
             ]
-            parts.append((group.contacts, *rows))
-            values.append(sliders)
-        joined = (np.concatenate(each) for each in zip(*values, strict=True))
-        places = (np.concatenate(each) for each in zip(*parts, strict=True))
-        return SpringSliderContacts(*places, SpringSliders(*joined))
+            parts.append(np.array([group.contacts, *rows]))
+            values.append(np.array(sliders))
+        contact, tangential, normal = np.concatenate(parts, axis=1)
+        joined = SpringSliders(*np.concatenate(values, axis=1))
+        return SpringSliderContacts(contact, tangential, normal, joined)
 
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]

@@ -7,6 +7,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
+from symhbm.model.contacts import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -20,6 +21,7 @@ from symhbm.numerics import (
 from symhbm.results import check_dataset, schema
 from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of
 
+_NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
 _KINDS = {"slip": "onset of slip", "stick": "end of slip", "apart": "opening"}
 
 
@@ -62,8 +64,8 @@ def periodic_motion(
     Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
     coefficients, the changes of contact states along ``event``, Floquet multipliers, the work of
     the exciting force and where it goes; with contacts that have a normal direction also their
-    normal force, its mean and extremes, and how long they are open. Where nothing converged, ``converged`` is False, the
-    values are NaN and ``status`` says why.
+    normal force, its mean and extremes, and how long they are open. Where nothing converged,
+    ``converged`` is False, the values are NaN and ``status`` says why.
 
     Raises
     ------
@@ -130,7 +132,6 @@ def _describe(
     response, force = motion.coefficients(harmonics)
     neutral = np.zeros(problem.model.n_contacts, dtype=bool)
     neutral[motion.neutral_contacts] = True
-    rubs = motion.rubs & (motion.open_fraction < 1)
     values = dict(
         displacement=displacement,
         velocity=velocity,
@@ -145,19 +146,20 @@ def _describe(
         viscous_dissipation=np.float64(motion.damping_loss),
         stick_fraction=motion.stick_fraction,
     )
-    if any("normal" in group.law.directions for group in problem.model.groups):
-        values |= dict(
-            normal_force=motion.normal_force(angle),
-            mean_normal_force=motion.mean_normal_force,
-            least_normal_force=motion.least_normal_force,
-            largest_normal_force=motion.largest_normal_force,
-            open_fraction=motion.open_fraction,
-        )
+    laws = [group.law for group in problem.model.groups]
+    if any("normal" in law.directions for law in laws):
+        values["normal_force"] = motion.normal_force(angle)
+        told = {name for law in laws for name in law.variables}
+        values |= {name: getattr(motion, name) for name in _NORMAL if name in told}
     if curved(problem):
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}
-    state = np.where(rubs, ~neutral, -1)
+    state = np.where(motion.sprung, np.where(neutral, STICKS, SLIPS), -1)
+    presses = np.isfinite(motion.mean_normal_force)
+    state[presses & ~motion.sprung] = STICKS
+    state[motion.open_fraction > 0] = OPENS
+    state[motion.open_fraction == 1] = NEVER_TOUCHES
     return values | dict(
         angle=angle,
         event_angle=motion.event_angle,

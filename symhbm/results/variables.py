@@ -132,10 +132,6 @@ VARIABLES = {
     "normal_force": Variable(
         ("contact",), "N", "normal force, of contacts that have a normal direction"
     ),
-    "mean_normal_force": Variable(("contact",), "N", "mean normal force over the period"),
-    "least_normal_force": Variable(("contact",), "N", "least normal force of the period"),
-    "largest_normal_force": Variable(("contact",), "N", "largest normal force of the period"),
-    "open_fraction": Variable(("contact",), "1", "share of the period that the contact is open"),
     "event_angle": Variable((), "rad", "angle at which a contact changes its state"),
     "multiplier_real": Variable((), "1", "Floquet multiplier of the period, real part"),
     "multiplier_imag": Variable((), "1", "Floquet multiplier of the period, imaginary part"),

@@ -1,4 +1,4 @@
-"""The exact periodic motion with contacts that rub and open: an independent reference for harmonic balance.
+"""The exact periodic motion with contacts, an independent reference for harmonic balance.
 
 Between events the motion is linear and known to round-off (`symhbm.time_domain.linear_motion`),
 events are located to round-off (`symhbm.time_domain.event_march`), and the periodic one is found by
@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
-from symhbm.time_domain.event_march import Cells, march
+from symhbm.time_domain.cells import Cells
+from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
 from symhbm.time_domain.normal_springs import APART
 from symhbm.time_domain.normal_springs import slip as slip_of
@@ -23,6 +24,7 @@ from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     balanced_starts,
     energy_scale,
+    is_rigid,
     periodic_state,
 )
 
@@ -55,7 +57,8 @@ class ExactMotion:
         Floquet multipliers of the period, largest first, without the neutral ones; ``n_states``
         counts the contacts with friction that slip or open.
     neutral_contacts : (n_neutral,)
-        Contacts that never slip or open: each has one more multiplier, exactly 1, of its static force.
+        Contacts with friction that never slip or open: each has one more multiplier, exactly 1, of
+        its static force.
     work : float
         Done by the force per period [J].
     friction_loss : (n_contacts,)
@@ -130,7 +133,7 @@ class ExactMotion:
         return result.reshape(*tau.shape, linear.n_contacts)
 
     @property
-    def rubs(self) -> np.ndarray:
+    def sprung(self) -> np.ndarray:
         """Which contacts (n_contacts,) have a tangential spring, whatever their limit."""
         return self._linear.sprung
 
@@ -237,6 +240,9 @@ def describe_motion(
         status = Status.SYSTEM_SINGULAR
     elif status == Status.SUCCESS and periodicity > 2 * PERIODIC_TOLERANCE:
         status = Status.NO_MOTION
+    apart_always = len(linear.normal) > 0 and bool(np.all(cells.state == APART))
+    if status != Status.SUCCESS and apart_always and is_rigid(linear):
+        status = Status.NOT_HELD
     relative = cells.displacement @ linear.all_directions.T
     travel = relative[:, 1:, active].sum(axis=1)
     loss, apart = np.zeros(linear.n_contacts), np.where(linear.load < 0, 1.0, 0.0)

@@ -102,6 +102,11 @@ def energy_scale(linear: LinearMotion) -> FloatArray:
     return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / spring]))
 
 
+def is_rigid(linear: LinearMotion) -> bool:
+    """Whether something moves without stiffness where contacts do not hold it."""
+    return bool(np.linalg.matrix_rank(linear.stiffness) < linear.n_dof)
+
+
 @dataclass(frozen=True)
 class Shot:
     """A march from a ``state`` over a period, or over half of one that repeats with a sign.
@@ -205,7 +210,7 @@ def periodic_state(
 
 def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     scale, matrix, right = current.scale, current.matrix.copy(), -current.residual
-    rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof
+    rigid = not linear.antiperiodic and is_rigid(linear)
     if not (linear.antiperiodic or rigid or len(linear.normal)):
         # The static force of a contact that never slips is free: no step changes it.
         free = 2 * linear.n_dof + np.flatnonzero(~current.run.slipped)

@@ -21,12 +21,17 @@ from symhbm.model.contacts.law import (
     Switch,
     graph_of,
 )
+from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NEVER_TOUCHES",
+    "OPENS",
+    "SLIPS",
+    "STICKS",
     "ContactLaw",
     "Contacts",
     "Coulomb",
