@@ -22,6 +22,8 @@ _SHARES = tuple(0.5**k for k in range(4))
 """Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10
 """Periods that are marched where Newton's method fails: each approaches the response."""
+_BRIEF = 1e-7
+"""Slip [rad] over a period that round-off may cause: the root of that of a force."""
 _SAMPLES = 4096
 """Angles among which the extremes of a force are searched: its derivative there is zero."""
 _SMALLEST = 1e-12
@@ -36,7 +38,8 @@ def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[
     may open have more starts: the linear motions with all of them closed, and apart.
     """
     opens = len(linear.normal) > 0
-    for highest, solve in ((7, _from_stuck), (1, solve_point)):
+    solved = [(7, _from_stuck), *[(7, solve_point)] * opens, (1, solve_point)]
+    for highest, solve in solved:
         harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest + opens)
         harmonics = {1, *harmonics, *linear.orders.tolist()}
         balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
@@ -178,7 +181,8 @@ def periodic_state(
             return trial
         if len(linear.normal):
             return with_centres(linear, trial)
-        return replace(trial, state=_centred(linear, trial.run, trial.state))
+        stuck = np.flatnonzero(~trial.run.slipped)
+        return replace(trial, state=_centred(linear, trial.run, trial.state, stuck))
 
     def begin(state: FloatArray) -> Shot:
         try:
@@ -186,17 +190,19 @@ def periodic_state(
         except ArithmeticError:
             return attempt(np.zeros_like(state))
 
-    current = begin(next(starts))
+    current, was_on_edge = begin(next(starts)), False
     for iteration in range(_ITERATIONS):
-        near = current.is_near(PERIODIC_TOLERANCE)
-        if current.norm == 0:
-            return current.state, iteration, Status.SUCCESS
-        step = _newton_step(linear, current)
-        if step is None:
-            return current.state, iteration, Status.SYSTEM_SINGULAR
-        trial = current.improved(step, near, _SHARES, attempt)
+        near, trial = current.is_near(PERIODIC_TOLERANCE), None
+        if current.norm > 0:
+            step = _newton_step(linear, current)
+            if step is None:
+                return current.state, iteration, Status.SYSTEM_SINGULAR
+            trial = current.improved(step, near, _SHARES, attempt)
         if trial is None and near:
-            return current.state, iteration, Status.SUCCESS
+            inside = None if was_on_edge else _off_edges(linear, current)
+            if inside is None:
+                return current.state, iteration, Status.SUCCESS
+            trial, was_on_edge = attempt(inside), True
         start = next(starts, None) if trial is None else None
         if trial is not None:
             current = trial
@@ -206,6 +212,21 @@ def periodic_state(
             for _ in range(_PERIODS):
                 current = attempt(-current.run.end if linear.antiperiodic else current.run.end)
     return current.state, _ITERATIONS, Status.NO_MOTION
+
+
+def _off_edges(linear: LinearMotion, current: Shot) -> FloatArray | None:
+    """The state without slip that is round-off, None where there is none.
+
+    The static force of a contact that never slips is free between two edges, to which Newton's
+    method comes from beyond.
+    """
+    run = current.run
+    slips = np.abs(run.cells.state) == 1
+    brief = linear.rubs & run.slipped & (run.cells.width @ slips < _BRIEF)
+    brief &= ~np.any(run.cells.state == APART, axis=0)
+    if linear.antiperiodic or not brief.any():
+        return None
+    return _centred(linear, run, current.state, np.flatnonzero(brief))
 
 
 def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
@@ -224,12 +245,14 @@ def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     return None if step is None else step / scale
 
 
-def _centred(linear: LinearMotion, run: March, state: FloatArray) -> FloatArray:
-    """The same motion with the forces of contacts that never slip between their limits.
+def _centred(
+    linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndarray
+) -> FloatArray:
+    """The same motion with the forces of contacts ``stuck``, which never slip, between their limits.
 
-    Static forces of such contacts shift the whole motion and change no other force.
+    Static forces of such contacts shift the whole motion and change no other force of a constant
+    limit.
     """
-    stuck = np.flatnonzero(~run.slipped)
     directions = linear.directions[stuck]
     force = linear.contact_stiffness[stuck] * (run.cells.displacement @ directions.T)
     force[:, 0] = run.cells.friction[:, stuck]
