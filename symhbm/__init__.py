@@ -27,6 +27,7 @@ from symhbm.model.contacts import (
     Parameter,
     SmoothLaw,
     Switch,
+    UnilateralSpring,
     VariableLoadFriction,
 )
 from symhbm.peaks import peak_curve, sensitivity
@@ -58,6 +59,7 @@ __all__ = [
     "Structure",
     "Switch",
     "SwitchingAngles",
+    "UnilateralSpring",
     "VariableLoadFriction",
     "bladed_disk",
     "condense",

@@ -29,6 +29,7 @@ from symhbm.model.contacts import (
     Contacts,
     Coulomb,
     CubicSpring,
+    UnilateralSpring,
     VariableLoadFriction,
     named,
 )
@@ -52,7 +53,7 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, VariableLoadFriction)}
+_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, UnilateralSpring, VariableLoadFriction)}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 

@@ -12,6 +12,7 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import (
     FREE,
@@ -44,6 +45,7 @@ __all__ = [
     "SmoothLaw",
     "SpringSliders",
     "Switch",
+    "UnilateralSpring",
     "VariableLoadFriction",
     "check_pairs",
     "graph_of",

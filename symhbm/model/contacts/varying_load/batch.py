@@ -56,21 +56,41 @@ def locate(
     (n, 4 K^2 + 3 K), ``margins`` (n, 3), their ``slopes`` (n, 3, 2 K + 4) by motion and values,
     ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and ``turning`` (n, 4, 2).
     """
-    size, highest = len(order), int(order[len(order) - 1])
-    waves = np.empty((4, 2, highest + 1))
+    waves = np.empty((4, 2, int(order[len(order) - 1]) + 1))
     for j in range(len(motions)):
-        cosine, sine = np.zeros((2, highest + 1)), np.zeros((2, highest + 1))
-        for i in range(size):
-            for k in range(2):
-                if is_sine[i]:
-                    sine[k, int(order[i])] = motions[j, k * size + i]
-                else:
-                    cosine[k, int(order[i])] = motions[j, k * size + i]
-        noise = walls(cosine, sine, values[j], waves)
+        noise = _waves(order, is_sine, motions[j], values[j], waves)
         counts[j] = march(waves, noise, held[j], pieces[j], turning[j])
         coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
         _margins(order, is_sine, motions[j], values[j], turning[j], margins[j], slopes[j])
         _figures(waves, values[j, 0], pieces[j], counts[j], turning[j], figures[j])
+
+
+@Loop
+def estimate(
+    order: Any, is_sine: Any, motions: Any, values: Any, margins: Any, slopes: Any
+) -> None:
+    """The margins of `locate` and their slopes alone."""
+    highest = int(order[len(order) - 1])
+    waves, turning = np.empty((4, 2, highest + 1)), np.empty((4, 2))
+    pieces = np.empty((most_pieces(highest), 6))
+    for j in range(len(motions)):
+        noise = _waves(order, is_sine, motions[j], values[j], waves)
+        march(waves, noise, 0, pieces, turning)
+        _margins(order, is_sine, motions[j], values[j], turning, margins[j], slopes[j])
+
+
+@Loop
+def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> float:
+    """Write ``k_t u``, ``p`` and both walls of a contact; gives their round-off."""
+    size, highest = len(order), int(order[len(order) - 1])
+    cosine, sine = np.zeros((2, highest + 1)), np.zeros((2, highest + 1))
+    for i in range(size):
+        for k in range(2):
+            if is_sine[i]:
+                sine[k, int(order[i])] = motion[k * size + i]
+            else:
+                cosine[k, int(order[i])] = motion[k * size + i]
+    return walls(cosine, sine, values, waves)
 
 
 @Loop
@@ -177,6 +197,7 @@ def _figures(
         share = (end - begin) / (2 * math.pi)
         if kind == APART or kind == LIFTED:
             figures[OPEN_SHARE] += share
+            figures[STICK_SHARE] -= share if kind == LIFTED else 0.0
             moments(begin, end, of_piece)
             for h in range(highest + 1):
                 integral = press[0, h] * of_piece[0, h] + press[1, h] * of_piece[1, h]

@@ -24,7 +24,6 @@ from symhbm.model.contacts.varying_load.march import (
     PUSHED_UP,
     SHARE,
     STICK_CLOSED,
-    STICK_HIGH,
     STICK_LOW,
     WEIGHT,
 )
@@ -54,7 +53,7 @@ def moments(begin: float, end: float, result: Any) -> None:
 
 
 @Loop
-def _add_products(sums: Any, order: Any, is_sine: Any, norm: Any, factor: float, out: Any) -> None:
+def _add_products(sums: Any, order: Any, is_sine: Any, norm: Any, out: Any) -> None:
     """Add to ``out`` the matrix that restricts a series to what the moments ``sums`` are of."""
     size = len(order)
     for i in range(size):
@@ -69,7 +68,7 @@ def _add_products(sums: Any, order: Any, is_sine: Any, norm: Any, factor: float,
                 value = sums[1, total] + (sums[1, difference] if turn > 0 else -sums[1, difference])
             else:
                 value = sums[0, difference] + sums[0, total]
-            out[j, i] += 0.5 * factor * norm[i] * value
+            out[j, i] += 0.5 * norm[i] * value
 
 
 @Loop
@@ -83,29 +82,27 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
     matrices = events[: 4 * area].reshape((4, size, size))
     vectors = events[4 * area :].reshape((3, size))
     events[:] = 0.0
-    for i in range(size):
-        matrices[0, i, i] = matrices[3, i, i] = 1.0
-        if order[i] == 0:
-            vectors[2, i] = 1.0
     n_moments = 2 * int(order[size - 1]) + 1
-    of_piece, moving = np.zeros((2, n_moments)), np.zeros((2, n_moments))
-    signed, apart = np.zeros((2, n_moments)), np.zeros((2, n_moments))
+    of_piece, sticking = np.zeros((2, n_moments)), np.zeros((2, n_moments))
+    signed, closed = np.zeros((2, n_moments)), np.zeros((2, n_moments))
     row, share = np.empty(size), np.empty(size)
     for k in range(count):
         kind, weight = int(pieces[k, KIND]), pieces[k, WEIGHT]
+        if kind == APART:
+            continue
         moments(pieces[k, BEGIN], pieces[k, END], of_piece)
+        if kind == LIFTED:
+            weight = -1.0
+        closed += weight * of_piece
         for i in range(size):
             share[i] = weight * norm[i] * of_piece[1 if is_sine[i] else 0, int(order[i])]
-        if kind < STICK_LOW:
-            moving += of_piece
-        if kind == APART or kind == LIFTED:
-            apart += of_piece
-            vectors[2] -= share
-        elif kind == PUSHED_UP or kind == PUSHED_DOWN:
+        vectors[2] += share
+        if kind == PUSHED_UP or kind == PUSHED_DOWN:
             sign = -1.0 if kind == PUSHED_UP else 1.0
             signed += sign * of_piece
             vectors[1] += sign * share
-        else:
+        elif kind != LIFTED:
+            sticking += weight * of_piece
             functions_at(order, is_sine, pieces[k, ANCHOR], 0, row)
             sign = 0.0
             if kind != STICK_CLOSED:
@@ -119,6 +116,6 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
                     matrices[2, j, i] += sign * product
             vectors[0] += alpha * share
             vectors[1] += sign * share
-    _add_products(moving, order, is_sine, norm, -1.0, matrices[0])
-    _add_products(signed, order, is_sine, norm, 1.0, matrices[2])
-    _add_products(apart, order, is_sine, norm, -1.0, matrices[3])
+    _add_products(sticking, order, is_sine, norm, matrices[0])
+    _add_products(signed, order, is_sine, norm, matrices[2])
+    _add_products(closed, order, is_sine, norm, matrices[3])

@@ -40,6 +40,7 @@ from symhbm.model.contacts.varying_load.batch import (
     SLIP_DISTANCE,
     STICK_SHARE,
     TOUCH,
+    estimate,
     locate,
     most_pieces,
 )
@@ -158,6 +159,21 @@ class VariableLoadFriction(NormalLaw):
         details = Periods(pieces, counts, turning, figures, slopes)
         return Located(events, states, margins, by_motion, details)
 
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """Margins and what the error does to them, without the force."""
+        margins = np.empty((len(motion), 3))
+        slopes = np.empty((len(motion), 3, motion.shape[1] + 4))
+        arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
+        estimate(*_numbers(basis)[:2], *arrays, margins, slopes)
+        return margins + error * np.linalg.norm(slopes[:, :, :-4], axis=-1)
+
     def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
         """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4)."""
         names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
@@ -229,19 +245,24 @@ class VariableLoadFriction(NormalLaw):
         values: Values,
     ) -> dict[str, FloatArray]:
         """State, shares of the period, normal forces [N], path of the slider [m], and energy [J]."""
-        figures = located.details.figures
         state = np.where(located.states[:, SLIP], SLIPS, STICKS)
         state = np.where(located.states[:, OPEN], OPENS, state)
         state = np.where(located.states[:, TOUCH], state, NEVER_TOUCHES)
         return super().results(basis, located, motion, frequency, values) | dict(
-            contact_state=state,
-            stick_fraction=figures[:, STICK_SHARE],
-            open_fraction=figures[:, OPEN_SHARE],
-            mean_normal_force=figures[:, MEAN],
-            least_normal_force=figures[:, LEAST],
-            largest_normal_force=figures[:, LARGEST],
-            slip_distance=figures[:, SLIP_DISTANCE],
+            **self.period_figures(located.details), contact_state=state
         )
+
+    def period_figures(self, periods: Periods) -> dict[str, FloatArray]:
+        """Shares of the period, normal forces [N] and path of the slider [m], (n,) each."""
+        columns = dict(
+            stick_fraction=STICK_SHARE,
+            open_fraction=OPEN_SHARE,
+            mean_normal_force=MEAN,
+            least_normal_force=LEAST,
+            largest_normal_force=LARGEST,
+            slip_distance=SLIP_DISTANCE,
+        )
+        return {name: periods.figures[:, column] for name, column in columns.items()}
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_t``, ``k_n``, ``mu`` and ``N0``."""
@@ -264,11 +285,6 @@ class VariableLoadFriction(NormalLaw):
         parts = periods.pieces, periods.counts, np.ascontiguousarray(weights), result
         moving_events(*_numbers(basis), *arrays, *parts)
         return result
-
-    def __repr__(self) -> str:
-        words = [repr(self.given)] if self.given != "normal_load" else []
-        words += [f"preload={self.preload!r}"] if self.preload != "balanced" else []
-        return f"{type(self).__name__}({', '.join(words)})"
 
 
 @lru_cache(maxsize=64)
