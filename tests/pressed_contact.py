@@ -37,13 +37,19 @@ def two_way(preload="balanced", **values):
     return structure(*parts, force, [(0,)], [(1,)], preload, **given | values)
 
 
-def gap_stop(**values):
-    """One mass with a preloaded stop, a contact without friction."""
-    given = dict(
-        contact_stiffness=0.0, normal_stiffness=2e4, friction_coefficient=0.0, normal_load=10.0
-    )
+def stop(mass, damping, stiffness, force, normal_stiffness, normal_load=None, gap=None):
+    """The balance of one mass with a stop, a contact without friction, in its direction."""
+    given = {"normal_load": normal_load} if gap is None else {"gap": gap}
+    law = sh.UnilateralSpring(*given)
+    contacts = {"stop": sh.Contacts(law, [(0,)], normal_stiffness=normal_stiffness, **given)}
+    model = sh.Model([[mass]], [[damping]], [[stiffness]], contacts=contacts)
+    return sh.HarmonicBalance(model, force, range(4))
+
+
+def gap_stop(**given):
+    """The stop that has three motions, under preload."""
     force = sh.HarmonicForce(cosine={1: [5]})
-    return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], **given | values)
+    return stop(1, 2, 1e4, force, 2e4, **(given or {"normal_load": 10.0}))
 
 
 def two_blades():
@@ -91,3 +97,45 @@ def solved(problem: sh.HarmonicBalance, hertz: float, start: Any = None) -> Exac
     motion = exact_motion(problem, TURN * hertz, start)
     assert motion.converged, motion.status
     return motion
+
+
+def random_structure(seed: int) -> tuple[sh.HarmonicBalance, float]:
+    """Up to 6 degrees of freedom and contacts of all laws, and a frequency [Hz]."""
+    rng = np.random.default_rng(seed)
+    n_dof, contacts = int(rng.integers(1, 7)), {}
+    spread = rng.normal(size=(n_dof, n_dof))
+    stiffness = 1e4 * (np.diag(rng.uniform(0.5, 2, n_dof)) + 0.2 * spread @ spread.T / n_dof)
+
+    def places():
+        ends = [rng.permutation(n_dof)[: int(rng.integers(1, 3))] for _ in range(n_contacts)]
+        return [tuple(map(int, each)) for each in ends]
+
+    for name in ("first", "second", "third")[: int(rng.integers(1, 4))]:
+        n_contacts, law = int(rng.integers(1, 3)), rng.integers(4)
+        values = dict(normal_stiffness=10 ** rng.uniform(3, 5, n_contacts))
+        friction = dict(
+            contact_stiffness=10 ** rng.uniform(3, 5, n_contacts),
+            friction_coefficient=rng.uniform(0.1, 2, n_contacts),
+        )
+        values["gap"] = rng.normal(size=n_contacts) * 10 ** rng.uniform(-5, -3, n_contacts)
+        values["gap"] *= rng.random(n_contacts) < 0.9
+        preload = ("balanced", "coupled")[int(rng.integers(2))]
+        if law == 0:
+            load = 10 ** rng.uniform(-1, 1, n_contacts)
+            contacts[name] = sh.Contacts(sh.Coulomb(), places(), **friction, normal_load=load)
+        elif law == 1:
+            contacts[name] = sh.Contacts(sh.UnilateralSpring("gap", preload), places(), **values)
+        else:
+            tangential = places()
+            normal = tangential if rng.random() < 0.3 else places()
+            pressed = sh.VariableLoadFriction("gap", preload)
+            contacts[name] = sh.Contacts(pressed, tangential, normal, **friction, **values)
+    model = sh.Model(
+        np.diag(rng.uniform(0.5, 2, n_dof)),
+        np.diag(rng.uniform(0.1, 3, n_dof)),
+        stiffness,
+        contacts=contacts,
+    )
+    cosine = {n: 5 * rng.normal(size=n_dof) for n in (0, 1, 2) if n == 1 or rng.random() < 0.3}
+    force = sh.HarmonicForce(cosine=cosine, sine={1: 5 * rng.normal(size=n_dof)})
+    return sh.HarmonicBalance(model, force, range(6)), float(rng.uniform(8, 35))

@@ -18,6 +18,7 @@ from symhbm.model.contacts import SmoothLaw, stick_intervals
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion, curved
+from symhbm.time_domain.normal_springs import STICK
 from symhbm.time_domain.periodic_orbit import state_of
 
 _DIGITS = 37.0
@@ -88,6 +89,9 @@ def _of_march(
     if curved(problem):
         raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
     linear = LinearMotion(problem, frequency)
+    width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
+    if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:
+        raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
     state = linear.of_active(state_of(problem.located(), unknowns, frequency))
     return march(linear, state, 2 * np.pi).multipliers(linear).astype(complex)
 

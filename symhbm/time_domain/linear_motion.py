@@ -119,7 +119,7 @@ class LinearMotion:
         if laws:
             raise ValueError(
                 f"problem: expected contacts that are springs or sliders, got {', '.join(laws)}; "
-                "the exact motion is of friction contacts only"
+                "the motion is linear between events with these alone"
             )
 
     def _set_contacts(self, model: Structure) -> None:

@@ -248,9 +248,9 @@ def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
 def _centred(
     linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndarray
 ) -> FloatArray:
-    """The same motion with the forces of contacts ``stuck``, which never slip, between their limits.
+    """The same motion with the forces of contacts ``stuck`` between their limits.
 
-    Static forces of such contacts shift the whole motion and change no other force of a constant
+    They never slip: their static forces shift the whole motion and change no other constant
     limit.
     """
     directions = linear.directions[stuck]

@@ -1,15 +1,18 @@
 """Exact motions of contacts without friction that open: three at one frequency, and limits."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.continuation import Status
+from symhbm.continuation import Status, newton
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.linear_motion import LinearMotion
-from tests.pressed_contact import TURN, gap_stop, solved, structure
+from symhbm.time_domain.stability import growth_rate
+from tests.pressed_contact import TURN, gap_stop, solved, stop
 
 MOTIONS = {
     "closed": (0.0, 0.0, 4.253796125e-04, (0.9546, 0.9546)),
@@ -95,10 +98,7 @@ def test_derivative_of_the_march():
 
 def test_energy_without_force():
     """An undamped body between events keeps its energy, that of the spring that opens included."""
-    problem = structure(
-        [[1]], [[0]], [[1e4]], sh.HarmonicForce(cosine={1: [1e-12]}), [(0,)], [(0,)],
-        contact_stiffness=0.0, normal_stiffness=2e4, friction_coefficient=0.0, normal_load=10.0,
-    )  # fmt: skip
+    problem = stop(1, 0, 1e4, sh.HarmonicForce(cosine={1: [1e-12]}), 2e4, 10.0)
     linear = LinearMotion(problem, 100.0)
     run = march(linear, np.array([2e-3, 0.0, 0.0]), 5 * TURN)
     assert len(run.event_angle) > 5
@@ -115,7 +115,7 @@ def test_energy_without_force():
 @pytest.mark.parametrize("gap", [0.0, 1e-9, 5e-4, 3e-3])
 def test_gaps(gap):
     """A stop with a gap: its force is zero up to there, and the limit of a far one is no stop."""
-    motion = solved(gap_stop(normal_load=-2e4 * gap), 14.0)
+    motion = solved(gap_stop(gap=gap), 14.0)
     tau = np.linspace(0, TURN, 4001)
     x, force = motion.at(tau)[0][:, 0], motion.normal_force(tau)[:, 0]
     np.testing.assert_allclose(force, 2e4 * np.maximum(x - gap, 0), rtol=0, atol=1e-12)
@@ -133,23 +133,32 @@ def test_gaps(gap):
 
 def test_a_free_body_that_nothing_holds():
     """Without a spring and never touching it stays where it is, and drifts under a static force."""
-    values = dict(contact_stiffness=0.0, friction_coefficient=0.0, normal_stiffness=2e4)
-    at = [(0,)], [(0,)]
     force = sh.HarmonicForce(cosine={1: [5]})
-    free = structure([[1]], [[2]], [[0]], force, *at, normal_load=-1e4, **values)
-    motion = exact_motion(free, 100.0, [0.0, 0.0, 0.0])
+    motion = exact_motion(stop(1, 2, 0, force, 2e4, gap=0.5), 100.0, [0.0, 0.0, 0.0])
     assert motion.converged
     assert motion.open_fraction[0] == 1
     assert motion.coefficients((1,))[0][0, 0] == pytest.approx(-5e-4 / (1 + 4e-4), rel=1e-10)
-    drift = sh.HarmonicForce(cosine={0: [-1], 1: [5]})
-    lost = exact_motion(structure([[1]], [[2]], [[0]], drift, *at, normal_load=-1, **values), 100.0)
+    away, towards = (sh.HarmonicForce(cosine={0: [mean], 1: [5]}) for mean in (-1, 1))
+    lost = exact_motion(stop(1, 2, 0, away, 2e4, gap=5e-5), 100.0)
     assert lost.status == Status.NOT_HELD
-    # Pushed the other way the stop holds it.
-    pushed = sh.HarmonicForce(cosine={0: [1], 1: [5]})
-    held = structure([[1]], [[2]], [[0]], pushed, *at, normal_load=-1, **values)
-    motion = exact_motion(held, 100.0)
-    assert motion.converged
-    assert motion.mean_normal_force[0] == pytest.approx(1.0, rel=1e-10)
+    held = solved(stop(1, 2, 0, towards, 2e4, gap=5e-5), 100.0 / TURN)
+    assert held.mean_normal_force[0] == pytest.approx(1.0, rel=1e-10)
+
+
+@pytest.mark.parametrize("highest", [1, 3, 9])
+@each_motion
+def test_stability_of_balances(name, highest):
+    """Exact multipliers at a truncated solution: those of the motion, but for the truncation."""
+    motion = motion_of(name)
+    balance = gap_stop().with_harmonics(range(highest + 1))
+    start = motion.coefficients(balance.harmonics)[0].ravel()
+    found = newton(partial(balance.evaluate, frequency=motion.frequency), start)
+    assert found.converged
+    evaluation = balance.evaluate(found.unknowns, motion.frequency)
+    rate = growth_rate(balance, motion.frequency, evaluation, found.unknowns)
+    expected = np.log(np.abs(motion.multipliers[0])) * 21.5
+    # One harmonic is a fifth off in the motion of the saddle.
+    assert rate == pytest.approx(expected, rel=1e-3 if highest == 9 else 0.3)
 
 
 def test_dataset():

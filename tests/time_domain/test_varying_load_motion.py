@@ -7,6 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
@@ -20,6 +21,7 @@ from tests.pressed_contact import (
     CASES,
     TURN,
     inclined,
+    random_structure,
     reference,
     solved,
     structure,
@@ -169,30 +171,65 @@ def marched(u, v, stiffness, normal_stiffness, friction, load):
     return forces, normal
 
 
+def check_forces(problem, motion, count=20000):
+    """Compare with a slider between walls, off by what a wall moves within a sample."""
+    tau = np.linspace(0, TURN, count, endpoint=False)
+    x, _, friction = motion.at(tau)
+    pressing, states = motion.normal_force(tau), motion.states(tau)
+    displacement = problem.model.directions.toarray() @ x.T
+    for group in problem.model.groups:
+        sliders = group.law.spring_sliders(motion.frequency, problem.model.values_of(group))
+        names = group.law.directions
+        for j, rows, values in zip(
+            group.contacts, group.rows, zip(*sliders, strict=True), strict=True
+        ):
+            stiffness, normal_stiffness, coefficient, load, _ = values
+            u, v = displacement[rows[0]], displacement[rows[-1]] * ("normal" in names)
+            slider, normal = marched(u, v, stiffness, normal_stiffness, coefficient, load)
+            # The static force of a contact that never slips is free.
+            free = friction[:, j].mean() - slider.mean() if j in motion.neutral_contacts else 0.0
+            step = stiffness * np.abs(np.diff(u)).max()
+            step += coefficient * np.abs(np.diff(normal)).max()
+            atol = 1.5 * step + 1e-12 * np.abs(slider).max() + 1e-15
+            np.testing.assert_allclose(friction[:, j], slider + free, rtol=0, atol=atol)
+            if "normal" not in names:
+                continue
+            size = 1e-11 * (abs(load) + normal_stiffness * np.abs(v).max())
+            np.testing.assert_allclose(pressing[:, j], normal, rtol=0, atol=size)
+            np.testing.assert_array_equal((states[:, j] == "apart")[normal > size], False)
+            of_samples = normal.mean(), normal.min(), normal.max(), np.mean(normal == 0)
+            exact = (
+                motion.mean_normal_force[j],
+                motion.least_normal_force[j],
+                motion.largest_normal_force[j],
+                motion.open_fraction[j] * max(normal.max(), 1.0),
+            )
+            moved = np.abs(np.diff(normal)).max() + 10 * max(normal.max(), 1.0) / count
+            scale = np.array([1, 1, 1, max(normal.max(), 1.0)])
+            np.testing.assert_allclose(exact, scale * of_samples, rtol=0, atol=moved + size)
+
+
 @each_system
 def test_forces_are_those_of_the_law(name):
-    """A slider between walls, over samples: off by what a wall moves within half a sample."""
-    problem, motion = found(name)
-    tau = np.linspace(0, TURN, 40000, endpoint=False)
-    x, _, friction = motion.at(tau)
-    (group,) = problem.model.groups
-    values, directions = problem.model.values_of(group), problem.model.directions.toarray()
-    pressing = motion.normal_force(tau)
-    for j, rows in enumerate(group.rows):
-        keys = "contact_stiffness", "normal_stiffness", "friction_coefficient"
-        of_contact = [float(values[key][j]) for key in keys]
-        of_contact.append(float(group.law.load(motion.frequency, values)[j]))
-        u, v = directions[rows] @ x.T
-        stiffness, normal_stiffness, coefficient, load = of_contact
-        slider, normal = marched(u, v, stiffness, normal_stiffness, coefficient, load)
-        np.testing.assert_allclose(pressing[:, j], normal, rtol=0, atol=1e-12 * normal.max())
-        size = np.abs(friction[:, j]).max()
-        step = stiffness * np.abs(np.diff(u)).max() + coefficient * np.abs(np.diff(normal)).max()
-        np.testing.assert_allclose(friction[:, j], slider, rtol=0, atol=step + 1e-12 * size)
-        assert motion.mean_normal_force[j] == pytest.approx(normal.mean(), rel=1e-6)
-        assert motion.least_normal_force[j] == pytest.approx(normal.min(), abs=1e-6 * normal.max())
-        assert motion.largest_normal_force[j] == pytest.approx(normal.max(), rel=1e-6)
-        assert motion.open_fraction[j] == pytest.approx(np.mean(normal == 0), abs=1e-4)
+    check_forces(*found(name), 40000)
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(12), pytest.param(range(12, 200), marks=pytest.mark.slow)], ids=["few", "many"]
+)
+def test_random_structures(seeds):
+    """Contacts of all laws, of both preloads, in one direction or two, near and off resonance."""
+    opened = 0
+    for seed in seeds:
+        problem, hertz = random_structure(seed)
+        motion = solved(problem, hertz)
+        lost = motion.friction_loss.sum() + motion.damping_loss
+        assert motion.work == pytest.approx(lost, rel=1e-10), seed
+        assert motion.friction_loss.min() > -1e-12
+        assert motion.periodicity < 1e-11
+        check_forces(problem, motion)
+        opened += bool(np.any((motion.open_fraction > 0) & (motion.open_fraction < 1)))
+    assert opened > len(seeds) / 2
 
 
 @each_system
@@ -217,6 +254,31 @@ def test_equation_of_motion(name):
     exciting = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
     largest = max(np.abs(term).max() for term in terms)
     np.testing.assert_allclose(sum(terms), exciting, rtol=0, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize("state", [STICK, 1.0, -1.0, APART])
+def test_flow_of_a_state(state):
+    """The series of a cell is the exponential of its generator, however unsymmetric that is."""
+    values = dict(contact_stiffness=1e4, normal_stiffness=1e5, normal_load=1.0)
+    parts = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 9e3], [9e3, 1e4]], two_way().excitation
+    problem = structure(*parts, [(0,)], [(1,)], friction_coefficient=300.0, **values)
+    linear = LinearMotion(problem, TURN * 18.0)
+    flow = linear.flow(np.array([state]))
+    matrix = linear.stiffness.copy()
+    if state != APART:
+        matrix[1, 1] += 1e5
+        matrix[0] += [1e4, 0] if state == STICK else [0, state * 300 * 1e5]
+    inertia = linear.frequency**2 * linear.mass
+    damping = np.linalg.solve(inertia, linear.frequency * linear.damping)
+    generator = np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(inertia, matrix), -damping]]
+    )
+    whole = scipy.linalg.expm(flow.width * generator)
+    # The force of the springs at the start of a cell is given beside its displacement.
+    given = np.linalg.solve(inertia, matrix - linear.stiffness)
+    ours = flow.full[:, :4].copy()
+    ours[:, :2] -= flow.full[:, 4:] @ given
+    np.testing.assert_allclose(ours, whole, rtol=1e-12, atol=1e-13 * np.abs(whole).max())
 
 
 KINDS = {

@@ -368,7 +368,7 @@ class ContactLaw(ABC):
         return None
 
     def spring_sliders(self, frequency: Any, values: Values) -> SpringSliders | None:
-        """Contacts as springs and sliders whose normal load may move, None where they are not.
+        """Contacts as `symhbm.model.contacts.SpringSliders`, None where they are something else.
 
         Motions of such contacts are linear between their events, and so known in time. Directions
         called "tangential" and "normal" are those of ``u`` and ``v``.
