@@ -22,8 +22,8 @@ _SHARES = tuple(0.5**k for k in range(4))
 """Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10
 """Periods that are marched where Newton's method fails: each approaches the response."""
-_BRIEF = 1e-7
-"""Slip [rad] over a period that round-off may cause: the root of that of a force."""
+_BRIEF = 1e-5
+"""Slip [rad] over a period that what is left of the residual may cause: its root."""
 _SAMPLES = 4096
 """Angles among which the extremes of a force are searched: its derivative there is zero."""
 _SMALLEST = 1e-12
@@ -199,10 +199,10 @@ def periodic_state(
                 return current.state, iteration, Status.SYSTEM_SINGULAR
             trial = current.improved(step, near, _SHARES, attempt)
         if trial is None and near:
-            inside = None if was_on_edge else _off_edges(linear, current)
-            if inside is None:
+            trial = None if was_on_edge else _off_edges(linear, current, attempt)
+            if trial is None:
                 return current.state, iteration, Status.SUCCESS
-            trial, was_on_edge = attempt(inside), True
+            was_on_edge = True
         start = next(starts, None) if trial is None else None
         if trial is not None:
             current = trial
@@ -214,8 +214,10 @@ def periodic_state(
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
-def _off_edges(linear: LinearMotion, current: Shot) -> FloatArray | None:
-    """The state without slip that is round-off, None where there is none.
+def _off_edges(
+    linear: LinearMotion, current: Shot, attempt: Callable[[FloatArray], Shot]
+) -> Shot | None:
+    """A shot without slip that is round-off, None where there is none or it would slip again.
 
     The static force of a contact that never slips is free between two edges, to which Newton's
     method comes from beyond.
@@ -226,7 +228,11 @@ def _off_edges(linear: LinearMotion, current: Shot) -> FloatArray | None:
     brief &= ~np.any(run.cells.state == APART, axis=0)
     if linear.antiperiodic or not brief.any():
         return None
-    return _centred(linear, run, current.state, np.flatnonzero(brief))
+    try:
+        trial = attempt(_centred(linear, run, current.state, np.flatnonzero(brief)))
+    except ArithmeticError:
+        return None
+    return None if trial.run.slipped[brief].any() else trial
 
 
 def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
@@ -245,9 +251,7 @@ def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     return None if step is None else step / scale
 
 
-def _centred(
-    linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndarray
-) -> FloatArray:
+def _centred(linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndarray) -> FloatArray:
     """The same motion with the forces of contacts ``stuck`` between their limits.
 
     They never slip: their static forces shift the whole motion and change no other constant

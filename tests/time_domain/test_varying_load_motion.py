@@ -215,7 +215,9 @@ def test_forces_are_those_of_the_law(name):
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(12), pytest.param(range(12, 200), marks=pytest.mark.slow)], ids=["few", "many"]
+    "seeds",
+    [range(8), (186, 228), pytest.param(range(8, 200), marks=pytest.mark.slow)],
+    ids=["few", "hard to find or at an edge", "many"],
 )
 def test_random_structures(seeds):
     """Contacts of all laws, of both preloads, in one direction or two, near and off resonance."""
@@ -453,16 +455,18 @@ def test_grazing():
     # The normal motion is linear until then: its amplitude is the load over the stiffness.
     opens = 1e4 * np.abs(linear_wave(two_way(), (0, 1e4), 18.0)[1])
     assert 4 < opens < 6
-    steps = (1e-3, 1e-6, 1e-9, 1e-12)
+    steps = (1e-3, 1e-6, 1e-9, 1e-12, 3e-14)
     at = {d: solved(two_way(normal_load=opens + d), 18.0) for s in steps for d in (-s, s)}
     for step in steps:
         below, above = at[-step], at[step]
         # It is open for the root of what is missing.
         assert 0 < below.open_fraction[0] < 0.3 * np.sqrt(step)
         assert above.open_fraction[0] == 0
-        assert above.least_normal_force[0] == pytest.approx(step, rel=1e-2)
+        assert above.least_normal_force[0] == pytest.approx(step, rel=1e-2, abs=2e-14)
         np.testing.assert_allclose(below.amplitude, above.amplitude, rtol=10 * step + 1e-13)
-    assert at[1e-12].least_normal_force[0] < 1e-11
+        kinds = ["slip", "stick", "slip", "apart", "slip", "stick"]
+        assert below.event_kind.tolist() == kinds
+        assert above.event_kind.tolist() == kinds[:2] * 2
 
 
 def test_beside_a_smooth_law():
