@@ -54,8 +54,8 @@ def periodic_motion(
     start
         A response nearby: one point of a result of `frf`, `follow`, `solve` or `periodic_motion`.
         Cubic springs and contacts that open make several motions, stable or not, and the start
-        chooses among them; by default it is what `solve` finds. Friction with a constant load
-        makes one.
+        chooses among them; by default it is what `solve` finds, of contacts that open on harmonics
+        0 to 7. Friction with a constant load makes one.
     throw
         Raise SolveError where no periodic motion was found.
 
