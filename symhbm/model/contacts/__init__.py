@@ -21,7 +21,8 @@ from symhbm.model.contacts.directions import (
     to_stored,
     weights_of,
 )
-from symhbm.model.contacts.gap import UnilateralSpring
+from symhbm.model.contacts.friction import Friction
+from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
 from symhbm.model.contacts.law import (
     FREE,
@@ -47,6 +48,8 @@ __all__ = [
     "Coulomb",
     "CubicSpring",
     "Ends",
+    "Friction",
+    "Gap",
     "Group",
     "HysteresisLoop",
     "Located",

@@ -36,6 +36,15 @@ STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
 """Values of ``contact_state``."""
 
 
+def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:
+    """Which of both is given, and its value; ValueError for none or both."""
+    if (normal_load is None) == (gap is None):
+        raise ValueError(
+            f"normal_load={check.shown(normal_load)}, gap={check.shown(gap)}: expected one of them"
+        )
+    return ("gap", gap) if normal_load is None else ("normal_load", normal_load)
+
+
 class NormalLaw(ContactLaw):
     """A law with a normal direction, whose load comes from a preload or from a gap.
 
