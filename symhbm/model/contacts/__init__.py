@@ -24,13 +24,25 @@ from symhbm.model.contacts.directions import (
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
-from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.law import (
+    FREE,
+    ContactLaw,
+    Located,
+    SpringSliders,
+    Switch,
+    graph_of,
+)
+from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NEVER_TOUCHES",
+    "OPENS",
+    "SLIPS",
+    "STICKS",
     "ContactLaw",
     "Contacts",
     "Coulomb",
@@ -44,6 +56,7 @@ __all__ = [
     "Loop",
     "Parameter",
     "SmoothLaw",
+    "SpringSliders",
     "Switch",
     "UnilateralSpring",
     "VariableLoadFriction",

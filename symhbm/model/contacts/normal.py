@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, get_args
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, Switch, Values
+from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, check
 
@@ -96,6 +96,17 @@ class NormalLaw(ContactLaw):
         held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
         held[:, self.directions.index("normal")] = stiffness > 0
         return held
+
+    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
+        """As springs and sliders of two directions, without friction where the law has none."""
+        stiffness = np.asarray(values["normal_stiffness"], dtype=float)
+        load = np.broadcast_to(np.asarray(self.load(frequency, values), float), stiffness.shape)
+        tangential, friction = (
+            np.asarray(values[name], dtype=float) if name in values else np.zeros_like(stiffness)
+            for name in ("contact_stiffness", "friction_coefficient")
+        )
+        balanced = np.maximum(load, 0.0) * (self.preload == "balanced")
+        return SpringSliders(tangential, stiffness, friction, load, balanced)
 
     def load_slopes(
         self, frequency: float, values: Values
