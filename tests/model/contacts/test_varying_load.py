@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
-from symhbm.numerics import FourierBasis, Loop
+from symhbm.numerics import FourierBasis
+from symhbm.numerics.loops import Loop
 
 LAW = sh.VariableLoadFriction()
 NAMES = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"

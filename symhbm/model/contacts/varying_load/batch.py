@@ -18,7 +18,7 @@ from symhbm.model.contacts.varying_load.march import (
     march,
     walls,
 )
-from symhbm.numerics import Loop, series
+from symhbm.numerics.loops import Loop, series
 
 SLIP, OPEN, TOUCH = range(3)
 """Switches of a contact: its margins."""

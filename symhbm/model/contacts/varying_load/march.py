@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics import Loop, series
+from symhbm.numerics.loops import Loop, series
 
 APART, PUSHED_UP, PUSHED_DOWN, STICK_LOW, STICK_HIGH, STICK_CLOSED, LIFTED = range(7)
 """Kinds of pieces: ``q`` is ``k_t u``, ``low``, ``high``, or a number since an event.

@@ -26,7 +26,7 @@ from symhbm.model.contacts.varying_load.march import (
     STICK_LOW,
     WEIGHT,
 )
-from symhbm.numerics import Loop
+from symhbm.numerics.loops import Loop
 
 
 @Loop
