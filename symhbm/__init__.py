@@ -25,7 +25,7 @@ from symhbm.model.contacts import (
     CubicSpring,
     Located,
     Parameter,
-    SmoothLaw,
+    PolynomialLaw,
     Switch,
 )
 from symhbm.peaks import peak_curve, sensitivity
@@ -51,7 +51,7 @@ __all__ = [
     "Model",
     "Parameter",
     "PointForce",
-    "SmoothLaw",
+    "PolynomialLaw",
     "SolveError",
     "Status",
     "Structure",

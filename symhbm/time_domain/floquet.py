@@ -14,7 +14,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import SmoothLaw, stick_intervals
+from symhbm.model.contacts import PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.linear_motion import curved
 
@@ -195,7 +195,7 @@ def _stiffening(
     basis, groups = problem.basis, curved(problem)
     degree = 1
     for group in groups:
-        if not isinstance(group.law, SmoothLaw):
+        if not isinstance(group.law, PolynomialLaw):
             raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
         degree = max(degree, group.law.degree)
     # More samples than twice the harmonics of the stiffness.
@@ -209,7 +209,7 @@ def _stiffening(
         instants = relative[group.rows.ravel()] @ at_sample.T
         instants = instants.reshape(n, m, count).transpose(2, 0, 1).reshape(count * n, m)
         along = {name: np.tile(value, count) for name, value in values.items()}
-        assert isinstance(group.law, SmoothLaw)
+        assert isinstance(group.law, PolynomialLaw)
         slope = group.law.at_instants(instants, frequency, along)[1]
         pairs = slope.reshape(count, n * m * m).T
         waves.append(np.fft.rfft(pairs) / count)

@@ -14,7 +14,7 @@ import scipy
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.model.contacts import SmoothLaw
+from symhbm.model.contacts import PolynomialLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
@@ -92,7 +92,7 @@ class IntegratedMotion(LinearMotion):
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
         """Raise ValueError for contacts that are neither smooth nor sliders."""
-        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, SmoothLaw)}
+        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, PolynomialLaw)}
         if laws:
             raise ValueError(
                 f"problem: the motion in time is known of smooth laws and of sliders, not of "

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.model.contacts import SmoothLaw
+from symhbm.model.contacts import PolynomialLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.linear_motion import curved
@@ -47,7 +47,7 @@ def growth_rate(
     """
     if problem.n_unknowns > LARGEST_SIZE or not problem.model.has_matrices:
         return np.nan
-    if not all(isinstance(group.law, SmoothLaw) for group in curved(problem)):
+    if not all(isinstance(group.law, PolynomialLaw) for group in curved(problem)):
         return np.nan
     try:
         jacobian = _jacobian(problem, evaluation, frequency)

@@ -15,7 +15,7 @@ from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.polynomial import PolynomialLaw
 
 __all__ = [
     "FREE",
@@ -28,7 +28,7 @@ __all__ = [
     "Located",
     "Loop",
     "Parameter",
-    "SmoothLaw",
+    "PolynomialLaw",
     "Switch",
     "check_pairs",
     "graph_of",

@@ -88,7 +88,7 @@ class ContactLaw(ABC):
 
     >>> import casadi as ca
     >>> import symhbm as sh
-    >>> class Stop(sh.SmoothLaw):
+    >>> class Stop(sh.PolynomialLaw):
     ...     directions = ("tangential", "normal")
     ...     parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}
     ...     degree = 3

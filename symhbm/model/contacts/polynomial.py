@@ -1,4 +1,4 @@
-"""Smooth contact laws without memory: the force is a polynomial of the displacement.
+"""Contact laws whose force is a polynomial of the displacements.
 
 A polynomial of degree ``p`` of a motion of highest harmonic ``h`` holds harmonics up to ``p h``.
 Sums over more than ``(p + 1) h`` samples separate those from the harmonics of the basis, so that
@@ -19,7 +19,7 @@ _ROUND_OFF = 1e-9
 """Share of a force within which it is a polynomial, or the opposite of another one."""
 
 
-class SmoothLaw(ContactLaw):
+class PolynomialLaw(ContactLaw):
     """A force that is a polynomial of the displacements, of `degree` together.
 
     See `ContactLaw` for an example.
@@ -100,7 +100,7 @@ class SmoothLaw(ContactLaw):
 
 
 @lru_cache(maxsize=64)
-def _instants(law: SmoothLaw, n_instants: int) -> Compiled:
+def _instants(law: PolynomialLaw, n_instants: int) -> Compiled:
     displacement = ca.SX.sym("displacement", len(law.directions))
     frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
     by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
