@@ -26,6 +26,7 @@ from symhbm.model.contacts import (
     Located,
     Parameter,
     PolynomialLaw,
+    SmoothLaw,
     Switch,
 )
 from symhbm.peaks import peak_curve, sensitivity
@@ -52,6 +53,7 @@ __all__ = [
     "Parameter",
     "PointForce",
     "PolynomialLaw",
+    "SmoothLaw",
     "SolveError",
     "Status",
     "Structure",

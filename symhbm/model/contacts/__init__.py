@@ -14,8 +14,10 @@ from symhbm.model.contacts.coulomb import (
 from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.polynomial import PolynomialLaw
+from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 
 __all__ = [
     "FREE",
@@ -25,10 +27,14 @@ __all__ = [
     "CubicSpring",
     "Group",
     "HysteresisLoop",
+    "Instants",
     "Located",
     "Loop",
+    "MemorylessLaw",
     "Parameter",
     "PolynomialLaw",
+    "SmoothForce",
+    "SmoothLaw",
     "Switch",
     "check_pairs",
     "graph_of",

@@ -115,6 +115,9 @@ class ContactLaw(ABC):
     odd: ClassVar[bool] = True
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
 
+    sums_samples: ClassVar[bool] = False
+    """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
+
     def check(self) -> None:  # noqa: B027
         """Raise ValueError where what the law tells of itself is not true of its force."""
 
@@ -275,6 +278,10 @@ class ContactLaw(ABC):
     def released(self) -> dict[str, float]:
         """Values of parameters with which contacts slide freely, empty where there are none."""
         return {}
+
+    def sampling_errors(self, located: Located) -> FloatArray:
+        """Bounds (n, m K) [N] of the error of the force's coefficients by its samples."""
+        raise NotImplementedError(f"{type(self).__name__}: expected a method sampling_errors")
 
     def forces(
         self,
