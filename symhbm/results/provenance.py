@@ -24,7 +24,15 @@ from symhbm.model import (
     Structure,
     is_pattern,
 )
-from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
+from symhbm.model.contacts import (
+    ContactLaw,
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    Parameter,
+    SmoothForce,
+    named,
+)
 from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -45,7 +53,7 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring)}
+_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, SmoothForce)}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
@@ -307,7 +315,7 @@ def _contacts_of(
     """The groups of contacts by name, their laws among those given."""
     known = {
         _shown(type(law).__name__, _attributes_of(law)): law
-        for law in (*laws, *(kind() for kind in _LAWS.values()))
+        for law in (*laws, Coulomb(), CubicSpring(), *_own_laws(groups))
     }
     result, missing = {}, []
     for group, entry in groups.items():
@@ -335,6 +343,19 @@ def _contacts_of(
         )
         for group, (law, pairs) in result.items()
     }
+
+
+def _own_laws(groups: dict[str, Any]) -> list[ContactLaw]:
+    """Laws of the user that groups describe whole, as plain operations."""
+    result = []
+    for entry in groups.values():
+        if entry["law"] == SmoothForce.__name__:
+            records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
+            attributes = entry["attributes"]
+            directions = tuple(map(str, attributes["directions"]))
+            odd = bool(attributes["odd"])
+            result.append(SmoothForce(attributes["graph"], records, directions, odd))
+    return result
 
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:

@@ -68,7 +68,7 @@ VARIABLES = {
     ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
     "sampling_error": Variable(
-        (), "1", "error of the response by sampling the friction law, to first order, relative"
+        (), "1", "error of the response by samples of contact forces, to first order, relative"
     ),
     "growth_rate": Variable((), "s-1", "largest real part of the Floquet exponents"),
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
