@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,29 @@ class Breaks(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Angles:
+    """Angles ``tau`` (n or 1, N) [rad] with the functions of a basis there, (n or 1, N, K)."""
+
+    basis: FourierBasis
+    tau: FloatArray
+
+    @cached_property
+    def functions(self) -> FloatArray:
+        """Cosines and sines."""
+        return self.basis.values(self.tau)
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """Their first derivatives."""
+        return self.basis.values(self.tau, 1)
+
+    @cached_property
+    def bends(self) -> FloatArray:
+        """Their second derivatives."""
+        return self.basis.values(self.tau, 2)
+
+
+@dataclass(frozen=True)
 class Motion:
     """Motions of contacts with their frequencies and parameters.
 
@@ -52,35 +76,34 @@ class Motion:
         """Some of the motions."""
         return Motion(self.coefficients[chosen], self.frequency[chosen], self.parameters[chosen])
 
-    def arguments(self, basis: FourierBasis, tau: FloatArray) -> FloatArray:
+    def arguments(self, angles: Angles) -> FloatArray:
         """Arguments (n, N, a) of a force at angles (n or 1, N)."""
-        return arguments_of(*self._moved(basis, tau, 0), self.parameters[:, None])
+        displacement, velocity = self._moved(angles.functions, angles.rates)
+        return arguments_of(displacement, velocity, self.parameters[:, None])
 
-    def rates(self, basis: FourierBasis, tau: FloatArray) -> FloatArray:
+    def rates(self, angles: Angles) -> FloatArray:
         """Their derivatives by the angle, (n, N, a)."""
-        return arguments_of(*self._moved(basis, tau, 1), 0 * self.parameters[:, None])
+        displacement, velocity = self._moved(angles.rates, angles.bends)
+        return arguments_of(displacement, velocity, 0 * self.parameters[:, None])
 
-    def by_variables(self, basis: FourierBasis, tau: FloatArray) -> FloatArray:
+    def by_variables(self, angles: Angles) -> FloatArray:
         """Derivatives of the arguments by coefficients, frequency and parameters, (n, N, a, v)."""
         n, size = self.coefficients.shape
-        m, p = size // basis.n_components, self.parameters.shape[1]
-        value, rate = (basis.values(tau, d) for d in (0, 1))
-        result = np.zeros((n, tau.shape[1], 2 * m + p, size + 1 + p))
+        k = angles.basis.n_components
+        m, p = size // k, self.parameters.shape[1]
+        result = np.zeros((n, angles.tau.shape[1], 2 * m + p, size + 1 + p))
         for i in range(m):
-            own = slice(i * basis.n_components, (i + 1) * basis.n_components)
-            result[:, :, i, own] = value
-            result[:, :, m + i, own] = self.frequency[:, None, None] * rate
-            result[:, :, m + i, size] = (rate @ self.coefficients[:, own, None])[..., 0]
+            own = slice(i * k, (i + 1) * k)
+            result[:, :, i, own] = angles.functions
+            result[:, :, m + i, own] = self.frequency[:, None, None] * angles.rates
+            result[:, :, m + i, size] = (angles.rates @ self.coefficients[:, own, None])[..., 0]
         result[:, :, 2 * m :, size + 1 :] = np.eye(p)
         return result
 
-    def _moved(
-        self, basis: FourierBasis, tau: FloatArray, derivative: int
-    ) -> tuple[FloatArray, FloatArray]:
-        by_direction = self.coefficients.reshape(len(self), -1, basis.n_components)
+    def _moved(self, functions: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        by_direction = self.coefficients.reshape(len(self), -1, functions.shape[-1])
         columns = np.swapaxes(by_direction, 1, 2)
-        moved, rate = (basis.values(tau, derivative + d) @ columns for d in (0, 1))
-        return moved, self.frequency[:, None, None] * rate
+        return functions @ columns, self.frequency[:, None, None] * (rates @ columns)
 
 
 def find_breaks(force: Force, basis: FourierBasis, motion: Motion) -> list[Breaks]:
@@ -89,11 +112,12 @@ def find_breaks(force: Force, basis: FourierBasis, motion: Motion) -> list[Break
     if not count:
         none = Breaks(np.zeros(0), np.zeros(0, dtype=int), np.zeros(0))
         return [none] * n
-    tau = np.linspace(0, 2 * np.pi, _CELLS * (1 + basis.highest // 4) + 1)
-    value, rate = _along(force, basis, motion, tau[None])
-    found = []
-    for function in range(count):
-        found.append(_crossings(force, basis, motion, function, tau, value[:, :, function], rate[:, :, function]))
+    cells = _cells(basis)
+    value, rate = _along(force, motion, cells)
+    found = [
+        _crossings(force, motion, function, cells, value[:, :, function], rate[:, :, function])
+        for function in range(count)
+    ]
     fastest = np.abs(rate).max(axis=1)
     result = []
     for j in range(n):
@@ -105,38 +129,41 @@ def find_breaks(force: Force, basis: FourierBasis, motion: Motion) -> list[Break
     return result
 
 
-def _along(
-    force: Force, basis: FourierBasis, motion: Motion, tau: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Break functions (n, N, b) at angles (n or 1, N), and their derivatives by the angle."""
-    value, by_argument = force.margins(motion.arguments(basis, tau))
-    rate = np.einsum("nsba,nsa->nsb", by_argument, motion.rates(basis, tau))
+@lru_cache(maxsize=16)
+def _cells(basis: FourierBasis) -> Angles:
+    return Angles(basis, np.linspace(0, 2 * np.pi, _CELLS * (1 + basis.highest // 4) + 1)[None])
+
+
+def _along(force: Force, motion: Motion, angles: Angles) -> tuple[FloatArray, FloatArray]:
+    """Break functions (n, N, b) at angles, and their derivatives by the angle."""
+    value, by_argument = force.margins(motion.arguments(angles))
+    rate = np.einsum("nsba,nsa->nsb", by_argument, motion.rates(angles))
     return value, rate
 
 
 def _crossings(
     force: Force,
-    basis: FourierBasis,
     motion: Motion,
     function: int,
-    tau: FloatArray,
+    cells: Angles,
     value: FloatArray,
     rate: FloatArray,
 ) -> tuple[np.ndarray, FloatArray]:
     """The motions and the angles at which one function changes its sign.
 
-    ``value`` and ``rate`` (n, N) are those at angles (N,).
+    ``value`` and ``rate`` (n, N) are those at the ends of cells.
     """
 
     def at(owner: np.ndarray) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
         part = motion.of(owner)
 
         def evaluate(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-            found = _along(force, basis, part, angle[:, None])
+            found = _along(force, part, Angles(cells.basis, angle[:, None]))
             return found[0][:, 0, function], found[1][:, 0, function]
 
         return evaluate
 
+    tau = cells.tau[0]
     positive, width = value > 0, np.diff(tau)
     one, other = value[:, :-1], value[:, 1:]
     owner, cell = np.nonzero(positive[:, 1:] != positive[:, :-1])

@@ -97,7 +97,9 @@ def read(text: Any, inputs: Sequence[Any], n_results: int) -> list[Any]:
             values.append(_value(name, operands, values, inputs))
         return [values[_number(i, len(values))] for i in results]
     except (TypeError, ValueError, KeyError, IndexError, OverflowError, RecursionError) as error:
-        raise ValueError(f"graph of a contact law: damaged, or of another version ({error})") from None
+        raise ValueError(
+            f"graph of a contact law: damaged, or of another version ({error})"
+        ) from None
 
 
 def has_choices(text: str) -> bool:

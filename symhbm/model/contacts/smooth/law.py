@@ -56,7 +56,9 @@ class SmoothForce(MemorylessLaw):
         """Forces (44, n, m) [N] of motions of all sizes, or sums of those of opposite ones."""
         given, rng = self._given(values), np.random.default_rng(0)
         m = len(self.directions)
-        way = rng.uniform(0.5, 1.5, (2, len(_SIZES), 1, m)) * rng.choice([-1, 1], (2, len(_SIZES), 1, m))
+        way = rng.uniform(0.5, 1.5, (2, len(_SIZES), 1, m)) * rng.choice(
+            [-1, 1], (2, len(_SIZES), 1, m)
+        )
         displacement, velocity = way * _SIZES[:, None, None]
         with np.errstate(all="ignore"):
             force = self.instants.force(arguments_of(displacement, velocity, given))
@@ -76,9 +78,7 @@ class SmoothForce(MemorylessLaw):
         """Values of the parameters contact by contact, (n, p)."""
         return np.array([values[name] for name in self.parameters], dtype=float).T
 
-    def _motion(
-        self, motion: FloatArray, frequency: float | FloatArray, values: Values
-    ) -> Motion:
+    def _motion(self, motion: FloatArray, frequency: float | FloatArray, values: Values) -> Motion:
         at = np.broadcast_to(np.asarray(frequency, dtype=float), len(motion))
         return Motion(motion, at, self._given(values))
 

@@ -7,11 +7,11 @@ converge slowly: the break points cut it, and each piece has nodes of Gauss and 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from symhbm.model.contacts.smooth.breaks import Breaks, Motion, find_breaks
+from symhbm.model.contacts.smooth.breaks import Angles, Breaks, Motion, find_breaks
 from symhbm.model.contacts.smooth.instants import Force
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -54,30 +54,39 @@ class Details:
 
 
 @dataclass(frozen=True)
-class Nodes:
-    """Angles and weights (n or 1, N) of motions whose periods have as many pieces.
+class Nodes(Angles):
+    """Angles of motions whose periods have as many pieces, with their weights (n or 1, N).
 
     ``ends`` (2, N / pieces) extrapolate values at the nodes of a piece to its left and right end.
     """
 
-    tau: FloatArray
     weight: FloatArray
     pieces: int
     ends: FloatArray
 
+    @cached_property
+    def analysis(self) -> FloatArray:
+        """What makes coefficients of values, (n or 1, K, N)."""
+        return np.swapaxes(self.weight[:, :, None] * self.functions * self.basis.norm, 1, 2)
 
-def nodes_of(breaks: Sequence[Breaks], count: int) -> Nodes:
+
+def nodes_of(basis: FourierBasis, breaks: Sequence[Breaks], count: int) -> Nodes:
     """``count`` equidistant samples, or nodes of Gauss of each piece."""
     pieces = len(breaks[0].angle)
     if not pieces:
-        tau = 2 * np.pi * np.arange(count) / count
-        return Nodes(tau[None], np.full((1, count), 2 * np.pi / count), 0, np.zeros((2, 0)))
+        return _equidistant(basis, count)
     place, weight, ends = _gauss(count)
     left = np.array([each.angle for each in breaks])
     width = np.diff(left, append=left[:, :1] + 2 * np.pi)
     tau = left[:, :, None] + width[:, :, None] * place
-    weights = width[:, :, None] * weight
-    return Nodes(tau.reshape(len(left), -1), weights.reshape(len(left), -1), pieces, ends)
+    weights = (width[:, :, None] * weight).reshape(len(left), -1)
+    return Nodes(basis, tau.reshape(len(left), -1), weights, pieces, ends)
+
+
+@lru_cache(maxsize=16)
+def _equidistant(basis: FourierBasis, count: int) -> Nodes:
+    tau = 2 * np.pi * np.arange(count) / count
+    return Nodes(basis, tau[None], np.full((1, count), 2 * np.pi / count), 0, np.zeros((2, 0)))
 
 
 @lru_cache(maxsize=16)
@@ -110,7 +119,7 @@ def coefficients(
         part = motion.of(own)
         found = _doubled(force, basis, part, [breaks[i] for i in own])
         value[own], error[own], mean[own], count[own] = found
-        slope[own] = _slopes(force, basis, part, nodes_of([breaks[i] for i in own], count[own[0]]))
+        slope[own] = _slopes(force, part, nodes_of(basis, [breaks[i] for i in own], count[own[0]]))
     bad = ~(np.isfinite(value).all(axis=1) & np.isfinite(slope).all(axis=(1, 2)))
     jump = [_jump(force, basis, motion.of([j]), each) for j, each in enumerate(breaks)]
     bad |= np.array(jump) > _JUMP * mean
@@ -123,7 +132,7 @@ def _jump(force: Force, basis: FourierBasis, motion: Motion, breaks: Breaks) -> 
     if not len(breaks.angle):
         return 0.0
     beside = (breaks.angle + _BESIDE * np.array([[-1], [1]])).reshape(1, -1)
-    before, after = np.split(force.force(motion.arguments(basis, beside))[0], 2)
+    before, after = np.split(force.force(motion.arguments(Angles(basis, beside)))[0], 2)
     return float(np.abs(after - before).max())
 
 
@@ -143,10 +152,10 @@ def _doubled(
     pieces = len(breaks[0].angle)
     count = _FIRST_NODES if pieces else 1 << (2 * basis.highest + 1).bit_length()
     most = min(_MOST_NODES, MOST_SAMPLES // pieces) if pieces else MOST_SAMPLES
-    before, size = _summed(force, basis, motion, nodes_of(breaks, count))
+    before, size = _summed(force, motion, nodes_of(basis, breaks, count))
     while True:
         count *= 2
-        now, size = _summed(force, basis, motion, nodes_of(breaks, count))
+        now, size = _summed(force, motion, nodes_of(basis, breaks, count))
         error = np.abs(now - before)
         settled = (error.max(axis=1) <= TOLERANCE * size) | ~np.isfinite(size)
         if settled.all() or 2 * count > most:
@@ -154,20 +163,12 @@ def _doubled(
         before = now
 
 
-def _summed(
-    force: Force, basis: FourierBasis, motion: Motion, nodes: Nodes
-) -> tuple[FloatArray, FloatArray]:
+def _summed(force: Force, motion: Motion, nodes: Nodes) -> tuple[FloatArray, FloatArray]:
     """Coefficients (n, m K) [N] and the mean size (n,) of the force."""
-    values = force.force(motion.arguments(basis, nodes.tau))
-    analysis = _analysis(basis, nodes)
-    result = np.swapaxes(values, 1, 2) @ analysis
+    values = force.force(motion.arguments(nodes))
+    result = np.swapaxes(nodes.analysis @ values, 1, 2)
     size = (nodes.weight[:, :, None] * np.abs(values)).sum(axis=(1, 2)) / (2 * np.pi)
     return result.reshape(len(result), -1), size
-
-
-def _analysis(basis: FourierBasis, nodes: Nodes) -> FloatArray:
-    """What makes coefficients of values at nodes, (n or 1, N, K)."""
-    return nodes.weight[:, :, None] * basis.values(nodes.tau) * basis.norm
 
 
 def _at_ends(values: FloatArray, nodes: Nodes) -> FloatArray:
@@ -176,17 +177,16 @@ def _at_ends(values: FloatArray, nodes: Nodes) -> FloatArray:
     return np.tensordot(nodes.ends, by_piece, axes=(1, 2))
 
 
-def _slopes(force: Force, basis: FourierBasis, motion: Motion, nodes: Nodes) -> FloatArray:
+def _slopes(force: Force, motion: Motion, nodes: Nodes) -> FloatArray:
     """Derivatives (n, m K, v) of coefficients at fixed break points, which do not count."""
-    _, slope = force.slopes(motion.arguments(basis, nodes.tau))
-    functions, rates = basis.values(nodes.tau), basis.values(nodes.tau, 1)
-    velocity = motion.rates(basis, nodes.tau)
-    analysis = np.swapaxes(_analysis(basis, nodes), 1, 2)
+    _, slope = force.slopes(motion.arguments(nodes))
+    analysis, velocity = nodes.analysis, motion.rates(nodes)
     m, omega = force.sizes.directions, motion.frequency[:, None, None]
     rows = []
     for i in range(m):
         by_motion = [
-            slope[:, :, i, j, None] * functions + omega * slope[:, :, i, m + j, None] * rates
+            slope[:, :, i, j, None] * nodes.functions
+            + omega * slope[:, :, i, m + j, None] * nodes.rates
             for j in range(m)
         ]
         by_frequency = (slope[:, :, i, m : 2 * m] * velocity[:, :, :m]).sum(axis=-1)[..., None]
@@ -195,18 +195,16 @@ def _slopes(force: Force, basis: FourierBasis, motion: Motion, nodes: Nodes) -> 
     return np.concatenate(rows, axis=1)
 
 
-def damping(
-    force: Force, basis: FourierBasis, motion: Motion, details: Details
-) -> FloatArray:
+def damping(force: Force, basis: FourierBasis, motion: Motion, details: Details) -> FloatArray:
     """Coefficients of the force by those of a velocity beside the motion, (n, m K, m K) [N s/m]."""
     n, size = motion.coefficients.shape
     m, result = force.sizes.directions, np.zeros((n, size, size))
     for i in range(n):
-        nodes, part = nodes_of(details.breaks[i : i + 1], details.count[i]), motion.of([i])
-        _, slope = force.slopes(part.arguments(basis, nodes.tau))
-        functions, analysis = basis.values(nodes.tau)[0], _analysis(basis, nodes)[0]
+        nodes, part = nodes_of(basis, details.breaks[i : i + 1], details.count[i]), motion.of([i])
+        _, slope = force.slopes(part.arguments(nodes))
+        functions, analysis = nodes.functions[0], nodes.analysis[0]
         blocks = [
-            [analysis.T @ (slope[0, :, i, m + j, None] * functions) for j in range(m)]
+            [analysis @ (slope[0, :, i, m + j, None] * functions) for j in range(m)]
             for i in range(m)
         ]
         result[i] = np.block(blocks)
@@ -223,17 +221,17 @@ def bends(
     """
     m, result = force.sizes.directions, np.zeros((len(motion), *[motion.n_variables] * 2))
     for j, own in enumerate(details.breaks):
-        part, nodes = motion.of([j]), nodes_of([own], details.count[j])
-        arguments = part.arguments(basis, nodes.tau)[0]
-        by_variables = part.by_variables(basis, nodes.tau)[0]
-        test = (basis.values(nodes.tau)[0] * basis.norm) @ weights[j].reshape(m, -1).T
+        part, nodes = motion.of([j]), nodes_of(basis, [own], details.count[j])
+        arguments = part.arguments(nodes)[0]
+        by_variables = part.by_variables(nodes)[0]
+        test = (nodes.functions[0] * basis.norm) @ weights[j].reshape(m, -1).T
         weighted = nodes.weight[0][:, None] * test
         second = force.bends(arguments, weighted)
         result[j] = np.einsum("nai,nab,nbj->ij", by_variables, second, by_variables, optimize=True)
         _, slope = force.slopes(arguments)
         # A velocity is the frequency times a slope: one more derivative by both.
         by_velocity = np.einsum("ni,nia->na", weighted, slope[:, :, m : 2 * m])
-        mixed = np.einsum("na,nak->ak", by_velocity, basis.values(nodes.tau, 1)[0][:, None] * np.ones((1, m, 1)))
+        mixed = np.einsum("na,nak->ak", by_velocity, np.repeat(nodes.rates[0][:, None], m, axis=1))
         place = m * basis.n_components
         result[j][:place, place] += mixed.ravel()
         result[j][place, :place] += mixed.ravel()
@@ -253,15 +251,15 @@ def _moving(
 ) -> FloatArray:
     """What break points that move add to second derivatives, (v, v)."""
     m = force.sizes.directions
-    rates = np.einsum("nia,na->ni", slope, motion.rates(basis, nodes.tau)[0])
+    rates = np.einsum("nia,na->ni", slope, motion.rates(nodes)[0])
     left, right = _at_ends(rates[None], nodes)[:, 0]
     jump = np.roll(right, 1, axis=0) - left
-    tau = breaks.angle[None]
-    _, by_argument = force.margins(motion.arguments(basis, tau)[0])
+    at_break = Angles(basis, breaks.angle[None])
+    _, by_argument = force.margins(motion.arguments(at_break)[0])
     own = by_argument[np.arange(len(breaks.angle)), breaks.function]
-    rate = np.einsum("ba,ba->b", own, motion.rates(basis, tau)[0])
-    along = np.einsum("ba,bav->bv", own, motion.by_variables(basis, tau)[0])
-    test = (basis.values(breaks.angle) * basis.norm) @ weights.reshape(m, -1).T
+    rate = np.einsum("ba,ba->b", own, motion.rates(at_break)[0])
+    along = np.einsum("ba,bav->bv", own, motion.by_variables(at_break)[0])
+    test = (at_break.functions[0] * basis.norm) @ weights.reshape(m, -1).T
     grazing = np.abs(rate) <= _GRAZING * breaks.fastest
     # The jump of the derivative along a variable is that of the rate times how the break moves.
     factor = -np.einsum("bi,bi->b", test, jump) / np.where(grazing, np.inf, rate) ** 2
