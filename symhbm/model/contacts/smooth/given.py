@@ -85,7 +85,7 @@ class SmoothLaw(Contacts):
 def _checked_parameters(parameters: Any) -> tuple[dict[str, Parameter], dict[str, Any]]:
     """The records and the values of parameters by name."""
     if not isinstance(parameters, Mapping) or not parameters:
-        raise TypeError(f"parameters={check.shown(parameters)}: expected a mapping; {_FORM}")
+        raise TypeError(f"parameters={check.shown(parameters)}: no parameters; {_FORM}")
     records, values = {}, {}
     for name, entry in parameters.items():
         shown = f"parameters[{name!r}]={check.shown(entry)}"

@@ -8,6 +8,7 @@ import json
 import math
 import operator
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -53,7 +54,7 @@ _MOST = 100_000
 def written(inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
     """The graph of expressions (n,) of symbols (n,), as text.
 
-    Raises ValueError for an operation that graphs do not have.
+    Raises ValueError for what graphs do not have.
     """
     function = ca.Function("graph", list(inputs), [ca.densify(ca.vertcat(*outputs))])
     first = [0]
@@ -71,7 +72,10 @@ def written(inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
         if kind == ca.OP_INPUT:
             operation = ["input", first[operands[0]] + operands[1]]
         elif kind == ca.OP_CONST:
-            operation = ["constant", float(function.instruction_constant(k)).hex()]
+            constant = float(function.instruction_constant(k))
+            if not math.isfinite(constant):
+                raise ValueError(f"the constant {constant}")
+            operation = ["constant", constant.hex()]
         elif kind in _NAMES:
             name = _NAMES[kind]
             operation = [name, *(number_in[i] for i in operands[: 1 if name in _ONE else 2])]
@@ -102,11 +106,13 @@ def read(text: Any, inputs: Sequence[Any], n_results: int) -> list[Any]:
         ) from None
 
 
+@lru_cache(maxsize=64)
 def has_choices(text: str) -> bool:
     """Whether a graph has operations at which slopes may jump."""
     return any(operation[0] in _CHOICES for operation in json.loads(text)["operations"])
 
 
+@lru_cache(maxsize=64)
 def n_results(text: str) -> int:
     """Number of results of a graph."""
     return len(json.loads(text)["results"])

@@ -66,6 +66,12 @@ class SmoothForce(MemorylessLaw):
                 force = force + self.instants.force(arguments_of(-displacement, -velocity, given))
         return force
 
+    @property
+    def gives_back(self) -> bool:
+        """Where one displacement alone has the force."""
+        m = len(self.directions)
+        return m == 1 and not self._depends(m)
+
     def _depends(self, first: int) -> bool:
         """Whether any force depends on displacements, or on velocities."""
         m = len(self.directions)
@@ -81,6 +87,19 @@ class SmoothForce(MemorylessLaw):
     def _motion(self, motion: FloatArray, frequency: float | FloatArray, values: Values) -> Motion:
         at = np.broadcast_to(np.asarray(frequency, dtype=float), len(motion))
         return Motion(motion, at, self._given(values))
+
+    def results(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+    ) -> dict[str, FloatArray]:
+        """The energy that it dissipates, where it does not give back what it takes."""
+        if self.gives_back:
+            return {}
+        return super().results(basis, located, motion, frequency, values)
 
     def acts(self, values: Values) -> NDArray[np.bool_]:
         """Those with a force at any of the motions that are tried."""
