@@ -9,7 +9,6 @@ import numpy as np
 from symhbm.model.contacts.smooth import graph
 from symhbm.numerics import Compiled, FloatArray
 
-
 _BLOCK = 4096
 """Instants evaluated at once."""
 
