@@ -353,8 +353,9 @@ def _own_laws(groups: dict[str, Any]) -> list[ContactLaw]:
             records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
             attributes = entry["attributes"]
             directions = tuple(map(str, attributes["directions"]))
+            sizes = directions, int(attributes["breakpoints"])
             odd = bool(attributes["odd"])
-            result.append(SmoothForce(attributes["graph"], records, directions, odd))
+            result.append(SmoothForce(attributes["graph"], records, *sizes, odd))
     return result
 
 

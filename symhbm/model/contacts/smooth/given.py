@@ -144,7 +144,7 @@ def _law_of(
         return [_called(what, function, n, *arguments) for (what, function), n in each]
 
     first, second = (_written(functions, called, m, [*records]) for _ in range(2))
-    law = SmoothForce(first, records, names, odd=False)
+    law = SmoothForce(first, records, names, len(sizes) - 1, odd=False)
     one, other = _numbers(called, law, values, 1), _numbers(called, law, values, -1)
     if first != second or not _agree(one, other):
         raise ValueError(
@@ -155,7 +155,7 @@ def _law_of(
     opposite, size = law.tried(values, opposite=True), law.tried(values)
     known = np.isfinite(opposite) & np.isfinite(size)
     odd = bool(np.all((np.abs(opposite) <= ROUND_OFF * np.abs(size))[known]))
-    return SmoothForce(first, records, names, odd)
+    return SmoothForce(first, records, names, len(sizes) - 1, odd)
 
 
 def _called(what: str, function: Expression, size: int, *arguments: Any) -> Any:

@@ -87,14 +87,14 @@ def written(inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
 
 
 def read(text: Any, inputs: Sequence[Any], n_results: int) -> list[Any]:
-    """The expressions of a graph at inputs (n,): ``n_results`` of them or more.
+    """The expressions (n_results,) of a graph at inputs (n,).
 
     Raises ValueError for what is no graph of so many inputs and results.
     """
     try:
         graph = json.loads(text)
         operations, results = graph["operations"], graph["results"]
-        if not len(operations) <= _MOST or len(results) < n_results:
+        if not len(operations) <= _MOST or len(results) != n_results:
             raise ValueError("sizes")
         values: list[Any] = []
         for name, *operands in operations:
@@ -110,12 +110,6 @@ def read(text: Any, inputs: Sequence[Any], n_results: int) -> list[Any]:
 def has_choices(text: str) -> bool:
     """Whether a graph has operations at which slopes may jump."""
     return any(operation[0] in _CHOICES for operation in json.loads(text)["operations"])
-
-
-@lru_cache(maxsize=64)
-def n_results(text: str) -> int:
-    """Number of results of a graph."""
-    return len(json.loads(text)["results"])
 
 
 def without_poison(inputs: Sequence[Any], outputs: Any) -> list[Any]:

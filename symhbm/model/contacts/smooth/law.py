@@ -28,22 +28,27 @@ _SIZES = 10.0 ** np.repeat(np.arange(-9.0, 2.0), 4)
 class SmoothForce(MemorylessLaw):
     """The law of `symhbm.SmoothLaw`: a force whose ``graph`` is plain operations.
 
-    ``names`` are those of its directions; ``odd``, whether the opposite motion has the opposite
-    force. Raises ValueError for a graph that is none of so many directions and parameters.
+    Beside the force it tells as many functions of ``breakpoints``; ``odd``, whether the opposite
+    motion has the opposite force. Raises ValueError for a graph that is none of so many directions and parameters.
     """
 
     def __init__(
-        self, graph: str, parameters: dict[str, Parameter], directions: tuple[str, ...], odd: bool
+        self,
+        graph: str,
+        parameters: dict[str, Parameter],
+        directions: tuple[str, ...],
+        breakpoints: int,
+        odd: bool,
     ):
-        self.graph, self.odd = graph, odd  # type: ignore[misc]
+        self.graph, self.breakpoints, self.odd = graph, breakpoints, odd  # type: ignore[misc]
         self.parameters, self.directions = parameters, directions  # type: ignore[misc]
         _ = self.instants
 
     @property
     def instants(self) -> Force:
         """The force at instants, compiled."""
-        m = len(self.directions)
-        return force_of(self.graph, Sizes(m, len(self.parameters), graph.n_results(self.graph) - m))
+        sizes = Sizes(len(self.directions), len(self.parameters), self.breakpoints)
+        return force_of(self.graph, sizes)
 
     @property
     def has_kinks(self) -> bool:
@@ -74,9 +79,9 @@ class SmoothForce(MemorylessLaw):
 
     def _depends(self, first: int) -> bool:
         """Whether any force depends on displacements, or on velocities."""
-        m = len(self.directions)
-        arguments = ca.SX.sym("arguments", self.instants.sizes.arguments)
-        results = graph.read(self.graph, ca.vertsplit(arguments), m)[:m]
+        m, sizes = len(self.directions), self.instants.sizes
+        arguments = ca.SX.sym("arguments", sizes.arguments)
+        results = graph.read(self.graph, ca.vertsplit(arguments), m + sizes.breakpoints)[:m]
         chosen = arguments[first : first + m]
         return bool(ca.which_depends(ca.vertcat(*results), chosen, 1, True).count(True))
 
