@@ -225,6 +225,11 @@ class Structure(ABC):
         return all(group.law.monotone(self.values_of(group)) for group in active)
 
     @property
+    def odd(self) -> bool:
+        """Whether contacts answer the opposite motion with the opposite force."""
+        return all(group.law.odd for group in self.groups if group.n)
+
+    @property
     def bounded(self) -> bool:
         """Whether the stiffness of the contacts has a bound, that of all of them stuck."""
         return all(np.isfinite(values).all() for values in self._over_groups("stiffest"))
@@ -241,7 +246,7 @@ class Structure(ABC):
     def holding_rows(self) -> NDArray[np.intp]:
         """Displacements in which contacts hold a structure in the mean, whatever slips."""
         held = zip(self.groups, self._over_groups("holds"), strict=True)
-        rows = [group.rows[holds].ravel() for group, holds in held]
+        rows = [group.rows[holds].ravel() for group, holds in held]  # of contacts, or one by one
         return np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
 
     @cached_property

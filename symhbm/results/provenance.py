@@ -31,6 +31,8 @@ from symhbm.model.contacts import (
     CubicSpring,
     Parameter,
     SmoothForce,
+    UnilateralSpring,
+    VariableLoadFriction,
     named,
 )
 from symhbm.results.description import Description, check_names
@@ -53,7 +55,10 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, SmoothForce)}
+_LAWS: dict[str, Any] = {
+    kind.__name__: kind
+    for kind in (Coulomb, CubicSpring, SmoothForce, UnilateralSpring, VariableLoadFriction)
+}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
@@ -313,17 +318,16 @@ def _contacts_of(
     dataset: xr.Dataset, groups: dict[str, Any], varied: list[str], laws: Iterable[ContactLaw]
 ) -> dict[str, Contacts]:
     """The groups of contacts by name, their laws among those given."""
-    known = {
-        _shown(type(law).__name__, _attributes_of(law)): law
-        for law in (*laws, Coulomb(), CubicSpring(), *_own_laws(groups))
-    }
+    known = {_shown(type(law).__name__, _attributes_of(law)): law for law in laws}
     result, missing = {}, []
     for group, entry in groups.items():
         shown = _shown(entry["law"], entry.get("attributes", {}))
-        if shown not in known:
+        library = shown not in known and entry["law"] in _LAWS
+        if not library and shown not in known:
             missing.append(f"{shown} (group {group!r})")
             continue
-        law, expected = known[shown], [*entry["parameters"]]
+        law = _of_library(entry) if library else known[shown]
+        expected = [*entry["parameters"]]
         if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
             raise MissingLawError(
                 f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "
@@ -345,18 +349,13 @@ def _contacts_of(
     }
 
 
-def _own_laws(groups: dict[str, Any]) -> list[ContactLaw]:
-    """Laws of the user that groups describe whole, as plain operations."""
-    result = []
-    for entry in groups.values():
-        if entry["law"] == SmoothForce.__name__:
-            records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
-            attributes = entry["attributes"]
-            directions = tuple(map(str, attributes["directions"]))
-            sizes = directions, int(attributes["breakpoints"])
-            odd = bool(attributes["odd"])
-            result.append(SmoothForce(attributes["graph"], records, *sizes, odd))
-    return result
+def _of_library(entry: dict[str, Any]) -> ContactLaw:
+    """A law of the library; one of the user's is told whole, as plain operations."""
+    kind, attributes = _LAWS[entry["law"]], entry.get("attributes", {})
+    if kind is SmoothForce:
+        records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
+        return SmoothForce(**attributes, parameters=records)
+    return kind(**attributes)
 
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:

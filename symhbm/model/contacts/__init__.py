@@ -12,12 +12,14 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
+from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
@@ -36,6 +38,8 @@ __all__ = [
     "SmoothForce",
     "SmoothLaw",
     "Switch",
+    "UnilateralSpring",
+    "VariableLoadFriction",
     "check_pairs",
     "graph_of",
     "hysteresis_loops",

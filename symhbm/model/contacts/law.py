@@ -131,7 +131,10 @@ class ContactLaw(ABC):
         return False
 
     def holds(self, values: Values) -> NDArray[np.bool_]:
-        """Which contacts (n,) determine where a structure stands in the mean, whatever slips."""
+        """Which contacts (n,) determine where a structure stands in the mean, whatever slips.
+
+        Or which of their displacements (n, m).
+        """
         return np.zeros(len(next(iter(values.values()))), dtype=bool)
 
     def sampled(self, samples: int) -> ContactLaw:
@@ -193,8 +196,13 @@ class ContactLaw(ABC):
         none = np.zeros((n, 0))
         return Located(none, none.astype(bool), none, np.zeros((n, 0, size)))
 
-    def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of margins at given motions by frequency (n, q) and by values (p, n, q)."""
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of margins at the motions of the events ``located``.
+
+        By frequency (n, q) and by values (p, n, q).
+        """
         if self.switches:
             raise NotImplementedError(f"{type(self).__name__}: expected a method margin_slopes")
         shape = len(next(iter(values.values()))), 0
@@ -208,6 +216,23 @@ class ContactLaw(ABC):
         By motion (m K), frequency and the values of the parameters, in this order.
         """
         raise NotImplementedError(f"{type(self).__name__}: expected a method margin_expansion")
+
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """Margins (n, q) of motions that are known up to an ``error`` (n, q) [m] of their size.
+
+        The error has the sign that makes the margin most doubtful. Paths ask between their points
+        whether a margin may pass zero there; what an estimate is off at the points it is corrected
+        by, so that it may leave out what hardly changes from point to point.
+        """
+        located = self.locate(basis, motion, frequency, values)
+        return located.margins + error * np.linalg.norm(located.margins_by_motion, axis=-1)
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """CasADi function of one contact from its motion to its events, where they are closed.

@@ -21,6 +21,8 @@ from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Valu
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
+_SAMPLES = 16
+"""Angles per period of the highest harmonic at which the range of a motion is taken."""
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
 
@@ -152,8 +154,10 @@ class Coulomb(ContactLaw):
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
         return locate(basis, *motion)
 
-    def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))`` at a given motion."""
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))``, which are those of any motion."""
         by_frequency, by_values, _ = self.limit_slopes(frequency, values)
         return by_frequency[:, None], by_values[:, :, None]
 
@@ -200,6 +204,24 @@ class Coulomb(ContactLaw):
         whole[:size, :size] = curvature / spread - np.outer(gradient / spread, gradient / spread)
         whole[size:, size:] = second[0]
         return float(np.log(stiffness * spread / (2 * limit))), slopes, whole
+
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """The logarithm of half the range of the motion, over samples of it."""
+        if basis.has_one_harmonic and basis.n_components == 2:
+            size = np.hypot(motion[:, 0], motion[:, 1])
+        else:
+            count = _SAMPLES * basis.highest
+            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
+            size = np.ptp(history, axis=-1) / 2
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(size[:, None] + error, 0.0))
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """All angles under one harmonic."""
@@ -334,6 +356,24 @@ class SampledCoulomb(Coulomb):
         """Events by marching, see `symhbm.model.contacts.coulomb.sampled.locate_sampled`."""
         assert self.samples is not None
         return locate_sampled(basis, *motion, samples=self.samples)
+
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """The logarithm of half the range of the motion, over samples of it."""
+        if basis.has_one_harmonic and basis.n_components == 2:
+            size = np.hypot(motion[:, 0], motion[:, 1])
+        else:
+            count = _SAMPLES * basis.highest
+            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
+            size = np.ptp(history, axis=-1) / 2
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(size[:, None] + error, 0.0))
 
     def event_graph(self, basis: FourierBasis) -> None:
         """None: samples are marched step by step."""

@@ -5,6 +5,7 @@ The force over a period is a sum over samples, whose number depends on the motio
 order about the motion, which has the value and the derivatives of the sums there.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -17,7 +18,7 @@ from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import graph, sums
 from symhbm.model.contacts.smooth.breaks import Motion, find_breaks
 from symhbm.model.contacts.smooth.instants import Force, Sizes, arguments_of, force_of
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics import FloatArray, FourierBasis, check
 
 ROUND_OFF = 1e-9
 """Share of a force within which it is the opposite of another one."""
@@ -35,13 +36,15 @@ class SmoothForce(MemorylessLaw):
     def __init__(
         self,
         graph: str,
-        parameters: dict[str, Parameter],
-        directions: tuple[str, ...],
+        parameters: Mapping[str, Parameter],
+        directions: Sequence[str],
         breakpoints: int,
         odd: bool,
     ):
-        self.graph, self.breakpoints, self.odd = graph, breakpoints, odd  # type: ignore[misc]
-        self.parameters, self.directions = parameters, directions  # type: ignore[misc]
+        self.graph, self.breakpoints = graph, check.integer("breakpoints", breakpoints, minimum=0)
+        self.odd = check.flag("odd", odd)  # type: ignore[misc]
+        self.parameters = dict(parameters)  # type: ignore[misc]
+        self.directions = tuple(map(str, directions))  # type: ignore[misc]
         _ = self.instants
 
     @property
