@@ -16,7 +16,7 @@ from symhbm.numerics import FloatArray, check
 
 Expression = Callable[[Any, Any, Mapping[str, Any]], Any]
 """A function of displacement (m) [m], velocity (m) [m/s] and parameters by name."""
-_UNIT = re.compile(r"([*/ .]*)([A-Za-zµΩ°%]+|1)(?:\^|\*\*)?([-+]?\d+)?")
+_UNIT = re.compile(r"([*/ .]*)([A-Za-zµΩ°%]+|1)(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?)?")
 _TINY = 1e-290
 """A motion so small that only a jump at rest gives it a force."""
 _FORM = 'expected (value, units), as in {"k5": (1e9, "N/m^5")}, and what it means as a third entry'
@@ -113,8 +113,8 @@ def _plain(units: str, shown: str) -> str:
         if match is None:
             raise ValueError(f'{shown}: expected units as "N/m^5", "N m-5" or "1"')
         sign = -1 if "/" in match[1] else 1
-        power = sign * int(match[3] or 1)
-        parts += [] if match[2] == "1" else [f"{match[2]}{'' if power == 1 else power}"]
+        power = sign * float(match[3] or 1)
+        parts += [] if match[2] == "1" else [f"{match[2]}{'' if power == 1 else f'{power:g}'}"]
         place = match.end()
     return " ".join(parts) or "1"
 

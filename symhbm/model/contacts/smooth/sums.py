@@ -19,6 +19,8 @@ TOLERANCE = 1e-12
 """Change of coefficients over the mean size of the force at which sums have converged."""
 MOST_SAMPLES = 2**14
 """Samples of a period at most."""
+_ROUGH = 512, 0.05
+"""Samples from which a sum has no limit, at a pole, where it still moves by a share of the force."""
 _FIRST_NODES = 8
 """Nodes of a piece to begin with."""
 _MOST_NODES = 512
@@ -157,7 +159,10 @@ def _doubled(
         count *= 2
         now, size = _summed(force, motion, nodes_of(basis, breaks, count))
         error = np.abs(now - before)
-        settled = (error.max(axis=1) <= TOLERANCE * size) | ~np.isfinite(size)
+        moved = error.max(axis=1)
+        if count * max(pieces, 1) >= max(_ROUGH[0], 64 * basis.highest):
+            now[moved > _ROUGH[1] * size] = np.nan
+        settled = (moved <= TOLERANCE * size) | ~np.isfinite(now).all(axis=1)
         if settled.all() or 2 * count > most:
             return now, error, size, count
         before = now
