@@ -297,9 +297,7 @@ def test_derivatives_stay_exact_next_to_onsets(switch, distance):
             low, high = (middle, high) if below == (margins[0] < 0) else (low, middle)
         for side in (-1, 1):
             point = grown(low * (1 + side * distance))
-            direction = np.append(point[:size], np.zeros(4)) / low + 0.01 * rng.normal(
-                size=size + 4
-            )
+            direction = np.append(point[:size], np.zeros(4)) / low + 0.01 * rng.normal(size=size + 4)
             weights = rng.normal(size=size)
             first, second = derivatives.first(point), derivatives.second(point, weights)
             step = 1e-2 * distance * low
@@ -307,14 +305,18 @@ def test_derivatives_stay_exact_next_to_onsets(switch, distance):
             scale = np.abs(first @ direction).max()
             # A contact that hardly closes does so for a thousandth of the period.
             noise = 1e-16 * (np.abs(derivatives.value(point)).max() + 1e-3) / step
-            np.testing.assert_allclose(first @ direction, measured, atol=1e-7 * scale + 20 * noise)
+            np.testing.assert_allclose(
+                first @ direction, measured, atol=1e-7 * scale + 20 * noise
+            )
             step /= 10
             measured = difference(
                 lambda s: weights @ derivatives.first(point + s * direction), step
             )
             scale = np.abs(second @ direction).max()
             noise = 1e-16 * np.abs(first).max() * np.abs(weights).sum() / step
-            np.testing.assert_allclose(second @ direction, measured, atol=1e-5 * scale + 20 * noise)
+            np.testing.assert_allclose(
+                second @ direction, measured, atol=1e-5 * scale + 20 * noise
+            )
         met += 1
 
 
@@ -422,9 +424,7 @@ def test_loops_run_without_a_compiler(monkeypatch):
     from symhbm.numerics import loops
 
     basis, values = FourierBasis((0, 1, 2)), values_of(*CASES["opens, sticks at contact"][0])
-    motion = np.array(
-        [*CASES["opens, sticks at contact"][1], *CASES["opens, sticks at contact"][2]]
-    )
+    motion = np.array([*CASES["opens, sticks at contact"][1], *CASES["opens, sticks at contact"][2]])
     compiled = force(basis, motion, values)
     plain = {}
     for loop in [loop for loop in vars(loops).values() if isinstance(loop, loops.Loop)]:

@@ -58,8 +58,8 @@ class SmoothLaw(Contacts):
     >>> import casadi as ca
     >>> import symhbm as sh
     >>> stop = sh.SmoothLaw(
-    ...     lambda y, v, p: p["stiffness"] * ca.fmax(y - p["gap"], 0),
-    ...     parameters={"stiffness": (2e4, "N/m"), "gap": (5e-4, "m")},
+    ...     lambda y, v, p: p["k"] * ca.fmax(y - p["gap"], 0),
+    ...     parameters={"k": (2e4, "N/m"), "gap": (5e-4, "m")},
     ...     directions=[(0,)],
     ...     breakpoints=lambda y, v, p: y - p["gap"],
     ... )
@@ -216,9 +216,10 @@ def _numbers(
     result = [np.zeros(0)] * len(points)
     for i in range(len(points))[::step]:
         p = {name: ca.DM(value) for name, value in given.items()}
-        found = called(*(ca.DM(part) for part in points[i]), p)
+        y, v = points[i]
+        found = called(ca.DM(y), ca.DM(v), p)
         numbers = np.concatenate([np.ravel(ca.DM(part).full()) for part in found])
-        arguments = arguments_of(*points[i][:, None], np.array([[*given.values()]]))
+        arguments = arguments_of(y[None], v[None], np.array([[*given.values()]]))
         with np.errstate(all="ignore"):
             of_graph = [law.instants.force(arguments)[0], law.instants.margins(arguments)[0][0]]
         result[i] = np.array([numbers, np.concatenate(of_graph)])

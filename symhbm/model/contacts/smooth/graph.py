@@ -1,7 +1,7 @@
 """Expressions as plain operations: text that archives keep, read back without running any code.
 
 A graph is a list of operations. Each is a name and its operands, the numbers of operations before
-it: ``["mul", 0, 2]``. Inputs are ``["input", i]``, constants ``["constant", text]`` with all digits.
+it: ``["mul", 0, 2]``. Inputs are ``["input", i]``, constants ``["constant", text]``, all digits.
 """
 
 import json

@@ -30,7 +30,9 @@ class SmoothForce(MemorylessLaw):
     """The law of `symhbm.SmoothLaw`: a force whose ``graph`` is plain operations.
 
     Beside the force it tells as many functions of ``breakpoints``; ``odd``, whether the opposite
-    motion has the opposite force. Raises ValueError for a graph that is none of so many directions and parameters.
+    motion has the opposite force.
+
+    Raises ValueError for a graph that is none of so many directions and parameters.
     """
 
     def __init__(

@@ -19,8 +19,9 @@ TOLERANCE = 1e-12
 """Change of coefficients over the mean size of the force at which sums have converged."""
 MOST_SAMPLES = 2**14
 """Samples of a period at most."""
-_ROUGH = 512, 0.05
-"""Samples from which a sum has no limit, at a pole, where it still moves by a share of the force."""
+_MANY = 512
+"""Samples from which a sum that still moves by a `_ROUGH` share of the force has no limit."""
+_ROUGH = 0.05
 _FIRST_NODES = 8
 """Nodes of a piece to begin with."""
 _MOST_NODES = 512
@@ -121,7 +122,8 @@ def coefficients(
         part = motion.of(own)
         found = _doubled(force, basis, part, [breaks[i] for i in own])
         value[own], error[own], mean[own], count[own] = found
-        slope[own] = _slopes(force, part, nodes_of(basis, [breaks[i] for i in own], count[own[0]]))
+        nodes = nodes_of(basis, [breaks[i] for i in own], found[-1])
+        slope[own] = _slopes(force, part, nodes)
     bad = ~(np.isfinite(value).all(axis=1) & np.isfinite(slope).all(axis=(1, 2)))
     jump = [_jump(force, basis, motion.of([j]), each) for j, each in enumerate(breaks)]
     bad |= np.array(jump) > _JUMP * mean
@@ -160,8 +162,8 @@ def _doubled(
         now, size = _summed(force, motion, nodes_of(basis, breaks, count))
         error = np.abs(now - before)
         moved = error.max(axis=1)
-        if count * max(pieces, 1) >= max(_ROUGH[0], 64 * basis.highest):
-            now[moved > _ROUGH[1] * size] = np.nan
+        if count * max(pieces, 1) >= max(_MANY, 64 * basis.highest):
+            now[moved > _ROUGH * size] = np.nan
         settled = (moved <= TOLERANCE * size) | ~np.isfinite(now).all(axis=1)
         if settled.all() or 2 * count > most:
             return now, error, size, count

@@ -109,9 +109,7 @@ class VariableLoadFriction(NormalLaw):
         """Those that have a spring which pushes, or one which pulls under a load."""
         pulls = np.asarray(values["contact_stiffness"]) * values["friction_coefficient"] > 0
         pressed = np.asarray(self.load(1.0, values)) > 0
-        return (np.asarray(values["normal_stiffness"]) > 0) | (
-            pulls & (pressed | self.margins_move)
-        )
+        return (np.asarray(values["normal_stiffness"]) > 0) | (pulls & (pressed | self.margins_move))
 
     def n_events(self, basis: FourierBasis) -> int:
         """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.coefficients`."""
@@ -326,9 +324,5 @@ def _expansion(basis: FourierBasis, switch: int) -> Compiled:
         inputs += functions
     margin = value / ca.sqrt(square)
     curvature, gradient = ca.hessian(margin, variables)
-    outputs = [
-        margin,
-        ca.densify(gradient),
-        ca.vec(ca.densify(curvature + moved / ca.sqrt(square))),
-    ]
+    outputs = [margin, ca.densify(gradient), ca.vec(ca.densify(curvature + moved / ca.sqrt(square)))]
     return Compiled(ca.Function("expansion", inputs, outputs))
