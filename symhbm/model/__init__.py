@@ -1,7 +1,18 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.excitation import EngineOrder, Excitation, HarmonicForce, PointForce
+from symhbm.model.excitation import (
+    EngineOrder,
+    Excitation,
+    ForceSum,
+    HarmonicForce,
+    PointForce,
+    StaticLoad,
+    check_excitation,
+    described,
+    force_coefficients,
+    static_force,
+)
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
@@ -26,20 +37,26 @@ __all__ = [
     "PARAMETERS",
     "EngineOrder",
     "Excitation",
+    "ForceSum",
     "HarmonicForce",
     "Model",
     "PointForce",
     "SliderContacts",
+    "StaticLoad",
     "Structure",
     "Symmetry",
     "bladed_disk",
+    "check_excitation",
+    "described",
     "dims_of",
     "find_symmetry",
+    "force_coefficients",
     "is_pattern",
     "natural_band",
     "positive_definite",
     "records_by_name",
     "single_blade",
+    "static_force",
     "warn_of_doubts",
     "weighted",
 ]

@@ -1,7 +1,7 @@
 """What vibrates, seen from its contacts.
 
-A contact acts on relative displacements ``y = w^T x`` of two degrees of freedom, or of one and the
-ground. Contacts of one law are a group; groups may act side by side on the same contacts.
+A contact acts on relative displacements ``y = w^T x``, mostly of two degrees of freedom, or of one
+and the ground. Contacts of one law are a group; groups may act side by side on the same contacts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Group, Parameter
+from symhbm.model.contacts import Ends, Group, Parameter, weights_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -26,7 +26,7 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_INPUTS = {"unknowns", "frequency", "force_shape"}
+_INPUTS = {"unknowns", "frequency", "force_shape", "static_force"}
 """What else a balance is compiled for."""
 
 
@@ -102,7 +102,7 @@ class Structure(ABC):
     """
 
     contacts: tuple[Any, ...]
-    row_pairs: tuple[tuple[int, ...], ...]
+    row_ends: tuple[Ends, ...]
     groups: tuple[Group, ...]
     contact_stiffness: Any
     friction_coefficient: Any
@@ -143,7 +143,7 @@ class Structure(ABC):
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         *parts, values = grouped(self.n_dof, contacts, parameters)
         self._check_names(values)
-        self._store(contacts=parts[0], row_pairs=parts[1], groups=parts[2])
+        self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
         for name, value in values.items():
             self._store(**{name: self._each(name, value)})
 
@@ -237,7 +237,7 @@ class Structure(ABC):
     @property
     def stuck_springs(self) -> FloatArray:
         """Largest stiffness of the contacts that have one, (n_rows,) [N/m]."""
-        result = np.zeros(len(self.row_pairs))
+        result = np.zeros(len(self.row_ends))
         for group, stiffest in zip(self.groups, self._over_groups("stiffest"), strict=True):
             np.add.at(result, group.rows, np.where(np.isfinite(stiffest), stiffest, 0.0)[:, None])
         return result
@@ -263,22 +263,18 @@ class Structure(ABC):
         return np.concatenate([np.zeros(0, dtype=int), *rows])
 
     @property
-    def first_pairs(self) -> list[tuple[int, ...]]:
-        """Degrees of freedom of each contact in the first of its directions."""
-        return [self.row_pairs[rows[0]] for rows in self.contact_rows]
-
-    @property
     def touched(self) -> set[int]:
         """Degrees of freedom that contacts act on."""
-        return {dof for pair in self.row_pairs for dof in pair}
+        return {dof for ends in self.row_ends for dof in weights_of(ends)[0]}
 
     @cached_property
     def directions(self) -> sp.csr_array:
         """Directions ``w`` of all displacements as rows, shape ``(n_rows, n_dof)``."""
-        rows = [j for j, dofs in enumerate(self.row_pairs) for _ in dofs]
-        columns = [dof for dofs in self.row_pairs for dof in dofs]
-        values = [sign for dofs in self.row_pairs for sign in (1.0, -1.0)[: len(dofs)]]
-        return sp.csr_array((values, (rows, columns)), shape=(len(self.row_pairs), self.n_dof))
+        each = [weights_of(ends) for ends in self.row_ends]
+        rows = [j for j, (dofs, _) in enumerate(each) for _ in dofs]
+        columns = [dof for dofs, _ in each for dof in dofs]
+        values = [weight for _, weights in each for weight in weights]
+        return sp.csr_array((values, (rows, columns)), shape=(len(each), self.n_dof))
 
     @property
     def parameters(self) -> dict[str, FloatArray]:

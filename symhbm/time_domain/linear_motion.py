@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import positive_definite
+from symhbm.model import force_coefficients, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 
@@ -118,8 +118,8 @@ class LinearMotion:
             )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
-        basis, excitation = problem.basis, problem.excitation
-        force = by_harmonic(basis, excitation.amplitude * excitation.shape(self.n_dof, basis))
+        basis = problem.basis
+        force = by_harmonic(basis, force_coefficients(problem.excitation, self.n_dof, basis))
         order = np.array(basis.harmonics)
         acts = force.any(axis=(0, 2)) & (order > 0)
         self.orders = order[acts]

@@ -318,6 +318,19 @@ def test_units_meaning_and_bounds_of_parameters():
     assert str(path.status.values) == "the end of the band was reached"
 
 
+def test_where_forces_act():
+    """A pair, its weights, an array of them, and directions by name."""
+    cube, value = LAWS["spring"][0], {"k5": (1e13, "N/m^5")}
+    ways = [(0, 1)], (0, 1), {0: 1.0, 1: -1.0}, [{0: 1.0, 1: -1.0}], np.array([[1.0, -1.0]])
+    forces = []
+    for directions in (*ways, {"along": [(0, 1)]}):
+        problem = problem_of(sh.SmoothLaw(cube, value, directions), (1, 3))
+        forces.append(problem.evaluate(unknowns_like(problem), 90.0).residual)
+    np.testing.assert_allclose(forces, [forces[0]] * len(forces), rtol=1e-14)
+    with pytest.raises((TypeError, ValueError), match="y"):
+        sh.SmoothLaw(cube, value, [0, 1])
+
+
 def test_harmonics_that_a_force_needs():
     """A force that is not odd asks for harmonics 0 and even; an odd one does not."""
     for name in ("gap", "hertz", "magnet", "rubbing"):

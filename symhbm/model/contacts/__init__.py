@@ -12,8 +12,17 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.directions import (
+    Ends,
+    Weights,
+    check_directions,
+    from_stored,
+    renumbered,
+    to_stored,
+    weights_of,
+)
 from symhbm.model.contacts.gap import UnilateralSpring
-from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
+from symhbm.model.contacts.group import Contacts, Group, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.model.contacts.parameter import Parameter
@@ -27,6 +36,7 @@ __all__ = [
     "Contacts",
     "Coulomb",
     "CubicSpring",
+    "Ends",
     "Group",
     "HysteresisLoop",
     "Instants",
@@ -40,7 +50,9 @@ __all__ = [
     "Switch",
     "UnilateralSpring",
     "VariableLoadFriction",
-    "check_pairs",
+    "Weights",
+    "check_directions",
+    "from_stored",
     "graph_of",
     "hysteresis_loops",
     "is_name",
@@ -48,6 +60,9 @@ __all__ = [
     "loops_near_limit",
     "named",
     "on_loop",
+    "renumbered",
     "stick_intervals",
+    "to_stored",
     "travel",
+    "weights_of",
 ]

@@ -40,8 +40,8 @@ class SmoothLaw(Contacts):
         Its parameters, at least one; a value is one number or one per contact. In place of units a
         `symhbm.Parameter` tells bounds too, and whether designs may vary it.
     directions
-        Pairs of degrees of freedom as of `symhbm.Contacts`; for several directions a mapping from
-        their names to as many pairs each.
+        Where contacts act, as of `symhbm.Contacts`; for several directions a mapping from their
+        names to as many each.
     breakpoints : one function or several, with the arguments of ``expression``
         They change their sign where the slope of the force jumps: ``lambda y, v, p: y - p["gap"]``.
         Integrals are then exact from one break point to the next. The force itself is continuous.
@@ -77,7 +77,9 @@ class SmoothLaw(Contacts):
         breakpoints: Expression | Iterable[Expression] = (),
     ):
         records, values = _checked_parameters(parameters)
-        by_name = directions if isinstance(directions, Mapping) else {"y": directions}
+        # A mapping from degrees of freedom holds the weights of one direction.
+        named = isinstance(directions, Mapping) and all(isinstance(d, str) for d in directions)
+        by_name = directions if named and directions else {"y": directions}
         law = _law_of(expression, breakpoints, records, tuple(map(str, by_name)), values)
         super().__init__(law, *by_name.values(), **values)
 

@@ -19,7 +19,7 @@ from symhbm.model.contacts.varying_load.march import (
     walls,
 )
 from symhbm.numerics.loops import Loop
-from symhbm.numerics.waves import value_at
+from symhbm.numerics.waves import at
 
 SLIP, OPEN, TOUCH = range(3)
 """Switches of a contact: its margins."""
@@ -206,7 +206,7 @@ def _figures(
             figures[STICK_SHARE] += share * pieces[k, WEIGHT]
         elif stiffness > 0:
             wall = waves[2 if kind == PUSHED_UP else 3]
-            travel = value_at(wall[0], wall[1], end, 0) - value_at(wall[0], wall[1], begin, 0)
+            travel = at(wall[0], wall[1], end)[0] - at(wall[0], wall[1], begin)[0]
             figures[SLIP_DISTANCE] += abs(travel) / stiffness
     figures[MEAN] = max(mean, 0.0)
     figures[LEAST], figures[LARGEST] = max(turning[2, 0], 0.0), max(turning[3, 0], 0.0)
