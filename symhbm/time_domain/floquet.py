@@ -11,8 +11,7 @@ is integrated from break point to break point, to a tolerance of 1e-11.
 import math
 
 import numpy as np
-import scipy.integrate
-import scipy.linalg
+import scipy
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
