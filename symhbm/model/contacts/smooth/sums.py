@@ -119,11 +119,12 @@ def coefficients(
     slope, mean, count = np.zeros((n, size, n_variables)), np.zeros(n), np.zeros(n, dtype=int)
     breaks = find_breaks(force, basis, motion)
     for own in _alike([len(each.angle) for each in breaks]):
-        part = motion.of(own)
-        found = _doubled(force, basis, part, [breaks[i] for i in own])
-        value[own], error[own], mean[own], count[own] = found
-        nodes = nodes_of(basis, [breaks[i] for i in own], found[-1])
-        slope[own] = _slopes(force, part, nodes)
+        cut = [breaks[i] for i in own]
+        value[own], error[own], mean[own], count[own] = _doubled(force, basis, motion.of(own), cut)
+        for number in np.unique(count[own]).tolist():
+            same = own[count[own] == number]
+            nodes = nodes_of(basis, [breaks[i] for i in same], number)
+            slope[same] = _slopes(force, motion.of(same), nodes)
     bad = ~(np.isfinite(value).all(axis=1) & np.isfinite(slope).all(axis=(1, 2)))
     jump = [_jump(force, basis, motion.of([j]), each) for j, each in enumerate(breaks)]
     bad |= np.array(jump) > _JUMP * mean
@@ -151,23 +152,31 @@ def _alike(numbers: list[int]) -> list[np.ndarray]:
 
 def _doubled(
     force: Force, basis: FourierBasis, motion: Motion, breaks: list[Breaks]
-) -> tuple[FloatArray, FloatArray, FloatArray, int]:
-    """Coefficients, how far the last doubling moved them, mean forces, and samples or nodes."""
-    pieces = len(breaks[0].angle)
-    count = _FIRST_NODES if pieces else 1 << (2 * basis.highest + 1).bit_length()
+) -> tuple[FloatArray, FloatArray, FloatArray, np.ndarray]:
+    """Coefficients, how far the last doubling moved them, mean forces, and samples or nodes.
+
+    Of as many motions; ``breaks`` are as many of each.
+    """
+    n, pieces = len(motion), len(breaks[0].angle)
+    number = _FIRST_NODES if pieces else 1 << (2 * basis.highest + 1).bit_length()
     most = min(_MOST_NODES, MOST_SAMPLES // pieces) if pieces else MOST_SAMPLES
-    before, size = _summed(force, motion, nodes_of(basis, breaks, count))
-    while True:
-        count *= 2
-        now, size = _summed(force, motion, nodes_of(basis, breaks, count))
-        error = np.abs(now - before)
-        moved = error.max(axis=1)
-        if count * max(pieces, 1) >= max(_MANY, 64 * basis.highest):
+    value, error = np.zeros((2, *motion.coefficients.shape))
+    mean, count, left = np.zeros(n), np.zeros(n, dtype=int), np.arange(n)
+    before = _summed(force, motion, nodes_of(basis, breaks, number))[0]
+    while len(left):
+        number *= 2
+        nodes = nodes_of(basis, [breaks[i] for i in left], number)
+        now, size = _summed(force, motion.of(left), nodes)
+        change = np.abs(now - before)
+        moved = change.max(axis=1)
+        if number * max(pieces, 1) >= max(_MANY, 64 * basis.highest):
             now[moved > _ROUGH * size] = np.nan
-        settled = (moved <= TOLERANCE * size) | ~np.isfinite(now).all(axis=1)
-        if settled.all() or 2 * count > most:
-            return now, error, size, count
-        before = now
+        done = (moved <= TOLERANCE * size) | ~np.isfinite(now).all(axis=1) | (2 * number > most)
+        settled = left[done]
+        value[settled], error[settled] = now[done], change[done]
+        mean[settled], count[settled] = size[done], number
+        left, before = left[~done], now[~done]
+    return value, error, mean, count
 
 
 def _summed(force: Force, motion: Motion, nodes: Nodes) -> tuple[FloatArray, FloatArray]:
