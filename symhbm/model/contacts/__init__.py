@@ -21,10 +21,19 @@ from symhbm.model.contacts.directions import (
     to_stored,
     weights_of,
 )
-from symhbm.model.contacts.gap import UnilateralSpring
+from symhbm.model.contacts.friction import Friction
+from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
-from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.law import (
+    FREE,
+    ContactLaw,
+    Located,
+    SpringSliders,
+    Switch,
+    graph_of,
+)
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
+from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
@@ -32,11 +41,17 @@ from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NEVER_TOUCHES",
+    "OPENS",
+    "SLIPS",
+    "STICKS",
     "ContactLaw",
     "Contacts",
     "Coulomb",
     "CubicSpring",
     "Ends",
+    "Friction",
+    "Gap",
     "Group",
     "HysteresisLoop",
     "Instants",
@@ -47,6 +62,7 @@ __all__ = [
     "PolynomialLaw",
     "SmoothForce",
     "SmoothLaw",
+    "SpringSliders",
     "Switch",
     "UnilateralSpring",
     "VariableLoadFriction",

@@ -160,7 +160,7 @@ def _doubled(
     n, pieces = len(motion), len(breaks[0].angle)
     number = _FIRST_NODES if pieces else 1 << (2 * basis.highest + 1).bit_length()
     most = min(_MOST_NODES, MOST_SAMPLES // pieces) if pieces else MOST_SAMPLES
-    value, error = np.zeros((2, *motion.coefficients.shape))
+    value, error = (np.zeros(motion.coefficients.shape) for _ in range(2))
     mean, count, left = np.zeros(n), np.zeros(n, dtype=int), np.arange(n)
     before = _summed(force, motion, nodes_of(basis, breaks, number))[0]
     while len(left):
