@@ -32,9 +32,11 @@ from symhbm.model.contacts.law import (
     Switch,
     graph_of,
 )
+from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.polynomial import PolynomialLaw
+from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
@@ -52,9 +54,13 @@ __all__ = [
     "Gap",
     "Group",
     "HysteresisLoop",
+    "Instants",
     "Located",
     "Loop",
+    "MemorylessLaw",
     "Parameter",
+    "PolynomialLaw",
+    "SmoothForce",
     "SmoothLaw",
     "SpringSliders",
     "Switch",

@@ -115,7 +115,7 @@ class ContactLaw(ABC):
 
     >>> import casadi as ca
     >>> import symhbm as sh
-    >>> class Stop(sh.SmoothLaw):
+    >>> class Stop(sh.PolynomialLaw):
     ...     directions = ("tangential", "normal")
     ...     parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}
     ...     degree = 3
@@ -141,6 +141,9 @@ class ContactLaw(ABC):
     """The element of `symhbm.plot.model`: friction, cubic or contact."""
     odd: ClassVar[bool] = True
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
+
+    sums_samples: ClassVar[bool] = False
+    """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
 
     def check(self) -> None:  # noqa: B027
         """Raise ValueError where what the law tells of itself is not true of its force."""
@@ -327,6 +330,10 @@ class ContactLaw(ABC):
     def released(self) -> dict[str, float]:
         """Values of parameters with which contacts slide freely, empty where there are none."""
         return {}
+
+    def sampling_errors(self, located: Located) -> FloatArray:
+        """Bounds (n, m K) [N] of the error of the force's coefficients by its samples."""
+        raise NotImplementedError(f"{type(self).__name__}: expected a method sampling_errors")
 
     def forces(
         self,
