@@ -35,7 +35,16 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
 )
 from symhbm.peaks import peak_curve, sensitivity
-from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
+from symhbm.response import (
+    follow,
+    frf,
+    periodic_motion,
+    recover,
+    resume,
+    solve,
+    static_states,
+    verify,
+)
 from symhbm.results.archive import ArchiveError, load, rebuild, save
 
 if TYPE_CHECKING:
@@ -86,6 +95,7 @@ __all__ = [
     "sensitivity",
     "single_blade",
     "solve",
+    "static_states",
     "statistics",
     "verify",
 ]

@@ -122,6 +122,7 @@ VARIABLES = {
         (), "1", "share of the band followed with the switching angles as unknowns"
     ),
     "status": Variable((), "1", "why the computation ended"),
+    "static_displacement": Variable(("dof",), "m", "displacement at rest under static loads"),
     "angle": Variable((), "rad", "angle of the period, omega t"),
     "displacement": Variable(("dof",), "m", "displacement"),
     "velocity": Variable(("dof",), "m s-1", "velocity"),

@@ -33,7 +33,7 @@ from symhbm.model.contacts.law import (
     graph_of,
 )
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
+from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
@@ -58,6 +58,7 @@ __all__ = [
     "Located",
     "Loop",
     "MemorylessLaw",
+    "NormalLaw",
     "Parameter",
     "PolynomialLaw",
     "SmoothForce",
