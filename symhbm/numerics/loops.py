@@ -1,0 +1,53 @@
+"""Plain loops, compiled by numba at their first call; without numba the same lines run as Python.
+
+numba is imported with the first call of a loop, so that importing symhbm stays light. Machine code
+is kept beside the sources: a loop may call others, so that each is kept for the sources of all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, cached_property, update_wrapper
+from pathlib import Path
+from typing import Any, ClassVar
+
+
+class Loop:
+    """A function that is compiled when it is called first, on its own or by another one."""
+
+    _sources: ClassVar[set[str]] = set()
+
+    def __init__(self, function: Callable[..., Any]):
+        self._function = function
+        self._sources.add(function.__code__.co_filename)
+        update_wrapper(self, function)
+
+    @cached_property
+    def _compiled(self) -> Any:
+        try:
+            import numba
+        except ImportError:
+            return self._function
+        # A division by zero gives what numpy gives, and no exception.
+        compiled = numba.njit(self._function, error_model="numpy")
+        with suppress(RuntimeError):  # nowhere to write
+            compiled.enable_caching()
+            with suppress(AttributeError):
+                compiled._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
+        return compiled
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What it is for a loop that calls it."""
+        return self._compiled._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._compiled(*arguments)
+
+
+@cache
+def _fingerprint(sources: frozenset[str]) -> str:
+    texts = [Path(source).read_bytes() for source in sorted(sources)]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()
