@@ -25,6 +25,7 @@ from symhbm.model.contacts import (
     CubicSpring,
     Located,
     Parameter,
+    PlanarFriction,
     SmoothLaw,
     Switch,
 )
@@ -50,6 +51,7 @@ __all__ = [
     "Located",
     "Model",
     "Parameter",
+    "PlanarFriction",
     "PointForce",
     "SmoothLaw",
     "SolveError",

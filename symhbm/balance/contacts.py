@@ -163,8 +163,10 @@ class BalancedContacts:
         """Whether margins of switches depend on the frequency at a given motion."""
         return any(group.law.margins_move for group in self.groups)
 
-    def margin_slopes(self, frequency: float) -> tuple[FloatArray, dict[str, FloatArray]]:
-        """Derivatives of the margins at a given motion: by the frequency and by parameters.
+    def margin_slopes(
+        self, states: ContactStates, frequency: float
+    ) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Derivatives of the margins at the motion of ``states``: by frequency and parameters.
 
         (n_switches,), and by name (n_switches, n) for the n contacts of the parameter.
         """
@@ -173,7 +175,8 @@ class BalancedContacts:
         for group in self.groups:
             at = first + np.arange(group.n_switches)
             first += group.n_switches
-            slopes = group.law.margin_slopes(frequency, self.values_of(group))
+            located = states.groups[group.name]
+            slopes = group.law.margin_slopes(located, frequency, self.values_of(group))
             by_frequency[at] = slopes[0].ravel()
             owner = np.repeat(np.arange(group.n), len(group.law.switches))
             for name, values in zip(group.parameters.values(), slopes[1], strict=True):

@@ -89,7 +89,7 @@ class FrequencyProblem(ContinuationProblem):
         evaluation = self.problem.evaluate(unknowns, value, switches)
         if not self._margins_move:
             return evaluation
-        by_frequency, _ = self.problem.contacts.margin_slopes(value)
+        by_frequency, _ = self.problem.contacts.margin_slopes(evaluation.states, value)
         return replace(evaluation, margins_by_parameter=by_frequency)
 
 
@@ -154,12 +154,12 @@ class ParameterProblem(ContinuationProblem):
         """Residual and derivatives at the ``value`` of the parameter."""
         problem, frequency = self.at(float(value))
         evaluation = problem.evaluate(unknowns, frequency, switches)
-        inputs = problem.arguments(unknowns, frequency, switches)
+        inputs = problem.arguments(unknowns, frequency, states=evaluation.states)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
         margins_by_parameter: FloatArray | float = 0.0
         if self.name in problem.model.contact_parameters:
-            by_value = problem.contacts.margin_slopes(frequency)[1][self.name]
+            by_value = problem.contacts.margin_slopes(evaluation.states, frequency)[1][self.name]
             margins_by_parameter = by_value @ chosen
         return replace(
             evaluation,

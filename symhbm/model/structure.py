@@ -241,7 +241,7 @@ class Structure(ABC):
     def holding_rows(self) -> NDArray[np.intp]:
         """Displacements in which contacts hold a structure in the mean, whatever slips."""
         held = zip(self.groups, self._over_groups("holds"), strict=True)
-        rows = [group.rows[holds].ravel() for group, holds in held]
+        rows = [group.rows[holds].ravel() for group, holds in held]  # of contacts, or one by one
         return np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
 
     @cached_property

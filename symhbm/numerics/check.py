@@ -104,6 +104,16 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
         raise KeyError(f"{name!r} is no {what}; allowed: {', '.join(allowed)}{hint}")
 
 
+def one_of(name: str, value: object, allowed: Iterable[str]) -> str:
+    """Return ``value``; raise a ValueError that lists the allowed words unless it is one."""
+    allowed = list(allowed)
+    if value not in allowed:
+        raise ValueError(
+            f"{name}={shown(value)}: expected one of {', '.join(map(repr, allowed))}"
+        )
+    return str(value)
+
+
 def told_apart(*values: float) -> list[str]:
     """Short texts of numbers, with enough digits to distinguish different ones."""
     several = [float(value) + 0.0 for value in values]  # no zero has a sign

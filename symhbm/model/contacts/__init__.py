@@ -15,6 +15,7 @@ from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.smooth import SmoothLaw
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "Located",
     "Loop",
     "Parameter",
+    "PlanarFriction",
     "SmoothLaw",
     "Switch",
     "check_pairs",

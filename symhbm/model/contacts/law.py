@@ -128,7 +128,10 @@ class ContactLaw(ABC):
         return False
 
     def holds(self, values: Values) -> NDArray[np.bool_]:
-        """Which contacts (n,) determine where a structure stands in the mean, whatever slips."""
+        """Which contacts (n,) determine where a structure stands in the mean, whatever slips.
+
+        Or which of their displacements (n, m).
+        """
         return np.zeros(len(next(iter(values.values()))), dtype=bool)
 
     def sampled(self, samples: int) -> ContactLaw:
@@ -190,8 +193,13 @@ class ContactLaw(ABC):
         none = np.zeros((n, 0))
         return Located(none, none.astype(bool), none, np.zeros((n, 0, size)))
 
-    def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of margins at given motions by frequency (n, q) and by values (p, n, q)."""
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of margins at the motions of the events ``located``.
+
+        By frequency (n, q) and by values (p, n, q).
+        """
         if self.switches:
             raise NotImplementedError(f"{type(self).__name__}: expected a method margin_slopes")
         shape = len(next(iter(values.values()))), 0

@@ -152,8 +152,10 @@ class Coulomb(ContactLaw):
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
         return locate(basis, *motion)
 
-    def margin_slopes(self, frequency: float, values: Values) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))`` at a given motion."""
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))``, which are those of any motion."""
         by_frequency, by_values, _ = self.limit_slopes(frequency, values)
         return by_frequency[:, None], by_values[:, :, None]
 

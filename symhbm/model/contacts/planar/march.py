@@ -40,9 +40,9 @@ KIND, HOW, BEGIN, END, FIRST, LAST, NODE = range(7)
 
 Of slip ``a`` at both ends, of stick ``q_x`` and ``q_y``; of slip the number of its first node.
 """
-TOLERANCE = 1e-14
+TOLERANCE = 1e-12
 """Error of the force of a step, relative to the largest limit."""
-_LONGEST = 5.0
+_LONGEST = 2.0
 """Longest step [rad] times the highest harmonic."""
 _MOST = 20000
 _GROWTH = 3.0
@@ -328,9 +328,12 @@ def lap(
             across_y = -s0 * transfer[0, 1] + c0 * transfer[1, 1]
             transfer[0, 0], transfer[0, 1] = -s * ratio * across_x, -s * ratio * across_y
             transfer[1, 0], transfer[1, 1] = c * ratio * across_x, c * ratio * across_y
-        transfer[0, 2] += moved_x
-        transfer[1, 2] += moved_y
-        q[0], q[1] = at[0, 0] - max(at[2, 0], 0.0) * c, at[1, 0] - max(at[2, 0], 0.0) * s
+        after_x, after_y = at[0, 0] - max(at[2, 0], 0.0) * c, at[1, 0] - max(at[2, 0], 0.0) * s
+        # Across the force the integral keeps more digits, along it the positions themselves.
+        rest = c * (after_x - q[0] - moved_x) + s * (after_y - q[1] - moved_y)
+        transfer[0, 2] += moved_x + c * rest
+        transfer[1, 2] += moved_y + s * rest
+        q[0], q[1] = after_x, after_y
         if ends:
             slips, departs, length = False, True, 0.0
             if how != CLOSED:

@@ -22,15 +22,16 @@ from symhbm.model.contacts.planar.march import (
     SLIP,
     lap,
 )
-from symhbm.model.contacts.planar.rest import resting_place
-from symhbm.model.contacts.planar.series import bounds_of, closed_intervals, motion_at
+from symhbm.model.contacts.planar.series import bounds_of, motion_at
 from symhbm.numerics.loops import Loop
 
 NEVER, RESTS, MOVES = range(3)
 """Whether a contact never touches, sticks all the time, or slips or opens."""
-_LAPS = 60
+TOO_MANY, UNSETTLED = -1, -2
+"""Numbers of pieces that say what failed."""
+_LAPS = 200
 _SETTLED = 1e-14
-"""Change of the position of the slider, relative to the largest limit, that is round-off."""
+"""Change of the position of the slider, relative to motion and limit, that is round-off."""
 
 
 @Loop
@@ -48,28 +49,50 @@ def _most_inside(waves: Any, q: Any, at: Any) -> float:
 
 
 @Loop
+def _newton(transfer: Any, tiny: float, step: Any) -> Any:
+    """Write how far from the end of a march the periodic motion is, (2); its size, and a rest.
+
+    A march ends on the circle: what it leaves of a change is along one direction, across the last
+    force. The rest is what has changed along the force; it does not tell below what is ``tiny``.
+    """
+    a, b, x = transfer[0, 0], transfer[0, 1], transfer[0, 2]
+    c, d, y = transfer[1, 0], transfer[1, 1], transfer[1, 2]
+    step[:] = 0.0
+    first, second = math.hypot(a, c), math.hypot(b, d)
+    if max(first, second) == 0.0:
+        return 0.0, math.hypot(x, y)
+    along_x, along_y = (a / first, c / first) if first > second else (b / second, d / second)
+    share = along_x * x + along_y * y
+    rest = math.hypot(x - share * along_x, y - share * along_y)
+    if rest <= tiny:
+        x, y = share * along_x, share * along_y
+    determinant = (1 - a) * (1 - d) - b * c
+    if determinant <= 0.0:
+        return math.hypot(x, y), rest
+    start_x = ((1 - d) * x + b * y) / determinant
+    start_y = ((1 - a) * y + c * x) / determinant
+    step[0], step[1] = a * start_x + b * start_y, c * start_x + d * start_y
+    return math.hypot(step[0], step[1]), rest
+
+
+@Loop
 def period(
-    waves: Any, held: int, closed: Any, place: Any, angles: Any, pieces: Any, nodes: Any
+    waves: Any, held: int, n_closed: int, closed: Any, place: Any, pieces: Any, nodes: Any
 ) -> Any:
     """Write the pieces of one period of a contact: what it does, and how many there are.
 
-    ``held`` is 0 for a contact that is to stick. ``closed`` (2, n) takes where it is closed [rad],
-    ``place`` (3) and ``angles`` (3) the resting place of the slider. The result is one of the
-    kinds, the number of closed intervals (-1: always), of pieces (-1: too many for the arrays), and
-    of active instants.
+    ``held`` is 0 for a contact that is to stick; ``closed`` (2, n) tells the intervals [rad] in
+    which it is closed, ``n_closed`` their number (-1: always), ``place`` (3) the resting place of
+    the slider. The result is one of the kinds, and the number of pieces: `TOO_MANY` where they are
+    more than the arrays hold, `UNSETTLED` where no march ends where it began.
     """
     bounds, at, q = np.empty((2, 4)), np.empty((3, 3)), np.empty(2)
-    transfer = np.empty((2, 3))
+    transfer, step = np.empty((2, 3)), np.empty(2)
     bounds_of(waves, bounds)
-    n_closed = closed_intervals(waves, bounds, closed[0], closed[1])
-    n_active = resting_place(waves, angles, place)
-    # Without a motion nothing but the limit is felt, and round-off of the mean is none.
-    if bounds[0, 0] == 0 and n_closed < 0:
-        place[2] = min(place[2], 0.0)
-    if held == 0 or (n_closed < 0 and place[2] <= 0):
-        return RESTS, n_closed, 0, n_active
-    if n_closed == 0:
-        return NEVER, n_closed, 0, n_active
+    if n_closed == 0 or bounds[1, 0] == 0:
+        return NEVER, 0
+    if held == 0 or (n_closed < 0 and (place[2] <= 0 or bounds[0, 0] == 0)):
+        return RESTS, 0
     if n_closed > 0:
         count, n_nodes = 0, 0
         for i in range(n_closed):
@@ -78,44 +101,37 @@ def period(
                 waves, bounds, start, finish, CLOSED, q, transfer, pieces, nodes, count, n_nodes
             )
             if count < 0 or count >= len(pieces) - 1:
-                return MOVES, n_closed, -1, n_active
+                return MOVES, TOO_MANY
             following = closed[0, i + 1] if i + 1 < n_closed else closed[0, 0] + 2 * math.pi
             if following > finish:
                 piece = pieces[count]
                 piece[KIND], piece[HOW], piece[BEGIN], piece[END] = APART, 0.0, finish, following
                 piece[NODE] = -1
                 count += 1
-        return MOVES, n_closed, count, n_active
+        return MOVES, count
     q[0], q[1] = place[0], place[1]
     start = _most_inside(waves, q, at)
     finish = start + 2 * math.pi
-    before = np.inf
+    before, size = np.inf, bounds[0, 0] + bounds[1, 0]
     count = 0
     for number in range(_LAPS):
-        first_x, first_y = q[0], q[1]
         count, _ = lap(waves, bounds, start, finish, GIVEN, q, transfer, pieces, nodes, 0, 0)
         if count < 0:
-            return MOVES, n_closed, -1, n_active
+            return MOVES, TOO_MANY
         slips = False
         for i in range(count):
             slips = slips or pieces[i, KIND] == SLIP
         if not slips:
-            return RESTS, n_closed, 0, n_active
+            return RESTS, 0
         if number == 0:
             continue
-        a, b = 1 - transfer[0, 0], -transfer[0, 1]
-        c, d = -transfer[1, 0], 1 - transfer[1, 1]
-        determinant = a * d - b * c
-        if determinant <= 0:
-            continue
-        x = (d * transfer[0, 2] - b * transfer[1, 2]) / determinant
-        y = (a * transfer[1, 2] - c * transfer[0, 2]) / determinant
-        change = math.hypot(x, y)
-        if change <= _SETTLED * bounds[1, 0] or (
-            change <= 1e-9 * bounds[1, 0] and change > 0.3 * before
-        ):
+        change, rest = _newton(transfer, 1e-12 * size, step)
+        small = change + rest <= 1e-10 * size
+        if change + rest <= _SETTLED * size or (small and change > 0.3 * before):
             break
         if change < before or number % 4:
-            q[0], q[1] = first_x + x, first_y + y
+            q[0], q[1] = q[0] + step[0], q[1] + step[1]
         before = change
-    return MOVES, n_closed, count, n_active
+    else:
+        return MOVES, UNSETTLED
+    return MOVES, count

@@ -58,7 +58,7 @@ def _of_three(points: Any, i: int, j: int, k: int, out: Any) -> bool:
     found, least = False, np.inf
     for sign in (-1.0, 1.0):
         # Roots of a rho^2 + 2 b rho + c, without cancellation.
-        large = -b + (sign * root if True else 0.0)
+        large = -b + sign * root
         if abs(a) > 1e-14 and abs(large) > 0:
             rho = large / a
         elif -b - sign * root != 0:
@@ -97,7 +97,7 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
             break
         basis[n] = worst
         total = n + 1
-        best, best_n = np.inf, 0
+        best, members_of_best = np.inf, 0
         for mask in range(1, 1 << total):
             members = 0
             for i in range(total):
@@ -130,19 +130,17 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
                 if asks > tried[2] + 1e-14 * size:
                     allowed = False
             if allowed:
-                best, best_n = tried[2], mask
+                best, members_of_best = tried[2], mask
                 out[0], out[1], out[2] = tried[0], tried[1], tried[2]
-        if best_n == 0:
+        if members_of_best == 0:
             break
-        n, first = 0, chosen
+        n = 0
         for i in range(total):
-            if best_n >> i & 1:
-                first[n] = basis[i]
+            if members_of_best >> i & 1:
+                chosen[n] = basis[i]
                 n += 1
         for i in range(n):
-            basis[i] = first[i]
-        if n == 4:
-            break
+            basis[i] = chosen[i]
     return n
 
 
@@ -185,7 +183,6 @@ def _highest(waves: Any, left: float, right: float, x: float, y: float, at: Any)
 def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
     """Newton's method on the position with the instants that are active; whether it settles."""
     sides = np.empty((3, 6))
-    matrix, right = np.zeros((3, 3)), np.zeros(3)
     x, y = out[0], out[1]
     size = 0.0
     for _ in range(12):
@@ -223,14 +220,16 @@ def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
             dx = -(f * second_y - g * first_y) / determinant
             dy = -(first_x * g - second_x * f) / determinant
         else:
-            for i in range(3):
-                matrix[i, 0], matrix[i, 1], matrix[i, 2] = -sides[i, 0], -sides[i, 1], -1.0
-                right[i] = out[2] - sides[i, 2]
-            if abs(np.linalg.det(matrix)) < 1e-12:
+            a, b, c = sides[0], sides[1], sides[2]
+            # All three ask for as much: two differences.
+            first_x, first_y = a[0] - b[0], a[1] - b[1]
+            second_x, second_y = a[0] - c[0], a[1] - c[1]
+            f, g = a[2] - b[2], a[2] - c[2]
+            determinant = first_x * second_y - first_y * second_x
+            if abs(determinant) < 1e-12:
                 return False
-            step = np.linalg.solve(matrix, right)
-            dx, dy = step[0], step[1]
-            out[2] += step[2]
+            dx = (f * second_y - g * first_y) / determinant
+            dy = (first_x * g - second_x * f) / determinant
         x, y = x + dx, y + dy
         if abs(dx) + abs(dy) <= 4 * _SETTLED * size:
             break

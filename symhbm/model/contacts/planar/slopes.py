@@ -87,13 +87,18 @@ def integrals(begin: float, end: float, order: Any, is_sine: Any, norm: Any, vec
 
 
 @Loop
-def _along(row: Any, variable: bool, x: float, y: float, limit: float, out: Any) -> None:
-    """Add ``x dx + y dy + limit dr`` at an instant, by all variables; ``row`` (K), functions."""
+def _along(
+    row: Any, mean: float, variable: bool, x: float, y: float, limit: float, out: Any
+) -> None:
+    """Add ``x dx + y dy + limit dr`` at an instant, by all variables, to ``out``.
+
+    ``row`` (K), the functions of the basis, and ``mean`` 1; or their derivatives, and 0.
+    """
     size = len(row)
     for j in range(size):
         out[j] += x * row[j]
         out[size + j] += y * row[j]
-    out[2 * size] += limit
+    out[2 * size] += limit * mean
     if variable:
         for j in range(size):
             out[2 * size + 1 + j] += limit * row[j]
@@ -101,7 +106,7 @@ def _along(row: Any, variable: bool, x: float, y: float, limit: float, out: Any)
 
 @Loop
 def rest_slopes(
-    waves: Any, order: Any, is_sine: Any, variable: bool, angles: Any, sides: Any, n: int, out: Any
+    order: Any, is_sine: Any, variable: bool, angles: Any, sides: Any, n: int, out: Any
 ) -> None:
     """Write the derivatives (3, P) of the resting place and of how much it is asked for.
 
@@ -114,16 +119,20 @@ def rest_slopes(
         functions_at(order, is_sine, angles[i], row)
         nx, ny, weight, across, length, bend = sides[i, :6]
         if length == 0.0:
-            _along(row[0], variable, 1.0, 0.0, 0.0, out[0])
-            _along(row[0], variable, 0.0, 1.0, 0.0, out[1])
-            _along(row[0], variable, 0.0, 0.0, -1.0, out[2])
+            if not variable:
+                # Without a motion all instants are the same: the mean of any that follows.
+                for j in range(len(order)):
+                    row[0, j] = 1.0 if order[j] == 0 else 0.0
+            _along(row[0], 1.0, variable, 1.0, 0.0, 0.0, out[0])
+            _along(row[0], 1.0, variable, 0.0, 1.0, 0.0, out[1])
+            _along(row[0], 1.0, variable, 0.0, 0.0, -1.0, out[2])
             return
-        _along(row[0], variable, nx, ny, -1.0, asks[i])
+        _along(row[0], 1.0, variable, nx, ny, -1.0, asks[i])
         # By how much n turns: at the instant, and with the instant that moves.
         move = -across / (length * bend)
         along = 1.0 / length + across / length * move
-        _along(row[0], variable, -ny * along, nx * along, 0.0, turns[i])
-        _along(row[1], variable, nx * move, ny * move, -move, turns[i])
+        _along(row[0], 1.0, variable, -ny * along, nx * along, 0.0, turns[i])
+        _along(row[1], 0.0, variable, nx * move, ny * move, -move, turns[i])
         for j in range(out.shape[1]):
             out[2, j] += weight * asks[i, j]
     if n == 2:
@@ -175,11 +184,12 @@ def moving(
     pieces: Any,
     count: int,
     nodes: Any,
+    coefficients: Any,
     jacobian: Any,
     turns: Any,
     starts: Any,
 ) -> None:
-    """Write the derivatives (2 K, P) of the force of a contact that slips or opens.
+    """Write the force's coefficients (2 K) and their derivatives (2 K, P) of one that moves.
 
     ``turns`` (n_nodes, P + 2) takes those of ``a`` at the nodes; ``starts`` (2, P), those of the
     position of the slider at the begin, which the last two columns of ``turns`` are by.
@@ -193,6 +203,7 @@ def moving(
     system, pivots = np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64)
     right = np.empty((STAGES, total))
     whole = np.zeros((2 * size, total))
+    coefficients[:] = 0.0
     if not opens:
         q[0, n] = q[1, n + 1] = 1.0
     for i in range(count):
@@ -207,11 +218,15 @@ def moving(
                 for k in range(2):
                     q[k, :] = 0.0
                     share = -at[k, 1] / rate if rate > 0 else 0.0
-                    _along(row[0], variable, 1.0 - k, float(k), share, q[k])
+                    _along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
             integrals(begin, end, order, is_sine, norm, vector, matrix)
             for k in range(2):
+                place = piece[FIRST] if k == 0 else piece[LAST]
                 for j in range(size):
+                    coefficients[k * size + j] -= vector[j] * place
                     for m in range(size):
+                        part = waves[k, 1 if is_sine[m] else 0, order[m]]
+                        coefficients[k * size + j] += matrix[j, m] * part
                         whole[k * size + j, k * size + m] += matrix[j, m]
                     for m in range(total):
                         whole[k * size + j, m] -= vector[j] * q[k, m]
@@ -229,11 +244,11 @@ def moving(
                     turn = 0.0
                     for j in range(STAGES):
                         turn += AT_BEGIN[j] * own[j, TURN]
-                    _along(row[1], variable, -s / along, c / along, 0.0, a_begin)
-                    _along(row[0], variable, 0.0, 0.0, -turn / along, a_begin)
+                    _along(row[1], 0.0, variable, -s / along, c / along, 0.0, a_begin)
+                    _along(row[0], 1.0, variable, 0.0, 0.0, -turn / along, a_begin)
                 else:
                     limit = at[2, 0]
-                    _along(row[0], variable, -s / limit, c / limit, 0.0, a_begin)
+                    _along(row[0], 1.0, variable, -s / limit, c / limit, 0.0, a_begin)
                     for m in range(total):
                         a_begin[m] -= (c * q[1, m] - s * q[0, m]) / limit
             for j in range(STAGES):
@@ -241,8 +256,8 @@ def moving(
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
                 for m in range(total):
                     right[j, m] = -own[j, ALONG] * a_begin[m]
-                _along(row[1], variable, -s, c, 0.0, right[j])
-                _along(row[0], variable, 0.0, 0.0, -own[j, TURN], right[j])
+                _along(row[1], 0.0, variable, -s, c, 0.0, right[j])
+                _along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
             step_matrix(own, length, system)
             factorise(system, pivots)
             solve_factorised(system, pivots, right)
@@ -263,12 +278,13 @@ def moving(
                 limit = own[j, LIMIT]
                 for m in range(total):
                     force[0, m], force[1, m] = -limit * s * turned[m], limit * c * turned[m]
-                _along(row[0], variable, 0.0, 0.0, c, force[0])
-                _along(row[0], variable, 0.0, 0.0, s, force[1])
+                _along(row[0], 1.0, variable, 0.0, 0.0, c, force[0])
+                _along(row[0], 1.0, variable, 0.0, 0.0, s, force[1])
                 for k in range(2):
                     for m in range(size):
                         factor = own[j, WEIGHT] * norm[m] * row[0, m]
                         target = whole[k * size + m]
+                        coefficients[k * size + m] += factor * limit * (c if k == 0 else s)
                         for p in range(total):
                             target[p] += factor * force[k, p]
             a_begin[:] = a_end
@@ -280,8 +296,8 @@ def moving(
                 limit = max(at[2, 0], 0.0)
                 for m in range(total):
                     q[0, m], q[1, m] = limit * s * a_end[m], -limit * c * a_end[m]
-                _along(row[0], variable, 1.0, 0.0, -c, q[0])
-                _along(row[0], variable, 0.0, 1.0, -s, q[1])
+                _along(row[0], 1.0, variable, 1.0, 0.0, -c, q[0])
+                _along(row[0], 1.0, variable, 0.0, 1.0, -s, q[1])
     jacobian[:] = whole[:, :n]
     starts[:] = 0.0
     if opens:

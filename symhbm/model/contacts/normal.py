@@ -1,0 +1,132 @@
+"""The normal side of contacts that close and open: preload or gap, and what datasets tell of it.
+
+``v`` is the normal displacement of a contact, positive where it closes. Its spring carries
+``p = N0 + k_n v`` where that is positive, and nothing else. ``N0`` is the preload, or ``-k_n g``
+with a gap ``g``.
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, ClassVar, Literal, NamedTuple, get_args
+
+import casadi as ca
+import numpy as np
+
+from symhbm.model.contacts.law import ContactLaw, Switch, Values
+from symhbm.model.contacts.parameter import Parameter
+from symhbm.numerics import Compiled, FloatArray, check
+
+Given = Literal["normal_load", "gap"]
+"""What is a parameter and stays as it is where the normal stiffness changes."""
+Preload = Literal["balanced", "coupled"]
+"""Whether displacements are measured from the equilibrium under the preload, or from without it."""
+PRESSED = (
+    Switch("open", "onset of opening", "end of opening"),
+    Switch("touch", "onset of contact", "end of contact"),
+)
+"""What a contact that opens and closes may do within a period."""
+NORMAL = {
+    "open_fraction": ("1", "share of the period that the contact is open"),
+    "mean_normal_force": ("N", "normal force in the mean over the period"),
+    "least_normal_force": ("N", "smallest normal force over the period, 0 where it opens"),
+    "largest_normal_force": ("N", "largest normal force over the period"),
+}
+"""Units and meaning of what datasets tell of normal forces."""
+STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
+"""Values of ``contact_state``."""
+
+
+class NormalLaw(ContactLaw):
+    """A law with a normal direction, whose load comes from a preload or from a gap.
+
+    ``given`` says which of both is the parameter; ``preload="balanced"`` says that displacements
+    are measured from the equilibrium under the preload, ``"coupled"`` that static loads press the
+    contact in harmonic 0. Raises ValueError for other words.
+    """
+
+    odd = False
+    friction: ClassVar[Mapping[str, Parameter]] = {}
+    """Parameters beside those of the normal side."""
+
+    def __init__(self, given: Given = "normal_load", preload: Preload = "balanced"):
+        self.given = check.one_of("given", given, get_args(Given))
+        self.preload = check.one_of("preload", preload, get_args(Preload))
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:  # type: ignore[override]
+        """Its parameters by name: those of friction, the normal stiffness, and what is given."""
+        stiffness = Parameter(
+            "N m-1", "normal stiffness of the contact", "$k_n$", "N/m", designed=True
+        )
+        return {**self.friction, "normal_stiffness": stiffness, self.given: _LOADS[self.given]}
+
+    def load(self, frequency: Any, values: Values) -> Any:
+        """``N0`` [N] at an angular frequency [rad/s], of arrays or of symbols; negative: a gap."""
+        if self.given == "gap":
+            return -values["normal_stiffness"] * values["gap"]
+        return values["normal_load"]
+
+    def balanced_load(self, frequency: Any, values: Values) -> Any:
+        """The share of the normal force that the equilibrium holds, as a CasADi expression [N]."""
+        if self.preload == "coupled":
+            return 0
+        return ca.fmax(self.load(frequency, values), 0)
+
+    @property
+    def margins_move(self) -> bool:
+        """Whether the load depends on the frequency."""
+        return bool(_load_slopes(self, 1).at_frequency)
+
+    def monotone(self, values: Values) -> bool:
+        """False: contacts that open make folds, and so may friction with a load that varies."""
+        return False
+
+    def holds(self, values: Values) -> Any:
+        """Which displacements (n, m) hold a structure in the mean: the normal ones, by a spring."""
+        stiffness = np.asarray(values["normal_stiffness"])
+        held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
+        held[:, self.directions.index("normal")] = stiffness > 0
+        return held
+
+    def load_slopes(
+        self, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """``N0`` (n,), and its derivatives by frequency and values (n, 1 + p), first and second."""
+        names = [*self.parameters]
+        given = np.array([np.asarray(values[name], dtype=float) for name in names])
+        n = given.shape[1]
+        return _load_slopes(self, n)(np.full(n, frequency), given)
+
+
+_LOADS = {
+    "normal_load": Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True),
+    "gap": Parameter(
+        "m", "gap of the contact", "$g$", "m", bound="any", followed="any", designed=True
+    ),
+}
+
+
+class _Slopes(NamedTuple):
+    """Compiled derivatives of the load of contacts, and whether it depends on the frequency."""
+
+    compiled: Compiled
+    at_frequency: int
+    n: int
+
+    def __call__(
+        self, frequency: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        load, first, second = self.compiled(frequency, values.T.ravel())
+        size = 1 + len(values)
+        return load, first.reshape(self.n, size), second.reshape(self.n, size, size)
+
+
+@lru_cache(maxsize=64)
+def _load_slopes(law: NormalLaw, n: int) -> _Slopes:
+    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    load, variables = ca.SX(law.load(frequency, by_name)), ca.vertcat(frequency, values)
+    first, second = ca.jacobian(load, variables), ca.hessian(load, variables)[0]
+    outputs = [ca.densify(load), ca.densify(first), ca.vec(ca.densify(second))]
+    function = ca.Function("load_slopes", [frequency, values], outputs)
+    return _Slopes(Compiled(function.map(n)), ca.jacobian(load, frequency).nnz(), n)
