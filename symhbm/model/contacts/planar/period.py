@@ -50,10 +50,10 @@ def _most_inside(waves: Any, q: Any, at: Any) -> float:
 
 @Loop
 def _newton(transfer: Any, tiny: float, step: Any) -> Any:
-    """Write how far from the end of a march the periodic motion is, (2); its size, and a rest.
+    """Write how far from the end of a march the periodic motion is, (2); how far from its begin.
 
-    A march ends on the circle: what it leaves of a change is along one direction, across the last
-    force. The rest is what has changed along the force; it does not tell below what is ``tiny``.
+    And a rest. A march ends on the circle: what it leaves of a change is along one direction, across the last
+    force. The rest is what has changed along the force, which tells nothing below what is ``tiny``.
     """
     a, b, x = transfer[0, 0], transfer[0, 1], transfer[0, 2]
     c, d, y = transfer[1, 0], transfer[1, 1], transfer[1, 2]
@@ -72,7 +72,7 @@ def _newton(transfer: Any, tiny: float, step: Any) -> Any:
     start_x = ((1 - d) * x + b * y) / determinant
     start_y = ((1 - a) * y + c * x) / determinant
     step[0], step[1] = a * start_x + b * start_y, c * start_x + d * start_y
-    return math.hypot(step[0], step[1]), rest
+    return math.hypot(x + step[0], y + step[1]), rest
 
 
 @Loop
