@@ -28,6 +28,8 @@ from symhbm.model.contacts import (
     PlanarFriction,
     SmoothLaw,
     Switch,
+    UnilateralSpring,
+    VariableLoadFriction,
 )
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
@@ -59,6 +61,8 @@ __all__ = [
     "Structure",
     "Switch",
     "SwitchingAngles",
+    "UnilateralSpring",
+    "VariableLoadFriction",
     "bladed_disk",
     "condense",
     "follow",

@@ -1,5 +1,6 @@
 """The contacts of a balance, group by group: their motions, events, margins and sliders."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -115,6 +116,38 @@ class BalancedContacts:
                 parts.append((group.contacts, group.rows[:, 0], *sliders))
         return SliderContacts(*map(np.concatenate, zip(*parts, strict=True)))
 
+    def margins_within(
+        self,
+        unknowns: FloatArray,
+        frequency: FloatArray,
+        error: FloatArray,
+        values: Sequence["BalancedContacts"],
+    ) -> FloatArray:
+        """Margins (n, s, n_switches) of unknowns (n, s, n_unknowns), see `ContactLaw`.
+
+        ``error`` (n, s, n_switches) [m] is that of the motions; ``frequency`` (n,) in rad/s;
+        ``values`` (n,) are these contacts with the values of their parameters.
+        """
+        shape, first, parts = unknowns.shape[:2], 0, [np.zeros((*unknowns.shape[:2], 0))]
+        relative = self.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
+        for group in self.groups:
+            q = len(group.law.switches)
+            if not group.n_switches:
+                continue
+            own = error[..., first : first + group.n_switches].reshape(-1, q)
+            first += group.n_switches
+            motion = self.motions(group, relative)
+            each = [contacts.values_of(group) for contacts in values]
+            given = {
+                name: np.repeat([one[name] for one in each], shape[1], axis=0).ravel()
+                for name in group.law.parameters
+            }
+            at = np.repeat(frequency, shape[1] * group.n)
+            motion = motion.reshape(-1, motion.shape[-1])
+            found = group.law.margins_within(self.layout.basis, motion, own, at, given)
+            parts.append(found.reshape(*shape, -1))
+        return np.concatenate(parts, axis=-1)
+
     def switch(self, number: int) -> tuple[BalancedGroup, int, int]:
         """The group of a switch, the contact within, and which of the law's switches it is."""
         for group in self.groups:
@@ -129,11 +162,13 @@ class BalancedContacts:
         each = [np.repeat(group.contacts, len(group.law.switches)) for group in self.groups]
         return np.concatenate([np.zeros(0, dtype=int), *each])
 
-    @property
-    def rows_of_switches(self) -> NDArray[np.intp]:
-        """The displacement of the contact of each switch, the first of several, (n_switches,)."""
-        each = [np.repeat(group.rows[:, 0], len(group.law.switches)) for group in self.groups]
-        return np.concatenate([np.zeros(0, dtype=int), *each])
+    def sizes_at_switches(self, by_row: FloatArray) -> FloatArray:
+        """Norms of the motion of the contact of each switch from those of rows (..., n_rows)."""
+        each = [np.zeros((*by_row.shape[:-1], 0))]
+        for group in self.groups:
+            size = np.linalg.norm(by_row[..., group.rows], axis=-1)
+            each.append(np.repeat(size, len(group.law.switches), axis=-1))
+        return np.concatenate(each, axis=-1)
 
     def by_unknowns(self, group: BalancedGroup, contact: int, by_motion: FloatArray) -> FloatArray:
         """Derivatives (..., n_unknowns) from those by a contact's motion, (..., m n_components)."""

@@ -38,7 +38,8 @@ class HarmonicBalance:
     model, excitation
         What vibrates, and what drives it.
     harmonics
-        Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``.
+        Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``. By
+        default the first, with the mean where contacts make one.
     samples
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
@@ -86,7 +87,7 @@ class HarmonicBalance:
         self,
         model: Structure,
         excitation: Excitation,
-        harmonics: Iterable[int] = (1,),
+        harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
     ):
@@ -94,6 +95,8 @@ class HarmonicBalance:
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
             raise TypeError(f"excitation={check.shown(excitation)}: expected an excitation")
+        if harmonics is None:
+            harmonics = (1,) if model.odd else (0, 1)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
             samples = check.integer("samples", samples, minimum=2 * basis.highest + 1)

@@ -158,6 +158,8 @@ class Segment:
         solution = self.corrector.correct(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
+        if not self.curve.single_valued and solution.crosses:
+            self.other_states |= self._is_beyond(solution.margins)
         return PathState(solution.point, solution.direction * self.scale)
 
     def solve_between(self, share: float) -> PathState | None:
@@ -178,9 +180,7 @@ class Segment:
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
         switches, margins = result.evaluation.states.switches, result.evaluation.states.margins
-        self.other_states |= bool(
-            np.any((switches != self.switches) & (np.abs(margins) > _CLEARLY))
-        )
+        self.other_states |= bool((switches != self.switches)[np.abs(margins) > _CLEARLY].any())
         return self._with_tangent(state, row, switches)
 
     def _with_tangent(
@@ -188,6 +188,11 @@ class Segment:
     ) -> PathState | None:
         tangent = self.corrector.tangent(state, self.scale, row, switches)
         return None if tangent is None else PathState(state, tangent.direction * self.scale)
+
+    def _is_beyond(self, margins: FloatArray) -> bool:
+        """Whether a contact is beyond a limit of its held states, and not by round-off."""
+        outward = np.where(self.switches, -1.0, 1.0) * margins
+        return bool(np.any(np.isfinite(margins) & (outward > _CLEARLY)))
 
     def _is_between(self, solution: Corrected) -> bool:
         """Whether a solution lies between both ends, no contact beyond its limit."""

@@ -41,7 +41,7 @@ def warn_of_doubts(
     """
     if not model.has_matrices:
         return
-    said = [_of_symmetry(model), _of_effect(model, moving)]
+    said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
     if not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))
     if not {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"} & {*moving}:
@@ -84,6 +84,19 @@ def _of_effect(model: Structure, moving: Collection[str]) -> str:
     has, are = ("has" if len(idle) == 1 else "have"), ("is" if len(nothing) == 1 else "are")
     return (
         f"{' and '.join(idle)} {has} no effect, as {' and '.join(nothing)} {are} 0 at every contact"
+    )
+
+
+def _of_harmonics(model: Structure, harmonics: Sequence[int]) -> str:
+    """Harmonics that contacts make and the set leaves out between its own."""
+    divisor = int(np.gcd.reduce([n for n in harmonics if n > 0]))
+    complete = (*range(0, max(harmonics) + 1, divisor),)
+    left_out = sorted({*complete} - {*harmonics})
+    if model.odd or not left_out:
+        return ""
+    return (
+        f"contacts that open or whose force is not odd make harmonics {left_out}, which "
+        f"harmonics={(*harmonics,)} leaves out; the whole set is {complete}"
     )
 
 

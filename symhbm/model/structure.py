@@ -225,6 +225,11 @@ class Structure(ABC):
         return all(group.law.monotone(self.values_of(group)) for group in active)
 
     @property
+    def odd(self) -> bool:
+        """Whether contacts answer the opposite motion with the opposite force."""
+        return all(group.law.odd for group in self.groups if group.n)
+
+    @property
     def bounded(self) -> bool:
         """Whether the stiffness of the contacts has a bound, that of all of them stuck."""
         return all(np.isfinite(values).all() for values in self._over_groups("stiffest"))

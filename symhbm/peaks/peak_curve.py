@@ -50,7 +50,8 @@ def peak_curve(
     Parameters
     ----------
     problem
-        What to solve, with constant normal loads and located switching angles.
+        What to solve, with located events. Where responses need not be unique, its peaks are those
+        of the branch that starts at the low end of each band, as of `frf`.
     parameter
         The name of the parameter that moves, for example ``"normal_load"``.
     band
@@ -115,12 +116,6 @@ def peak_curve(
         raise ValueError(
             f"samples={problem.samples}: expected a problem with located switching angles; "
             "peaks of friction over samples cannot be followed"
-        )
-    if problem.many_valued_laws([parameter]):
-        laws = problem.many_valued_laws([parameter])
-        raise ValueError(
-            f"problem: expected contacts that leave responses unique, got {laws}; peaks on "
-            "responses that need not be unique are those of frf with over="
         )
     check_mean(problem)
     first, last = (_with_value(problem, parameter, index, value) for value in (low, high))

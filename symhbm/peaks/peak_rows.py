@@ -127,7 +127,7 @@ def status_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]
         Status.PEAK_NOT_FOLLOWED: leading.unresolved or envelope.unresolved,
         Status.PEAK_UNBOUNDED: PeakKind.UNBOUNDED in kinds or leading.unbounded,
         Status.PEAK_AT_EDGE: MaximumKind.EDGE in kinds,
-    }
+    } | {s: s in leading.statuses for s in (Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)}
     return "; moreover, ".join(s for s, applies in said.items() if applies) or Status.REACHED_END
 
 

@@ -75,7 +75,7 @@ def solve(
     frequency = check.scalar("frequency", frequency, "positive")
     problem.model.check_frequencies("frequency", frequency)
     check_mean(problem, growing=accuracy is not None)
-    warn_of_doubts(problem.model, (frequency, frequency))
+    warn_of_doubts(problem.model, (frequency, frequency), problem.harmonics)
     if angles is not None:
         check_angles(problem, angles)
     accuracy, stability = check_accuracy(problem, accuracy), check_stability(problem, stability)

@@ -24,7 +24,15 @@ from symhbm.model import (
     Structure,
     is_pattern,
 )
-from symhbm.model.contacts import ContactLaw, Contacts, Coulomb, CubicSpring, named
+from symhbm.model.contacts import (
+    ContactLaw,
+    Contacts,
+    Coulomb,
+    CubicSpring,
+    UnilateralSpring,
+    VariableLoadFriction,
+    named,
+)
 from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
@@ -45,7 +53,7 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring)}
+_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, UnilateralSpring, VariableLoadFriction)}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
@@ -305,13 +313,13 @@ def _contacts_of(
     dataset: xr.Dataset, groups: dict[str, Any], varied: list[str], laws: Iterable[ContactLaw]
 ) -> dict[str, Contacts]:
     """The groups of contacts by name, their laws among those given."""
-    known = {
-        _shown(type(law).__name__, _attributes_of(law)): law
-        for law in (*laws, *(kind() for kind in _LAWS.values()))
-    }
+    known = {_shown(type(law).__name__, _attributes_of(law)): law for law in laws}
     result, missing = {}, []
     for group, entry in groups.items():
-        shown = _shown(entry["law"], entry.get("attributes", {}))
+        attributes = entry.get("attributes", {})
+        shown = _shown(entry["law"], attributes)
+        if shown not in known and entry["law"] in _LAWS:
+            known[shown] = _LAWS[entry["law"]](**attributes)
         if shown not in known:
             missing.append(f"{shown} (group {group!r})")
             continue

@@ -80,7 +80,7 @@ def locate_peaks(
         if point.events:
             peak_list.at_event(before[i], after[i])
     maxima = Maxima(corrector, per_dof, ignore_states)
-    if corrector.curve.single_valued and not ignore_states:
+    if not ignore_states:
         maxima.other_states |= find_missed_events(points, corrector)
     located = maxima.between(Segments.of(points, before, after))
     between = {}

@@ -12,11 +12,13 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
+from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
@@ -32,6 +34,8 @@ __all__ = [
     "PlanarFriction",
     "SmoothLaw",
     "Switch",
+    "UnilateralSpring",
+    "VariableLoadFriction",
     "check_pairs",
     "graph_of",
     "hysteresis_loops",

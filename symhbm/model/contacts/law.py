@@ -214,6 +214,23 @@ class ContactLaw(ABC):
         """
         raise NotImplementedError(f"{type(self).__name__}: expected a method margin_expansion")
 
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """Margins (n, q) of motions that are known up to an ``error`` (n, q) [m] of their size.
+
+        The error has the sign that makes the margin most doubtful. Paths ask between their points
+        whether a margin may pass zero there; what an estimate is off at the points it is corrected
+        by, so that it may leave out what hardly changes from point to point.
+        """
+        located = self.locate(basis, motion, frequency, values)
+        return located.margins + error * np.linalg.norm(located.margins_by_motion, axis=-1)
+
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """CasADi function of one contact from its motion to its events, where they are closed.
 

@@ -97,6 +97,11 @@ class NormalLaw(ContactLaw):
         n = given.shape[1]
         return _load_slopes(self, n)(np.full(n, frequency), given)
 
+    def __repr__(self) -> str:
+        words = [repr(self.given)] if self.given != "normal_load" else []
+        words += [f"preload={self.preload!r}"] if self.preload != "balanced" else []
+        return f"{type(self).__name__}({', '.join(words)})"
+
 
 _LOADS = {
     "normal_load": Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True),

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from symhbm.continuation import Status
 from symhbm.numerics import RADIANS
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.survey import Survey, Surveyor
@@ -34,7 +35,8 @@ class LeadingBranches:
     """Branches that hold the highest maximum over a whole band of the parameter, once `follow` ran.
 
     ``unresolved`` are the ranges where a survey is higher than the followed branches,
-    ``incomplete`` the surveys that did not reach the end of the frequency band.
+    ``incomplete`` the surveys that did not reach the end of the frequency band, ``statuses`` how
+    all of them ended.
     """
 
     parameter: Parameter
@@ -42,6 +44,7 @@ class LeadingBranches:
     surveyed: dict[float, SurveyedValue] = field(default_factory=dict)
     unresolved: list[tuple[float, float]] = field(default_factory=list)
     incomplete: list[SurveyedValue] = field(default_factory=list)
+    statuses: set[Status] = field(default_factory=set)
 
     @cached_property
     def followed(self) -> FollowedBranches:
@@ -104,6 +107,7 @@ class LeadingBranches:
             surveyed = SurveyedValue(value, result, [])
             if not result.complete:
                 self.incomplete.append(surveyed)
+            self.statuses.add(result.status)
             if not result.unbounded:
                 floor = tolerances.CANDIDATE_SHARE * result.height
                 high_maxima = [s for s in result.maxima if s.amplitude >= floor]

@@ -21,6 +21,8 @@ from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Valu
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
+_SAMPLES = 16
+"""Angles per period of the highest harmonic at which the range of a motion is taken."""
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
 
@@ -203,6 +205,24 @@ class Coulomb(ContactLaw):
         whole[size:, size:] = second[0]
         return float(np.log(stiffness * spread / (2 * limit))), slopes, whole
 
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """The logarithm of half the range of the motion, over samples of it."""
+        if basis.has_one_harmonic and basis.n_components == 2:
+            size = np.hypot(motion[:, 0], motion[:, 1])
+        else:
+            count = _SAMPLES * basis.highest
+            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
+            size = np.ptp(history, axis=-1) / 2
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(size[:, None] + error, 0.0))
+
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """All angles under one harmonic."""
         if basis.highest != 1:
@@ -336,6 +356,24 @@ class SampledCoulomb(Coulomb):
         """Events by marching, see `symhbm.model.contacts.coulomb.sampled.locate_sampled`."""
         assert self.samples is not None
         return locate_sampled(basis, *motion, samples=self.samples)
+
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """The logarithm of half the range of the motion, over samples of it."""
+        if basis.has_one_harmonic and basis.n_components == 2:
+            size = np.hypot(motion[:, 0], motion[:, 1])
+        else:
+            count = _SAMPLES * basis.highest
+            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
+            size = np.ptp(history, axis=-1) / 2
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(size[:, None] + error, 0.0))
 
     def event_graph(self, basis: FourierBasis) -> None:
         """None: samples are marched step by step."""

@@ -1,0 +1,5 @@
+"""Dry friction whose normal load varies with the motion: located slip, opening and closing."""
+
+from symhbm.model.contacts.varying_load.law import Periods, VariableLoadFriction
+
+__all__ = ["Periods", "VariableLoadFriction"]

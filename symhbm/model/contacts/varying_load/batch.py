@@ -1,0 +1,212 @@
+"""Contacts one after the other: their pieces, force coefficients, margins and what they do."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from symhbm.model.contacts.varying_load.coefficients import coefficients, functions_at, moments
+from symhbm.model.contacts.varying_load.march import (
+    APART,
+    BEGIN,
+    END,
+    KIND,
+    LIFTED,
+    PUSHED_UP,
+    STICK_LOW,
+    WEIGHT,
+    march,
+    walls,
+)
+from symhbm.numerics.loops import Loop
+from symhbm.numerics.waves import value_at
+
+SLIP, OPEN, TOUCH = range(3)
+"""Switches of a contact: its margins."""
+STICK_SHARE, OPEN_SHARE, MEAN, LEAST, LARGEST, SLIP_DISTANCE = range(6)
+"""What a contact does over a period: shares of it, normal forces [N], path of the slider [m]."""
+
+
+@Loop
+def most_pieces(highest: int) -> int:
+    """Number of pieces that is never exceeded with a highest harmonic."""
+    return 14 * highest + 8
+
+
+@Loop
+def locate(
+    order: Any,
+    is_sine: Any,
+    norm: Any,
+    motions: Any,
+    values: Any,
+    held: Any,
+    events: Any,
+    margins: Any,
+    slopes: Any,
+    figures: Any,
+    pieces: Any,
+    counts: Any,
+    turning: Any,
+) -> None:
+    """Locate the events of contacts.
+
+    ``motions`` (n, 2 K), coefficients of ``u`` and ``v``; ``values`` (n, 4): ``k_t``, ``k_n``,
+    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides. Written are ``events``
+    (n, 4 K^2 + 3 K), ``margins`` (n, 3), their ``slopes`` (n, 3, 2 K + 4) by motion and values,
+    ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and ``turning`` (n, 4, 2).
+    """
+    waves = np.empty((4, 2, int(order[len(order) - 1]) + 1))
+    for j in range(len(motions)):
+        noise = _waves(order, is_sine, motions[j], values[j], waves)
+        counts[j] = march(waves, noise, held[j], pieces[j], turning[j])
+        coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
+        _margins(order, is_sine, motions[j], values[j], turning[j], margins[j], slopes[j])
+        _figures(waves, values[j, 0], pieces[j], counts[j], turning[j], figures[j])
+
+
+@Loop
+def estimate(
+    order: Any, is_sine: Any, motions: Any, values: Any, margins: Any, slopes: Any
+) -> None:
+    """The margins of `locate` and their slopes alone."""
+    highest = int(order[len(order) - 1])
+    waves, turning = np.empty((4, 2, highest + 1)), np.empty((4, 2))
+    pieces = np.empty((most_pieces(highest), 6))
+    for j in range(len(motions)):
+        noise = _waves(order, is_sine, motions[j], values[j], waves)
+        march(waves, noise, 0, pieces, turning)
+        _margins(order, is_sine, motions[j], values[j], turning, margins[j], slopes[j])
+
+
+@Loop
+def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> float:
+    """Write ``k_t u``, ``p`` and both walls of a contact; gives their round-off."""
+    size, highest = len(order), int(order[len(order) - 1])
+    cosine, sine = np.zeros((2, highest + 1)), np.zeros((2, highest + 1))
+    for i in range(size):
+        for k in range(2):
+            if is_sine[i]:
+                sine[k, int(order[i])] = motion[k * size + i]
+            else:
+                cosine[k, int(order[i])] = motion[k * size + i]
+    return walls(cosine, sine, values, waves)
+
+
+@Loop
+def wall_slope(
+    motion: Any, values: Any, functions: Any, pull: float, press: float, slope: Any
+) -> None:
+    """Write the gradient of ``pull k_t u + press p`` by motion and values, (2 K + 4).
+
+    ``functions`` (K) are those of the basis at an angle. That by ``mu`` is 0: ``press`` may be it.
+    """
+    size = len(functions)
+    stiffness, normal = values[0], values[1]
+    slope[:] = 0.0
+    for i in range(size):
+        slope[i] = pull * stiffness * functions[i]
+        slope[size + i] = press * normal * functions[i]
+        slope[2 * size] += pull * motion[i] * functions[i]
+        slope[2 * size + 1] += press * motion[size + i] * functions[i]
+    slope[2 * size + 3] = press
+
+
+@Loop
+def _margins(
+    order: Any, is_sine: Any, motion: Any, values: Any, turning: Any, margins: Any, slopes: Any
+) -> None:
+    """Margins of slip, opening and touch over the sizes of what they compare, and their slopes.
+
+    Slip: the largest ``low`` less the smallest ``high``; opening and touch: the extremes of ``p``.
+    """
+    size = len(order)
+    stiffness, normal, friction, load = values[0], values[1], values[2], values[3]
+    functions, other = np.empty(size), np.empty(2 * size + 4)
+    by_pull, by_press = np.zeros(2 * size + 4), np.zeros(2 * size + 4)
+    pull, press, mean = 0.0, 0.0, load
+    for i in range(size):
+        u, v = motion[i], motion[size + i]
+        if order[i] == 0:
+            mean += normal * v
+            continue
+        pull += (stiffness * u) ** 2
+        press += (normal * v) ** 2
+        by_pull[i] = stiffness * stiffness * u
+        by_pull[2 * size] += stiffness * u * u
+        by_press[size + i] = normal * normal * v
+        by_press[2 * size + 1] += normal * v * v
+    press += mean * mean
+    by_press[2 * size + 3] = mean
+    if order[0] == 0:
+        by_press[size] = normal * mean
+        by_press[2 * size + 1] += mean * motion[size]
+    # Squares of the sizes, and half their gradients.
+    for k in range(3):
+        square = pull + friction * friction * press if k == 0 else press
+        margins[k] = -np.inf
+        slopes[k, :] = 0.0
+        if k == 0 and friction == 0.0:
+            margins[k] = np.inf
+        elif k > 0 and normal == 0.0:
+            margins[k] = -np.inf if (k == 1) == (load > 0) else np.inf
+        elif square > 0.0 and (k > 0 or stiffness > 0.0):
+            scale = math.sqrt(square)
+            if k == 0:
+                functions_at(order, is_sine, turning[0, 1], 0, functions)
+                wall_slope(motion, values, functions, 1.0, -friction, slopes[k])
+                slopes[k, 2 * size + 2] = -value_of(functions, motion, size, normal, load)
+                functions_at(order, is_sine, turning[1, 1], 0, functions)
+                wall_slope(motion, values, functions, 1.0, friction, other)
+                other[2 * size + 2] = value_of(functions, motion, size, normal, load)
+                slopes[k] -= other
+                value = turning[0, 0] - turning[1, 0]
+            else:
+                sign = -1.0 if k == 1 else 1.0
+                functions_at(order, is_sine, turning[1 + k, 1], 0, functions)
+                wall_slope(motion, values, functions, 0.0, sign, slopes[k])
+                value = sign * turning[1 + k, 0]
+            margins[k] = value / scale
+            for i in range(2 * size + 4):
+                half = by_pull[i] + friction * friction * by_press[i] if k == 0 else by_press[i]
+                if k == 0 and i == 2 * size + 2:
+                    half += friction * press
+                slopes[k, i] = (slopes[k, i] - margins[k] * half / scale) / scale
+
+
+@Loop
+def value_of(functions: Any, motion: Any, size: int, normal: float, load: float) -> float:
+    """``p`` where the basis functions are given."""
+    result = load
+    for i in range(size):
+        result += normal * motion[size + i] * functions[i]
+    return result
+
+
+@Loop
+def _figures(
+    waves: Any, stiffness: float, pieces: Any, count: int, turning: Any, figures: Any
+) -> None:
+    """Shares of the period, normal forces and path of the slider of one contact."""
+    figures[:] = 0.0
+    press, highest = waves[1], waves.shape[2] - 1
+    of_piece = np.empty((2, highest + 1))
+    mean = press[0, 0]
+    for k in range(count):
+        kind, begin, end = int(pieces[k, KIND]), pieces[k, BEGIN], pieces[k, END]
+        share = (end - begin) / (2 * math.pi)
+        if kind == APART or kind == LIFTED:
+            figures[OPEN_SHARE] += share
+            figures[STICK_SHARE] -= share if kind == LIFTED else 0.0
+            moments(begin, end, of_piece)
+            for h in range(highest + 1):
+                integral = press[0, h] * of_piece[0, h] + press[1, h] * of_piece[1, h]
+                mean -= integral / (2 * math.pi)
+        elif kind >= STICK_LOW:
+            figures[STICK_SHARE] += share * pieces[k, WEIGHT]
+        elif stiffness > 0:
+            wall = waves[2 if kind == PUSHED_UP else 3]
+            travel = value_at(wall[0], wall[1], end, 0) - value_at(wall[0], wall[1], begin, 0)
+            figures[SLIP_DISTANCE] += abs(travel) / stiffness
+    figures[MEAN] = max(mean, 0.0)
+    figures[LEAST], figures[LARGEST] = max(turning[2, 0], 0.0), max(turning[3, 0], 0.0)

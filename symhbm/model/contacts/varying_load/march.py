@@ -1,0 +1,207 @@
+"""One contact over one period: where it sticks, slips, opens and closes.
+
+The contact has the tangential displacement ``u`` and the normal one ``v``, which closes it where it
+is positive. Its spring carries ``p = N0 + k_n v``; it is closed where ``p > 0``. The scaled
+position ``q`` of its slider lies between two walls,
+
+    low = k_t u - mu p  <=  q  <=  high = k_t u + mu p,
+
+which move; ``q`` rests unless one of them pushes it. Where the contact is apart the walls have met
+and ``q = k_t u``. Events are zeros of the trigonometric polynomials ``low'``, ``high'`` and ``p``,
+and the places where a wall reaches ``q``: between two zeros in a row each wall is monotone.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from symhbm.numerics.loops import Loop
+from symhbm.numerics.waves import crossing, sign_changes, value_at
+
+APART, PUSHED_UP, PUSHED_DOWN, STICK_LOW, STICK_HIGH, STICK_CLOSED, LIFTED = range(7)
+"""Kinds of pieces: ``q`` is ``k_t u``, ``low``, ``high``, or a number since an event.
+
+That event is a turning point of ``low`` or of ``high``, or the contact has closed there. The last
+kind tells where a contact is apart whose stick is imposed.
+"""
+KIND, BEGIN, END, ANCHOR, SHARE, WEIGHT = range(6)
+"""Columns of a piece: its kind, its ends [rad], the angle where its ``q`` is taken from [rad].
+
+Then ``alpha`` of a piece that sticks since it closed, ``q = k_t u + alpha p`` there, and the weight
+with which a piece counts: one half for each of the two that are full stick.
+"""
+_LOW_TURNS, _HIGH_TURNS, _OPENS_OR_CLOSES = range(3)
+
+
+@Loop
+def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> float:
+    """Write ``k_t u``, ``p``, ``low`` and ``high`` into waves (4, 2, H + 1); gives their round-off.
+
+    ``cosine`` and ``sine`` (2, H + 1) are the coefficients of ``u`` and ``v``; ``values`` are
+    ``k_t``, ``k_n``, ``mu`` and ``N0``.
+    """
+    stiffness, normal, friction, load = values[0], values[1], values[2], values[3]
+    size = abs(friction * load)
+    for h in range(cosine.shape[1]):
+        for k in range(2):
+            part = cosine if k == 0 else sine
+            pull, press = stiffness * part[0, h], normal * part[1, h]
+            if h == 0 and k == 0:
+                press += load
+            waves[0, k, h], waves[1, k, h] = pull, press
+            waves[2, k, h], waves[3, k, h] = pull - friction * press, pull + friction * press
+            size += max(h, 1) * (abs(pull) + abs(friction * press))
+    return 4e-16 * size
+
+
+@Loop
+def extremes(waves: Any, derivative_zeros: Any, rises: Any, count: int) -> Any:
+    """Largest and smallest value of a series, and where [rad], from the zeros of its derivative."""
+    high, low = -np.inf, np.inf
+    at_high, at_low = 0.0, 0.0
+    for i in range(count):
+        value = value_at(waves[0], waves[1], derivative_zeros[i], 0)
+        if value > high:
+            high, at_high = value, derivative_zeros[i]
+        if value < low:
+            low, at_low = value, derivative_zeros[i]
+    if count == 0:
+        high = low = value_at(waves[0], waves[1], 0.0, 0)
+    return high, at_high, low, at_low
+
+
+@Loop
+def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int:
+    """Write the pieces of one period; the result is their number.
+
+    ``held`` is 1 or 0 for a contact whose slip is imposed, else -1. ``turning`` (4, 2) takes value
+    and angle of the largest ``low``, the smallest ``high``, the smallest and the largest ``p``.
+    """
+    size = 6 * waves.shape[2] + 8
+    angles, kinds = np.empty(size), np.empty(size, dtype=np.int64)
+    rises = np.empty(size, dtype=np.bool_)
+    zeros, up = np.empty(size), np.empty(size, dtype=np.bool_)
+    n = 0
+    for k in range(2):  # the turning points of both walls
+        count = sign_changes(waves[2 + k, 0], waves[2 + k, 1], 1, noise, zeros, up)
+        high, at_high, low, at_low = extremes(waves[2 + k], zeros, up, count)
+        turning[k, 0], turning[k, 1] = (high, at_high) if k == 0 else (low, at_low)
+        for i in range(count):
+            angles[n], kinds[n], rises[n] = zeros[i], k, up[i]
+            n += 1
+    count = sign_changes(waves[1, 0], waves[1, 1], 1, 0.0, zeros, up)
+    high, at_high, low, at_low = extremes(waves[1], zeros, up, count)
+    turning[2, 0], turning[2, 1], turning[3, 0], turning[3, 1] = low, at_low, high, at_high
+    if high <= 0:
+        return _piece(pieces, 0, APART, 0.0, 2 * math.pi, 0.0, 0.0)
+    opens = low < 0
+    closes = 0
+    if opens:
+        closes = sign_changes(waves[1, 0], waves[1, 1], 0, 0.0, zeros, up)
+        opens = closes > 0
+        for i in range(closes):
+            angles[n], kinds[n], rises[n] = zeros[i], _OPENS_OR_CLOSES, up[i]
+            n += 1
+    first, last = turning[0, 1], turning[1, 1]
+    slips = turning[0, 0] > turning[1, 0]
+    if held == 0 or (held < 0 and not slips):
+        _piece(pieces, 0, STICK_LOW, first, first + 2 * math.pi, first, 0.0)
+        count = _piece(pieces, 1, STICK_HIGH, first, first + 2 * math.pi, last, 0.0)
+        pieces[0, WEIGHT] = pieces[1, WEIGHT] = 0.5
+        for i in range(closes):
+            if not up[i]:
+                end = zeros[(i + 1) % closes]
+                end = end if end > zeros[i] else end + 2 * math.pi
+                count = _piece(pieces, count, LIFTED, zeros[i], end, 0.0, 0.0)
+        return count
+    if not slips:  # continued beyond the limit: stick between the two turning points
+        middle = last if last > first else last + 2 * math.pi
+        _piece(pieces, 0, STICK_LOW, first, middle, first, 0.0)
+        return _piece(pieces, 1, STICK_HIGH, middle, first + 2 * math.pi, last, 0.0)
+    start = first
+    if opens:
+        for i in range(n):
+            if kinds[i] == _OPENS_OR_CLOSES and not rises[i]:
+                start = angles[i]
+    for i in range(n):
+        if angles[i] <= start:
+            angles[i] += 2 * math.pi
+    for i in range(1, n):
+        angle, zero_of, rise = angles[i], kinds[i], rises[i]
+        place = i
+        while place and angles[place - 1] > angle:
+            angles[place], kinds[place] = angles[place - 1], kinds[place - 1]
+            rises[place] = rises[place - 1]
+            place -= 1
+        angles[place], kinds[place], rises[place] = angle, zero_of, rise
+    return _around(waves, noise, start, opens, angles[:n], kinds[:n], rises[:n], pieces)
+
+
+@Loop
+def _around(
+    waves: Any,
+    noise: float,
+    start: float,
+    opens: bool,
+    angles: Any,
+    kinds: Any,
+    rises: Any,
+    pieces: Any,
+) -> int:
+    """March from ``start`` through the sorted zeros, where each wall is monotone in between."""
+    kind = APART if opens else STICK_LOW
+    begin, anchor, share, count = start, start, 0.0, 0
+    place = 0.0 if opens else value_at(waves[2, 0], waves[2, 1], start, 0)
+    left = start
+    for i in range(len(angles)):
+        right = angles[i]
+        if kind >= STICK_LOW:
+            low = value_at(waves[2, 0], waves[2, 1], right, 0)
+            high = value_at(waves[3, 0], waves[3, 1], right, 0)
+            # A wall that rests pushes by round-off only.
+            if low > place + noise or high < place - noise:
+                wall = 2 if low > place + noise else 3
+                at = crossing(waves[wall, 0], waves[wall, 1], 0, place, left, right, wall == 2)
+                count = _piece(pieces, count, kind, begin, at, anchor, share)
+                kind, begin = (PUSHED_UP if wall == 2 else PUSHED_DOWN), at
+        after = kind
+        if kinds[i] == _OPENS_OR_CLOSES and not rises[i]:
+            after = APART
+        elif kinds[i] == _OPENS_OR_CLOSES and kind == APART:
+            low_slope = value_at(waves[2, 0], waves[2, 1], right, 1)
+            high_slope = value_at(waves[3, 0], waves[3, 1], right, 1)
+            after = STICK_CLOSED
+            if low_slope > 0:
+                after = PUSHED_UP
+            elif high_slope < 0:
+                after = PUSHED_DOWN
+        elif kind == PUSHED_UP and kinds[i] == _LOW_TURNS and not rises[i]:
+            after = STICK_LOW
+        elif kind == PUSHED_DOWN and kinds[i] == _HIGH_TURNS and rises[i]:
+            after = STICK_HIGH
+        if after != kind:
+            count = _piece(pieces, count, kind, begin, right, anchor, share)
+            kind, begin, anchor, share = after, right, right, 0.0
+            wall = 3 if kind == STICK_HIGH else 2
+            place = value_at(waves[wall, 0], waves[wall, 1], right, 0)
+            if kind == STICK_CLOSED:
+                place = value_at(waves[0, 0], waves[0, 1], right, 0)
+                closing = value_at(waves[1, 0], waves[1, 1], right, 1)
+                if closing > 0:
+                    share = -value_at(waves[0, 0], waves[0, 1], right, 1) / closing
+        left = right
+    end = start + 2 * math.pi
+    if end > begin:
+        count = _piece(pieces, count, kind, begin, end, anchor, share)
+    return count
+
+
+@Loop
+def _piece(
+    pieces: Any, count: int, kind: int, begin: float, end: float, anchor: float, share: float
+) -> int:
+    """Append a piece; the result is the number of pieces."""
+    pieces[count, 0], pieces[count, 1], pieces[count, 2] = kind, begin, end
+    pieces[count, 3], pieces[count, 4], pieces[count, 5] = anchor, share, 1.0
+    return count + 1

@@ -1,0 +1,433 @@
+"""Friction whose normal load varies with the motion: forces, derivatives, margins, limits."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import symhbm as sh
+from symhbm.numerics import FourierBasis
+
+LAW = sh.VariableLoadFriction()
+NAMES = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
+
+
+def values_of(*numbers):
+    return {name: np.atleast_1d(np.asarray(v, float)) for name, v in zip(NAMES, numbers)}
+
+
+def located(basis, motion, values, held=None, law=LAW):
+    return law.locate(basis, np.atleast_2d(motion), 1.0, values, held)
+
+
+def force(basis, motion, values, held=None, law=LAW):
+    """Coefficients of one contact's force, with the whole normal force."""
+    at = located(basis, motion, values, held, law)
+    whole = law.forces(basis, at, np.atleast_2d(motion), 1.0, values)[0]
+    if basis.order[0] == 0:
+        balanced = law.preload == "balanced"
+        whole[len(whole) // 2] += balanced * max(float(law.load(1.0, values)[0]), 0)
+    return whole
+
+
+class Derivatives:
+    """First and second derivatives of one contact's force by motion and values, law's order."""
+
+    def __init__(self, basis, law=LAW):
+        self.basis, self.law, self.names = basis, law, [*law.parameters]
+        size = basis.n_components * len(law.directions)
+        motion, given_values = ca.SX.sym("m", size), ca.SX.sym("p", len(self.names))
+        events, weights = ca.SX.sym("e", law.n_events(basis)), ca.SX.sym("w", size)
+        by_name = dict(zip(self.names, ca.vertsplit(given_values)))
+        symbolic = law.force(basis, motion, 1.0, by_name, events)
+        variables = ca.vertcat(motion, given_values)
+        inputs = [motion, given_values, events]
+        moves = law.event_variables(motion, 1.0, by_name)
+        self._first = ca.Function("first", inputs, [ca.jacobian(symbolic, variables)])
+        second = ca.hessian(ca.dot(symbolic, weights), variables)[0]
+        self._second = ca.Function("second", [*inputs, weights], [second])
+        self._moves = ca.Function("moves", inputs[:2], [ca.jacobian(moves, variables)])
+        self.size = size
+
+    def split(self, at):
+        return at[: self.size], {n: at[[self.size + i]] for i, n in enumerate(self.names)}
+
+    def located(self, at):
+        motion, values = self.split(at)
+        return self.law.locate(self.basis, motion[None], 1.0, values)
+
+    def value(self, at):
+        motion, values = self.split(at)
+        return self.law.forces(self.basis, self.located(at), motion[None], 1.0, values)[0]
+
+    def first(self, at):
+        motion, _ = self.split(at)
+        return self._first(motion, at[self.size :], self.located(at).events[0]).full()
+
+    def second(self, at, weights):
+        motion, values = self.split(at)
+        events = self.located(at)
+        frozen = self._second(motion, at[self.size :], events.events[0], weights).full()
+        spread = self._moves(motion, at[self.size :]).full()
+        arguments = self.basis, events, motion[None], 1.0, values, weights[None]
+        return frozen + spread.T @ self.law.moving_events(*arguments)[0] @ spread
+
+
+def difference(function, step):
+    """Derivative at 0 by central differences of eighth order."""
+    weights = 4 / 5, -1 / 5, 4 / 105, -1 / 280
+    pairs = enumerate(weights, 1)
+    return sum(w * (function(k * step) - function(-k * step)) for k, w in pairs) / step
+
+
+CASES = {
+    "slips": (
+        (1, 1, 0.5, 2),
+        (0, 3, 0, 0.5, 0),
+        (0, 0, 1, 0.3, 0),
+        (-0.333912946788, 0.956540594391, -0.753481576931, 0.263045775382, -0.033009474373),
+        (2, 0, 1, 0.3, 0),
+        (-0.074439485931, -0.002312303165, 0.595099323917),
+    ),
+    "opens, slips at contact": (
+        (1, 1, 0.5, 0.5),
+        (0, 3, 0, 0.5, 0),
+        (0, 0, 1, 0.3, 0),
+        (-0.227048180704, 0.191102999146, -0.349743429001, 0.126865018639, 0.017985627325),
+        (0.6529305038952, 0, 0.7190577245463, 0.08509356954029, 0),
+        (-0.011203076086, -0.065022411703, 0.378578129798),
+    ),
+    "opens, sticks at contact": (
+        (1, 2, 0.8, 0.5),
+        (0, 0.6, 0.2, 0, 0.1),
+        (0.1, 0.2, 1, 0, 0.2),
+        (-0.096875480533, 0.289763174922, -0.141553740264, 0.029294068431, 0.269895193739),
+        (1.02730258265, 0.425855211467, 1.435512306581, -0.346881875377, 0.354105843501),
+        (0.177813803580, -0.274590976838, 0.271500137525),
+    ),
+    "gap": (
+        (2, 1, 0.4, -0.5),
+        (0, 1, 0, 0, 0.4),
+        (0, 0.3, 1, 0, 0),
+        (-0.037583142694, -0.006177750431, -0.072003540619, 0.06045087342, -0.014676082229),
+        None,
+        (-0.020809382255, 0.027024318154, 0.067724869071),
+    ),
+    "inclined": (
+        (1, 1, 0.5, 1),
+        (0, 3, 0, 0.5, 0),
+        (0, 1.5, 0, 0.25, 0),
+        (0.28918191582, 0.521698269803, -0.393733372109, 0.375453221012, -0.263130992232),
+        None,
+        (-0.038932036594, 0.253869989201, 0.273336007498),
+    ),
+}
+"""Motions with all digits of two independent programs: values, u, v, T, N, dT_c1 by u, v, N0."""
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_forces_and_slopes_are_those_of_explicit_motions(case):
+    numbers, u, v, tangential, normal, slopes = CASES[case]
+    basis, motion = FourierBasis((0, 1, 2)), np.array([*u, *v], float)
+    found = force(basis, motion, values_of(*numbers))
+    np.testing.assert_allclose(found[:5], tangential, atol=2e-12)
+    if normal:
+        np.testing.assert_allclose(found[5:], normal, atol=2e-12)
+    derivatives = Derivatives(basis)
+    at = np.concatenate([motion, [values_of(*numbers)[n][0] for n in derivatives.names]])
+    row = derivatives.first(at)[1]
+    by_load = row[10 + derivatives.names.index("normal_load")]
+    np.testing.assert_allclose([row[1], row[6], by_load], slopes, atol=2e-12)
+
+
+def test_events_of_a_contact_that_sticks_at_contact():
+    numbers, u, v, *_ = CASES["opens, sticks at contact"]
+    periods = located(FourierBasis((0, 1, 2)), [*u, *v], values_of(*numbers)).details
+    begins = periods.pieces[0, : periods.counts[0], 1]
+    np.testing.assert_allclose(begins, [3.399862536, 5.882149750, 8.838462927], atol=1e-9)
+
+
+numbers = st.floats(-3, 3, allow_subnormal=False)
+motions = st.lists(numbers, min_size=10, max_size=10).map(np.array)
+
+
+@settings(max_examples=150, deadline=None)
+@given(motion=motions, shift=st.floats(0, 6.28), load=st.floats(-2, 4))
+def test_a_later_start_of_the_period_turns_the_force(motion, shift, load):
+    basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, 0.4, load)
+    turn = np.eye(5)
+    for n, i in ((1, 1), (2, 3)):
+        c, s = np.cos(n * shift), np.sin(n * shift)
+        turn[i : i + 2, i : i + 2] = [[c, s], [-s, c]]
+    both = np.kron(np.eye(2), turn)
+    expected = both @ force(basis, motion, values)
+    np.testing.assert_allclose(force(basis, both @ motion, values), expected, atol=1e-7)
+
+
+@settings(max_examples=150, deadline=None)
+@given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
+def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
+    basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, friction, load)
+    at = located(basis, motion, values)
+    results = LAW.results(basis, at, motion[None], 1.0, values)
+    assert results["dissipation"] >= -1e-9
+    assert 0 <= results["least_normal_force"] <= results["mean_normal_force"] + 1e-12
+    assert results["mean_normal_force"] <= results["largest_normal_force"] + 1e-12
+    assert results["open_fraction"] + results["stick_fraction"] <= 1 + 1e-12
+
+
+def marched(numbers, u, v, basis, count=200_000):
+    """Coefficients by a march over samples: an error of the first order, no event located."""
+    k_t, k_n, mu, load = numbers
+    tau = 2 * np.pi * np.arange(count) / count
+    at = basis.values(tau)
+    u, p = at @ np.asarray(u, float), load + k_n * (at @ np.asarray(v, float))
+    q, history = k_t * u[0], np.empty(count)
+    for _ in range(2):
+        for i in range(count):
+            normal = max(p[i], 0.0)
+            q = min(max(q, k_t * u[i] - mu * normal), k_t * u[i] + mu * normal)
+            history[i] = k_t * u[i] - q
+    analysis = at * basis.norm * 2 * np.pi / count
+    return np.concatenate([history @ analysis, np.maximum(p, 0) @ analysis])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_march_over_samples_agrees_within_its_error(seed):
+    rng = np.random.default_rng(seed)
+    basis = FourierBasis((0, 1, 2, 3, 5))
+    size = basis.n_components
+    motion = rng.normal(size=2 * size) / (1 + np.tile(basis.order, 2))
+    numbers = rng.uniform([0.5, 0.5, 0.3, -0.5], [2, 2, 0.9, 1.0])
+    at = located(basis, motion, values_of(*numbers))
+    assert at.states[0, 0]
+    expected = marched(numbers, motion[:size], motion[size:], basis)
+    np.testing.assert_allclose(
+        force(basis, motion, values_of(*numbers)), expected, atol=3e-4 * np.abs(expected).max()
+    )
+
+
+def test_constant_load_is_todays_law():
+    rng = np.random.default_rng(3)
+    for harmonics in ((0, 1), (1, 3, 5), (0, 1, 2, 3)):
+        basis = FourierBasis(harmonics)
+        size, n = basis.n_components, 60
+        u = rng.normal(size=(n, size)) / (1 + basis.order)
+        of_today = dict(
+            contact_stiffness=rng.uniform(0.5, 2, n),
+            friction_coefficient=rng.uniform(0.1, 0.6, n),
+            normal_load=rng.uniform(0.1, 3, n),
+        )
+        coulomb = sh.Coulomb()
+        today = coulomb.locate(basis, u, 1.0, of_today)
+        values = of_today | {"normal_stiffness": np.zeros(n)}
+        motion = np.concatenate([u, rng.normal(size=u.shape)], axis=1)
+        at = LAW.locate(basis, motion, 1.0, values)
+        expected = coulomb.forces(basis, today, u, 1.0, of_today)
+        found = LAW.forces(basis, at, motion, 1.0, values)
+        np.testing.assert_allclose(found[:, :size], expected, atol=1e-13)
+        np.testing.assert_allclose(found[:, size:], 0, atol=1e-14)
+        np.testing.assert_array_equal(at.states[:, 0], today.states[:, 0])
+        assert {True, False} == {*today.states[:, 0].tolist()}
+        before = coulomb.results(basis, today, u, 1.0, of_today)
+        after = LAW.results(basis, at, motion, 1.0, values)
+        for name in ("contact_state", "stick_fraction", "dissipation"):
+            np.testing.assert_allclose(after[name], before[name], atol=1e-12, err_msg=name)
+
+
+def random_cases(count, seed):
+    rng = np.random.default_rng(seed)
+    basis = FourierBasis((0, 1, 2, 3))
+    size = 2 * basis.n_components
+    for _ in range(count):
+        motion = rng.normal(size=size) / (1 + np.tile(basis.order, 2)) ** 1.5
+        yield basis, motion * rng.choice([0.3, 1, 3]), rng
+
+
+@pytest.mark.parametrize("given_as", ["normal_load", "gap"])
+@pytest.mark.parametrize("preload", ["balanced", "coupled"])
+def test_derivatives_agree_with_differences(given_as, preload):
+    law, kinds = sh.VariableLoadFriction(given_as, preload), set()
+    derivatives = Derivatives(FourierBasis((0, 1, 2, 3)), law)
+    for _, motion, rng in random_cases(60, seed=5):
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2])))
+        numbers["gap"] = rng.uniform(-1, 0.5)
+        at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
+        kinds |= {*derivatives.located(at).details.pieces[0, :, 0].astype(int).tolist()}
+        direction = rng.normal(size=len(at))
+        direction /= np.linalg.norm(direction)
+        weights = rng.normal(size=len(motion))
+        first, second = derivatives.first(at), derivatives.second(at, weights)
+        measured = difference(lambda s: derivatives.value(at + s * direction), 1e-5)
+        np.testing.assert_allclose(first @ direction, measured, atol=1e-8)
+        measured = difference(lambda s: weights @ derivatives.first(at + s * direction), 2e-6)
+        scale = max(np.abs(second).max(), 1e-3)
+        np.testing.assert_allclose(second @ direction / scale, measured / scale, atol=1e-5)
+    assert kinds == {*range(6)}
+
+
+@pytest.mark.parametrize("distance", [1e-1, 1e-3, 1e-6])
+@pytest.mark.parametrize("switch", [0, 1, 2])
+def test_derivatives_stay_exact_next_to_onsets(switch, distance):
+    """Along a motion that grows through the onset of slip, of opening, of contact."""
+    rng = np.random.default_rng(11)
+    derivatives, met = Derivatives(FourierBasis((0, 1, 2, 3))), 0
+    while met < 4:
+        size = derivatives.size
+        motion = rng.normal(size=size) / (1 + np.tile(derivatives.basis.order, 2)) ** 1.5
+        motion[[0, size // 2]] = 0
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.3], [2, 2, 1, 1])))
+        if switch == 2:
+            numbers["normal_load"] *= -1
+        at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
+
+        def grown(s, at=at, size=size):
+            return np.concatenate([s * at[:size], at[size:]])
+
+        sizes = np.geomspace(1e-2, 10, 200)
+        margins = [derivatives.located(grown(s)).margins[0, switch] for s in sizes]
+        crossed = np.flatnonzero(np.diff(np.sign(margins)))
+        if len(crossed) != 1:
+            continue
+        low, high = sizes[crossed[0]], sizes[crossed[0] + 1]
+        for _ in range(60):
+            middle = (low + high) / 2
+            below = derivatives.located(grown(middle)).margins[0, switch] < 0
+            low, high = (middle, high) if below == (margins[0] < 0) else (low, middle)
+        for side in (-1, 1):
+            point = grown(low * (1 + side * distance))
+            direction = np.append(point[:size], np.zeros(4)) / low + 0.01 * rng.normal(size=size + 4)
+            weights = rng.normal(size=size)
+            first, second = derivatives.first(point), derivatives.second(point, weights)
+            step = 1e-2 * distance * low
+            measured = difference(lambda s: derivatives.value(point + s * direction), step)
+            scale = np.abs(first @ direction).max()
+            # A contact that hardly closes does so for a thousandth of the period.
+            noise = 1e-16 * (np.abs(derivatives.value(point)).max() + 1e-3) / step
+            np.testing.assert_allclose(
+                first @ direction, measured, atol=1e-7 * scale + 20 * noise
+            )
+            step /= 10
+            measured = difference(
+                lambda s: weights @ derivatives.first(point + s * direction), step
+            )
+            scale = np.abs(second @ direction).max()
+            noise = 1e-16 * np.abs(first).max() * np.abs(weights).sum() / step
+            np.testing.assert_allclose(
+                second @ direction, measured, atol=1e-5 * scale + 20 * noise
+            )
+        met += 1
+
+
+@pytest.mark.parametrize("given_as", ["normal_load", "gap"])
+def test_margins_and_their_expansions(given_as):
+    law = sh.VariableLoadFriction(given_as)
+    for basis, motion, rng in random_cases(20, seed=8):
+        names, size = [*law.parameters], len(motion)
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2])))
+        numbers["gap"] = rng.uniform(-1, 0.5)
+        at = np.array([*motion, 1.0, *(numbers[name] for name in names)])
+        direction = rng.normal(size=len(at))
+        direction[size] = 0
+
+        def expansion(s, switch, at=at, direction=direction, names=names, basis=basis, size=size):
+            moved = at + s * direction
+            values = dict(zip(names, moved[size + 1 :]))
+            return law.margin_expansion(basis, moved[:size], 1.0, values, switch)
+
+        values = {name: np.array([numbers[name]]) for name in names}
+        found = law.locate(basis, motion[None], 1.0, values)
+        by_frequency, by_values = law.margin_slopes(found, 1.0, values)
+        estimate = law.margins_within(basis, motion[None], np.zeros((1, 3)), np.ones(1), values)
+        np.testing.assert_allclose(estimate, found.margins, atol=1e-13)
+        for switch in range(3):
+            margin, gradient, curvature = expansion(0, switch)
+            assert margin == pytest.approx(found.margins[0, switch], abs=1e-13)
+            np.testing.assert_allclose(gradient[:size], found.margins_by_motion[0, switch])
+            assert by_frequency[0, switch] == 0
+            np.testing.assert_allclose(gradient[size + 1 :], by_values[:, 0, switch], atol=1e-13)
+            slope = difference(lambda s, q=switch: expansion(s, q)[0], 1e-5)
+            np.testing.assert_allclose(gradient @ direction, slope, atol=1e-8)
+            bend = difference(lambda s, q=switch: expansion(s, q)[1], 2e-6)
+            np.testing.assert_allclose(
+                curvature @ direction, bend, atol=1e-6 * max(np.abs(bend).max(), 1)
+            )
+
+
+LIMITS = {
+    "no friction": (1, 1, 0, 0.3),
+    "no tangential spring": (0, 1, 0.5, 0.3),
+    "no normal spring": (1, 0, 0.5, 0.3),
+    "no normal spring, no load": (1, 0, 0.5, 0),
+    "never touches": (1, 1, 0.5, -50),
+    "never opens": (1, 1, 0.5, 50),
+    "touches with no preload": (1, 1, 0.5, 0),
+}
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("moves", ["both", "tangential", "normal", "not", "inclined"])
+def test_limits_are_exact(limit, moves):
+    basis, rng = FourierBasis((0, 1, 2, 3)), np.random.default_rng(2)
+    size = basis.n_components
+    motion = rng.normal(size=2 * size) / (1 + np.tile(basis.order, 2))
+    if moves == "inclined":
+        motion[size:] = motion[:size]
+    motion[:size] *= moves != "normal" and moves != "not"
+    motion[size:] *= moves != "tangential" and moves != "not"
+    k_t, k_n, mu, load = LIMITS[limit]
+    values = values_of(k_t, k_n, mu, load)
+    at = located(basis, motion, values)
+    found = force(basis, motion, values)
+    assert np.isfinite(found).all()
+    assert not np.isnan(at.margins).any()
+    assert np.isfinite(Derivatives(basis).first(np.array([*motion, *_in_order(values)]))).all()
+    results = LAW.results(basis, at, motion[None], 1.0, values)
+    assert all(np.isfinite(value).all() for value in results.values())
+    tau = 2 * np.pi * np.arange(60_000) / 60_000
+    history = load + k_n * (basis.values(tau) @ motion[size:])
+    expected = np.maximum(history, 0) @ (basis.values(tau) * basis.norm) * 2 * np.pi / 60_000
+    np.testing.assert_allclose(found[size:], expected, atol=1e-7)
+    if limit in ("no friction", "no tangential spring", "no normal spring, no load"):
+        np.testing.assert_allclose(found[:size], 0, atol=1e-14)
+    if limit == "never touches":
+        np.testing.assert_allclose(found, 0, atol=1e-14)
+        assert results["contact_state"] == 3
+    if limit == "never opens":
+        assert not at.states[0, 1]
+        assert results["open_fraction"] == 0
+
+
+def _in_order(values):
+    return [values[name][0] for name in LAW.parameters]
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, -1.0])
+def test_inclined_contacts_with_a_wall_that_rests(ratio):
+    """With ``k_t u = mu k_n v`` one wall does not move at all."""
+    basis, u = FourierBasis((0, 1, 2)), np.array([0.1, 1.0, 0.4, 0.3, 0])
+    motion = np.concatenate([u, ratio * u])
+    numbers = 1.0, 2.0, 0.5, 0.7
+    expected = marched(numbers, u, ratio * u, basis)
+    np.testing.assert_allclose(force(basis, motion, values_of(*numbers)), expected, atol=1e-4)
+
+
+def test_words_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="given='load': expected one of 'normal_load', 'gap'"):
+        sh.VariableLoadFriction("load")
+    with pytest.raises(ValueError, match="preload='static': expected one of 'balanced', 'coupled'"):
+        sh.VariableLoadFriction(preload="static")
+
+
+def test_loops_run_without_a_compiler(monkeypatch):
+    from symhbm.numerics import loops
+
+    basis, values = FourierBasis((0, 1, 2)), values_of(*CASES["opens, sticks at contact"][0])
+    motion = np.array([*CASES["opens, sticks at contact"][1], *CASES["opens, sticks at contact"][2]])
+    compiled = force(basis, motion, values)
+    plain = {}
+    for loop in [loop for loop in vars(loops).values() if isinstance(loop, loops.Loop)]:
+        plain[loop] = loop
+    monkeypatch.setattr(loops.Loop, "_compiled", property(lambda loop: loop._function))
+    np.testing.assert_allclose(force(basis, motion, values), compiled, atol=1e-14)
