@@ -29,6 +29,7 @@ from symhbm.model.contacts import (
     Contacts,
     Coulomb,
     CubicSpring,
+    PlanarFriction,
     UnilateralSpring,
     VariableLoadFriction,
     named,
@@ -53,7 +54,10 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {kind.__name__: kind for kind in (Coulomb, CubicSpring, UnilateralSpring, VariableLoadFriction)}
+_LAWS = {
+    kind.__name__: kind
+    for kind in (Coulomb, CubicSpring, PlanarFriction, UnilateralSpring, VariableLoadFriction)
+}
 _EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 

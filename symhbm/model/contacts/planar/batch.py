@@ -32,6 +32,8 @@ from symhbm.numerics.loops import Loop
 
 SLIPS, OPENS, TOUCHES = range(3)
 """Switches of a contact: its margins."""
+ASKED = -2
+"""Of a contact whose margins alone are asked for."""
 STICK_SHARE, OPEN_SHARE, MEAN, LEAST, LARGEST, SLIP_DISTANCE = range(6)
 """What a contact does over a period: shares of it, normal forces [N], path of the slider [m]."""
 
@@ -178,7 +180,7 @@ def locate(
     began.
 
     ``motions`` (n, m K), coefficients of the displacements; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick. Written are
+    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written are
     ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
     (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes`` (n, q, P + 1 + K), and ``figures`` (n, 6).
     """
@@ -246,6 +248,8 @@ def locate(
         if friction > 0.0:
             margin = _slip_margin(order, variables, place[2], place_slopes[2], slopes[j, SLIPS, :n])
         margins[j, SLIPS] = margin
+        if held[j] == ASKED:
+            continue
         kind, count = period(waves, held[j], n_closed, closed, place, pieces, nodes)
         if count < 0:
             return count

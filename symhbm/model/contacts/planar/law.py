@@ -194,21 +194,14 @@ class PlanarFriction(NormalLaw):
         Opening and closing bend no derivative. Raises ArithmeticError where a motion is so large
         that its slip takes too many steps.
         """
-        n, size = len(motion), basis.n_components
-        tangential, normal = self.n_variables(basis)
-        given = self.physical(frequency, values)
+        n, given = len(motion), self.physical(frequency, values)
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
-        events, margins = np.empty((n, self.n_events(basis))), np.empty((n, len(self.switches)))
-        slopes = np.empty((n, len(self.switches), tangential + normal))
-        figures = np.empty((n, 6))
+        written = events, margins, slopes, figures = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        most, failed = 100 + 50 * basis.highest, -1
-        while failed and most < _MOST:
-            written = events, margins, slopes, figures
+        most, failed = 100 + 50 * basis.highest, batch.TOO_MANY
+        while failed == batch.TOO_MANY and most < _MOST:
             failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
-            most *= 1 if failed == 0 else 4
-            if failed == batch.UNSETTLED:
-                break
+            most *= 4
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
         states = margins > 0
@@ -217,15 +210,37 @@ class PlanarFriction(NormalLaw):
             states[:, batch.SLIPS] = np.where(
                 finite, held[:, batch.SLIPS], states[:, batch.SLIPS]
             )
-        by_motion, by_given = self._chain(motion, given, slopes, size)
+        by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
 
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """Margins and what the error does to them, without the force."""
+        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
+        motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
+        asked = np.full(len(motion), batch.ASKED)
+        batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
+        by_motion, _ = self._chain(motion, given, slopes)
+        return margins + error * np.linalg.norm(by_motion, axis=-1)
+
+    def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
+        """Where `batch.locate` writes events, margins, their slopes and figures."""
+        q, variables = len(self.switches), sum(self.n_variables(basis))
+        events = np.empty((n, self.n_events(basis)))
+        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+
     def _chain(
-        self, motion: FloatArray, given: FloatArray, slopes: FloatArray, size: int
+        self, motion: FloatArray, given: FloatArray, slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Derivatives by motion (n, q, m K) and by ``k_t, k_n, mu, N0`` (n, q, 4) from `slopes`."""
         stiffness, normal, friction, load = given.T[:, :, None, None]
-        n, q, _ = slopes.shape
+        (n, q, _), size = slopes.shape, motion.shape[1] // len(self.directions)
         pull = slopes[:, :, : 2 * size]
         u, by_given = motion[:, None, : 2 * size], np.zeros((n, q, 4))
         by_given[:, :, 0] = (pull * u).sum(axis=2)
@@ -312,11 +327,6 @@ class PlanarFriction(NormalLaw):
             largest_normal_force=figures[:, batch.LARGEST],
             slip_distance=figures[:, batch.SLIP_DISTANCE],
         )
-
-    def __repr__(self) -> str:
-        words = [repr(self.given)] if self.given != "normal_load" else []
-        words += [f"preload={self.preload!r}"] if self.preload != "balanced" else []
-        return f"{type(self).__name__}({', '.join(words)})"
 
 
 _CONSTANT = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True)
