@@ -206,7 +206,7 @@ def test_invariants(kind, seed, angle, level):
     law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2, 3)), np.random.default_rng(seed)
     motion = random_motion(rng, basis, len(law.directions))
     load = 10**level if kind == "constant" else rng.uniform(-1, 4)
-    values = values_of(law, stiffness=10 ** -level, friction=0.4, load=load)
+    values = values_of(law, stiffness=10**-level, friction=0.4, load=load)
     force, _ = force_of(law, basis, motion, values)
     scale = np.abs(force[:2]).max() + 1e-300
     c, s = np.cos(angle), np.sin(angle)

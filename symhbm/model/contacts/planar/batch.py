@@ -1,9 +1,9 @@
 """Contacts one after the other: the derivatives that their forces are made of, their margins.
 
-The *variables* of a contact, that its force is homogeneous in, are the coefficients of ``k_t u_x`` and
-``k_t u_y``, then ``mu N0`` and the coefficients of ``mu k_n v``: (P). With them go ``N0`` and the
-coefficients of ``k_n v``, (1 + K), that its normal force is made of. A contact of constant load has
-``mu N0`` alone.
+The *variables* of a contact, that its force is homogeneous in, are the coefficients of ``k_t u_x``
+and ``k_t u_y``, then ``mu N0`` and the coefficients of ``mu k_n v``: (P). With them go ``N0`` and
+the coefficients of ``k_n v``, (1 + K), that its normal force is made of. A contact of constant load
+has ``mu N0`` alone.
 """
 
 import math
@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts.planar.collocation import EXCESS, LIMIT, STAGES, WEIGHT
+from symhbm.model.contacts.planar.collocation import EXCESS, STAGES, WEIGHT
 from symhbm.model.contacts.planar.march import BEGIN, END, KIND, NODE, SLIP, STICK
-from symhbm.model.contacts.planar.period import MOVES, RESTS, TOO_MANY, UNSETTLED, period
+from symhbm.model.contacts.planar.period import MOVES, RESTS, period
 from symhbm.model.contacts.planar.rest import resting_place, weights_of
 from symhbm.model.contacts.planar.series import (
     bounds_of,
@@ -97,8 +97,8 @@ def _sizes(order: Any, variables: Any, first: int, out: Any) -> float:
     if len(variables) > load + 1 and order[0] == 0:
         out[load + 1] = mean
     scale = math.sqrt(square)
-    if scale > 0:
-        out /= scale
+    for j in range(len(out)):
+        out[j] /= scale if scale > 0 else 1.0
     return scale
 
 
@@ -176,13 +176,13 @@ def locate(
 ) -> int:
     """Locate the events of contacts: 0, or what has failed.
 
-    `TOO_MANY` where ``most`` pieces of one do not suffice, `UNSETTLED` where no march ends where it
-    began.
+    As `period` says it: ``most`` pieces of one do not suffice, or no march ends where it began.
 
     ``motions`` (n, m K), coefficients of the displacements; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written are
-    ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
-    (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes`` (n, q, P + 1 + K), and ``figures`` (n, 6).
+    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written
+    are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
+    (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes``
+    (n, q, P + 1 + K), and ``figures`` (n, 6).
     """
     size, highest = len(order), int(order[len(order) - 1])
     variable = motions.shape[1] == 3 * size
@@ -235,12 +235,16 @@ def locate(
                     block[i, 0], block[i, 1 + i] = 1.0 if order[i] == 0 else 0.0, 1.0
             for k in range(n_closed):
                 integrals(closed[0, k], closed[1, k], order, is_sine, norm, vector, matrix)
-                block[:, 0] += vector
-                block[:, 1:] += matrix
-        variables[:] = normal
-        variables[2 * size :] *= friction
-        press[:] = waves[2]
-        waves[2] *= friction
+                for i in range(size):
+                    block[i, 0] += vector[i]
+                    for m in range(size):
+                        block[i, 1 + m] += matrix[i, m]
+        for i in range(n):
+            variables[i] = normal[i] * (friction if i >= 2 * size else 1.0)
+        for h in range(highest + 1):
+            for k in range(2):
+                press[k, h] = waves[2, k, h]
+                waves[2, k, h] *= friction
         n_active = resting_place(waves, angles, place)
         weights_of(waves, angles, n_active, place, sides)
         rest_slopes(order, is_sine, variable, angles, sides, n_active, place_slopes)

@@ -4,9 +4,9 @@ While a contact slips its force is ``r n``, ``n = (cos a, sin a)``, and
 
     r a' = x' . n_perp,        n_perp = (-sin a, cos a).
 
-The angle ``a`` is a polynomial on the step that fulfils this at Gauss nodes, between which the ends
-and the integrals of the force are of twice their order. Written with ``r`` on the left it is regular
-where the contact closes or opens, ``r = 0``.
+The angle ``a`` is a polynomial on the step that fulfils this at Gauss nodes; its end and the
+integrals of the force are of twice their order. Written with ``r`` on the left the equation is
+regular where the contact closes or opens, ``r = 0``.
 """
 
 import math
@@ -23,8 +23,8 @@ STAGES = 8
 ANGLE, WEIGHT, DIRECTION, TURN, LIMIT, ALONG, EXCESS, LIMIT_RATE = range(8)
 """Columns of a node.
 
-Its angle in the period [rad] and its weight in integrals [rad], ``a`` and ``a'``, ``r``, ``x' . n``,
-``x' . n - r'``, by which the slider moves, and ``r'``.
+Its angle in the period [rad] and its weight in integrals [rad], ``a`` and ``a'``, ``r``,
+``x' . n``, ``x' . n - r'``, by which the slider moves, and ``r'``.
 """
 _ITERATIONS = 12
 
@@ -35,8 +35,8 @@ def _tables() -> tuple[np.ndarray, ...]:
     at_nodes = legendre.legvander(nodes, STAGES)
     # Values at the nodes to coefficients of Legendre polynomials, and those to values before.
     to_series = (degrees[:, None] + 0.5) * (at_nodes[:, :-1] * weights[:, None]).T
-    integrals = np.stack([legendre.legval(nodes, legendre.legint(e, lbnd=-1)) for e in np.eye(STAGES)])
-    return (nodes + 1) / 2, weights / 2, integrals.T @ to_series / 2, to_series
+    integrals = [legendre.legval(nodes, legendre.legint(e, lbnd=-1)) for e in np.eye(STAGES)]
+    return (nodes + 1) / 2, weights / 2, np.transpose(integrals) @ to_series / 2, to_series
 
 
 NODES, WEIGHTS, BEFORE, TO_SERIES = _tables()
@@ -122,7 +122,9 @@ def step_matrix(nodes: Any, length: float, matrix: Any) -> None:
 
 
 @Loop
-def slip_step(waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any) -> Any:
+def slip_step(
+    waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any
+) -> Any:
     """Solve one step from an angle [rad] and a direction: whether it settles, and its error.
 
     ``work`` is a tuple of arrays; ``nodes`` (s, 8) takes the columns of the nodes. The error is how

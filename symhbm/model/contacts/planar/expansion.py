@@ -1,7 +1,7 @@
 """Margins of contacts to second order by the variables of their forces.
 
-What rests on the smallest of largest values has as second derivative that of the values, weighted as
-they count, along the motion of the resting place and of the active instants.
+What rests on the smallest of largest values has as second derivative that of the values, weighted
+as they count, along the motion of the resting place and of the active instants.
 """
 
 from functools import lru_cache
@@ -29,7 +29,8 @@ def margin_by_variables(
     else:
         part = slice(tangential, len(variables))
         value, first, second = _extreme(basis, variables[part], switch)
-    margin, by_value, by_own, curvature = _ratio(basis, switch == SLIPS, varies, value, variables[part])
+    own = variables[part]
+    margin, by_value, by_own, curvature = _ratio(basis, switch == SLIPS, varies, value, own)
     gradient, whole = np.zeros(len(variables)), np.zeros((len(variables), len(variables)))
     gradient[part] = by_value * first + by_own
     spread = np.vstack([first, np.eye(len(first))])
@@ -132,7 +133,7 @@ def _asked(
 
 
 def _rows(basis: FourierBasis, angle: float, derivative: int, varies: bool) -> FloatArray:
-    """``x``, ``y`` and ``r`` at an angle by all variables, or their derivative by the angle, (3, P)."""
+    """``x``, ``y`` and ``r`` at an angle, or their derivatives there, by all variables (3, P)."""
     size, functions = basis.n_components, basis.values(angle, derivative)
     result = np.zeros((3, 3 * size + 1 if varies else 2 * size + 1))
     result[0, :size] = result[1, size : 2 * size] = functions

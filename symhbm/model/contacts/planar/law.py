@@ -5,9 +5,9 @@ one ``v``, positive where it closes:
 
     N = max(N0 + k_n v, 0),        T = k_t (u - w),  |T| <= mu N,
 
-where the slider ``w`` moves only while ``|T| = mu N``, and then along ``T``; where the contact is apart
-it follows ``u``. The direction of the force while it slips has no closed form: it is integrated to
-round-off, and the rest of a period is located.
+where the slider ``w`` moves only while ``|T| = mu N``, and then along ``T``; where the contact is
+apart it follows ``u``. The direction of the force while it slips has no closed form: it is
+integrated to round-off, and the rest of a period is located.
 """
 
 from collections.abc import Mapping
@@ -33,6 +33,7 @@ from symhbm.model.contacts.normal import (
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.expansion import margin_by_variables
+from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 Given = Literal["normal_load", "gap", "constant"]
@@ -189,7 +190,7 @@ class PlanarFriction(NormalLaw):
         values: Values,
         held: NDArray[np.bool_] | None = None,
     ) -> Located:
-        """Locate all events; stick alone can be imposed: slip has no continuation short of its onset.
+        """Locate all events; stick alone can be imposed: slip goes on nowhere short of its onset.
 
         Opening and closing bend no derivative. Raises ArithmeticError where a motion is so large
         that its slip takes too many steps.
@@ -198,8 +199,8 @@ class PlanarFriction(NormalLaw):
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
         written = events, margins, slopes, figures = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        most, failed = 100 + 50 * basis.highest, batch.TOO_MANY
-        while failed == batch.TOO_MANY and most < _MOST:
+        most, failed = 100 + 50 * basis.highest, TOO_MANY
+        while failed == TOO_MANY and most < _MOST:
             failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
             most *= 4
         if failed:
@@ -207,9 +208,7 @@ class PlanarFriction(NormalLaw):
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, batch.SLIPS])
-            states[:, batch.SLIPS] = np.where(
-                finite, held[:, batch.SLIPS], states[:, batch.SLIPS]
-            )
+            states[:, batch.SLIPS] = np.where(finite, held[:, batch.SLIPS], states[:, batch.SLIPS])
         by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
 
@@ -285,12 +284,25 @@ class PlanarFriction(NormalLaw):
         """Margin, gradient and second derivatives, active instants moving with the motion."""
         given = np.array([np.reshape(values[name], 1)[0] for name in self.parameters])
         whole = np.concatenate([motion, [frequency], given])
-        variables, spread = (
-            np.asarray(part.full()) for part in _variables(self, basis)(whole)
-        )
+        variables, spread = (np.asarray(part.full()) for part in _variables(self, basis)(whole))
         margin, first, second = margin_by_variables(basis, variables.ravel(), switch, self.varies)
         bend = np.asarray(_bends(self, basis)(whole, first).full())
         return margin, first @ spread, spread.T @ second @ spread + bend
+
+    def moving_events(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float,
+        values: Values,
+        weights: FloatArray,
+    ) -> FloatArray:
+        """NotImplementedError: first derivatives are all that is exact so far."""
+        raise NotImplementedError(
+            f"{self!r}: its force has exact first derivatives and no second ones, which "
+            "sensitivity, peak_curve and minimise_peak need"
+        )
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""
@@ -312,7 +324,7 @@ class PlanarFriction(NormalLaw):
         frequency: float | FloatArray,
         values: Values,
     ) -> dict[str, FloatArray]:
-        """State, shares of the period, normal forces [N], path of the slider [m], and energy [J]."""
+        """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
         figures, states = located.details.figures, located.states
         state = np.where(states[:, batch.SLIPS], SLIPS, STICKS)
         if self.varies:
@@ -358,4 +370,5 @@ def _bends(law: PlanarFriction, basis: FourierBasis) -> ca.Function:
     """Second derivatives of the event variables times weights."""
     whole, variables = _symbols(law, basis)
     weights = ca.SX.sym("weights", variables.shape[0])
-    return ca.Function("bends", [whole, weights], [ca.hessian(ca.dot(weights, variables), whole)[0]])
+    bend, _ = ca.hessian(ca.dot(weights, variables), whole)
+    return ca.Function("bends", [whole, weights], [bend])

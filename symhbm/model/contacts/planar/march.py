@@ -1,8 +1,9 @@
 """One contact over one period: where it sticks, slips, opens and closes, and which way it slips.
 
-The contact's spring carries ``x = k_t u`` less the scaled position ``q`` of its slider, both with two
-components. The slider rests as long as the force ``T = x - q`` stays in the circle of radius ``r``;
-where it does not, the slider follows: ``T = r n``, and ``q' = (x' . n - r') n`` while that pushes.
+The contact's spring carries ``x = k_t u`` less the scaled position ``q`` of its slider, both with
+two components. The slider rests as long as the force ``T = x - q`` stays in the circle of radius
+``r``; where it does not, the slider follows: ``T = r n``, and ``q' = (x' . n - r') n`` while that
+pushes.
 Where the contact is apart, ``r <= 0``, there is no force and no memory.
 """
 
@@ -17,6 +18,7 @@ from symhbm.model.contacts.planar.collocation import (
     EXCESS,
     LIMIT,
     STAGES,
+    TURN,
     WEIGHT,
     direction_after,
     direction_within,
@@ -137,10 +139,12 @@ def _push(at: Any, direction: float) -> Any:
 
 
 @Loop
-def _end_of_slip(waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any) -> float:
+def _end_of_slip(
+    waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any
+) -> float:
     """How far [rad] into a step nothing pushes the slider any more; the step ends with that."""
     at = np.empty((3, 3))
-    turns = nodes[:, 3].copy()
+    turns = nodes[:, TURN].copy()
     left, right = 0.0, 1.0
     for i in range(STAGES):
         share = (nodes[i, 0] - begin) / length
@@ -168,7 +172,7 @@ def _end_of_slip(waves: Any, begin: float, length: float, direction: float, work
     for _ in range(3):
         if end <= 1e-13:
             return 0.0
-        settled, _ = slip_step(waves, begin, end, direction, work, nodes)
+        slip_step(waves, begin, end, direction, work, nodes)
         motion_at(waves, begin + end, at)
         value, slope = _push(at, direction_after(nodes, direction, end))
         if not slope < 0:
@@ -204,8 +208,9 @@ def lap(
     numbers, negative where they do not suffice.
     """
     at = np.empty((3, 3))
-    work = np.empty((STAGES, 4)), np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64), np.empty((STAGES, 1))
-    matrix, pivots, right = np.empty((STAGES, STAGES)), work[2], np.empty((STAGES, 1))
+    matrix, pivots = np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64)
+    right = np.empty((STAGES, 1))
+    work = np.empty((STAGES, 4)), matrix, pivots, np.empty((STAGES, 1))
     transfer[:] = 0.0
     transfer[0, 0] = transfer[1, 1] = 1.0
     highest = max(waves.shape[2] - 1, 1)

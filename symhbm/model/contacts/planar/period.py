@@ -1,8 +1,8 @@
 """The periodic motion of a slider: its position after a period is that before it.
 
 Where a contact opens there is no memory, and one march from where it closes is the motion. Where it
-never opens a march takes a position of the slider to another one, which is closer to the periodic one
-but where the contact only sticks; Newton's method with the derivative of the march finds that.
+never opens a march takes a position of the slider to another one, closer to the periodic one unless
+the contact only sticks; Newton's method with the derivative of the march finds that.
 """
 
 import math
@@ -50,10 +50,11 @@ def _most_inside(waves: Any, q: Any, at: Any) -> float:
 
 @Loop
 def _newton(transfer: Any, tiny: float, step: Any) -> Any:
-    """Write how far from the end of a march the periodic motion is, (2); how far from its begin.
+    """Write how far the periodic motion is from the end of a march, (2); how far from its begin.
 
-    And a rest. A march ends on the circle: what it leaves of a change is along one direction, across the last
-    force. The rest is what has changed along the force, which tells nothing below what is ``tiny``.
+    A march ends on the circle: what it leaves of a change is along one direction, across the last
+    force. With the result comes what has changed along the force; below what is ``tiny`` that is
+    left out.
     """
     a, b, x = transfer[0, 0], transfer[0, 1], transfer[0, 2]
     c, d, y = transfer[1, 0], transfer[1, 1], transfer[1, 2]

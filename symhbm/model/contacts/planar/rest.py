@@ -1,14 +1,14 @@
 """Where the slider rests if the contact never slips, and how far it is from slipping.
 
-A contact sticks all the time at the slider's position ``q`` where ``|x(tau) - q| <= r(tau)`` for all
-``tau``. That is possible where
+A contact sticks all the time at the slider's position ``q`` where ``|x(tau) - q| <= r(tau)`` for
+all ``tau``. That is possible where
 
     m = min over q of max over tau of (|x(tau) - q| - r(tau))
 
 is not above zero; its solution ``q*`` lies in the middle of all positions possible. The problem is
 convex in two variables: one, two or three *active* instants determine it. For a constant limit
-``q*`` is the centre of the smallest circle around the motion, and of a motion along a line the middle
-between its ends.
+``q*`` is the centre of the smallest circle around the motion, and of a motion along a line the
+middle between its ends.
 """
 
 import math
@@ -45,7 +45,7 @@ def _of_three(points: Any, i: int, j: int, k: int, out: Any) -> bool:
     size = (abs(ax) + abs(ay)) * (abs(bx) + abs(by))
     if abs(determinant) <= 1e-13 * size:
         return False
-    # With rho = m + r of the first, and the differences of the others: d - q = |p| conditions.
+    # With rho = m + r of the first, q is linear in rho: differences of squared distances.
     da, db = points[j, 2] - points[i, 2], points[k, 2] - points[i, 2]
     ca, cb = 0.5 * (ax * ax + ay * ay - da * da), 0.5 * (bx * bx + by * by - db * db)
     x0, y0 = (ca * by - cb * ay) / determinant, (ax * cb - bx * ca) / determinant
@@ -89,7 +89,8 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
     out[0], out[1], out[2] = points[basis[0], 0], points[basis[0], 1], -points[basis[0], 2]
     size = 0.0
     for i in range(count):
-        size = max(size, abs(points[i, 0] - out[0]) + abs(points[i, 1] - out[1]) + abs(points[i, 2]))
+        apart = abs(points[i, 0] - out[0]) + abs(points[i, 1] - out[1])
+        size = max(size, apart + abs(points[i, 2]))
     chosen = np.empty(4, dtype=np.int64)
     for _ in range(10 * count + 20):
         worst, value = _worst(points, count, out[0], out[1])

@@ -93,7 +93,9 @@ def extreme_between(waves: Any, sign: float, left: float, right: float) -> Any:
 
 
 @Loop
-def next_zero(waves: Any, sign: float, start: float, end: float, bound: float, size: float) -> float:
+def next_zero(
+    waves: Any, sign: float, start: float, end: float, bound: float, size: float
+) -> float:
     """First angle [rad] after ``start`` at which the limit loses its sign, ``end`` without any.
 
     ``bound`` is that of its second derivative: no step leaps over a zero. ``size`` is that of the

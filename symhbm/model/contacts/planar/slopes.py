@@ -2,8 +2,8 @@
 
 They are those at fixed events: the force is continuous in time, where a contact begins to stick its
 slider stands still, and where it begins to slip only what is along the circle goes on. The force is
-homogeneous, so that it is the product of these derivatives and what they are by: the coefficients of
-``x``, of ``y``, and of the limit, of which the first is a constant.
+homogeneous: it is the product of these derivatives and what they are by, the coefficients of ``x``,
+of ``y``, and of the limit, of which the first is a constant.
 """
 
 import math
@@ -31,13 +31,11 @@ from symhbm.model.contacts.planar.march import (
     CLOSED,
     END,
     FIRST,
-    GIVEN,
     GOES_ON,
     HOW,
     KIND,
     LAST,
     NODE,
-    PUSHED,
     SLIP,
     STICK,
 )
@@ -58,7 +56,9 @@ def functions_at(order: Any, is_sine: Any, angle: float, row: Any) -> None:
 
 
 @Loop
-def integrals(begin: float, end: float, order: Any, is_sine: Any, norm: Any, vector: Any, matrix: Any) -> None:
+def integrals(
+    begin: float, end: float, order: Any, is_sine: Any, norm: Any, vector: Any, matrix: Any
+) -> None:
     """Write what restricts a constant (K) and a series (K, K) to an interval [rad]."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
     largest = 0
@@ -288,8 +288,8 @@ def moving(
                         for p in range(total):
                             target[p] += factor * force[k, p]
             a_begin[:] = a_end
-            goes_on = i + 1 < count and pieces[i + 1, KIND] == SLIP and pieces[i + 1, HOW] == GOES_ON
-            if not goes_on:
+            following = pieces[min(i + 1, count - 1)]
+            if i + 1 == count or following[KIND] != SLIP or following[HOW] != GOES_ON:
                 motion_at(waves, end, at)
                 functions_at(order, is_sine, end, row)
                 c, s = math.cos(piece[LAST]), math.sin(piece[LAST])
