@@ -256,14 +256,14 @@ class Point:
 def onset(law, basis, motion, values, switch):
     """The motion scaled to where a margin passes zero."""
     size = motion.size
+    by_name = {name: values[[i]] for i, name in enumerate(law.parameters)}
 
     def at(scale):
         return np.concatenate([scale * motion.ravel(), values])
 
     def margin(scale):
-        by_name = {name: values[[i]] for i, name in enumerate(law.parameters)}
-        located = law.locate(basis, at(scale)[None, :size], 1.0, by_name)
-        return located.margins[0, switch]
+        whole, none = at(scale)[None, :size], np.zeros((1, 1))
+        return law.margins_within(basis, whole, none, 1.0, by_name)[0, switch]
 
     scales = np.geomspace(1e-3, 1e3, 31)
     positive = np.array([margin(scale) > 0 for scale in scales])

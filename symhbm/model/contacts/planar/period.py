@@ -29,6 +29,8 @@ NEVER, RESTS, MOVES = range(3)
 """Whether a contact never touches, sticks all the time, or slips or opens."""
 TOO_MANY, UNSETTLED = -1, -2
 """Numbers of pieces that say what failed."""
+_NO_SLIP = 1e-13
+"""How much a resting place may be asked for, relative to the limit: less is no slip."""
 _LAPS = 200
 _SETTLED = 1e-14
 """Change of the position of the slider, relative to motion and limit, that is round-off."""
@@ -92,7 +94,8 @@ def period(
     bounds_of(waves, bounds)
     if n_closed == 0 or bounds[1, 0] == 0:
         return NEVER, 0
-    if held == 0 or (n_closed < 0 and (place[2] <= 0 or bounds[0, 0] == 0)):
+    tiny = _NO_SLIP * bounds[1, 0]
+    if held == 0 or (n_closed < 0 and (place[2] <= tiny or bounds[0, 0] == 0)):
         return RESTS, 0
     if n_closed > 0:
         count, n_nodes = 0, 0
