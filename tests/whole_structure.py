@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 import symhbm as sh
+from symhbm.model import force_coefficients
 
 LONG, LONG_COMPLEX = np.longdouble, np.clongdouble
 NEEDS_LONG = np.finfo(LONG).eps < 1e-18
@@ -39,7 +40,7 @@ def whole_response(model, force, harmonics, frequency, kept, start):
     alone = contacts_alone(model, touched, harmonics)
     basis = alone.basis
     size, n_touched = basis.n_components, len(touched)
-    shape = force.amplitude * force.shape(model.n_dof, basis)
+    shape = force_coefficients(force, model.n_dof, basis)
     parts = [m.astype(LONG).tocsc() for m in matrices(model)]
     free = np.zeros((model.n_dof, size))
     whole = np.zeros((model.n_dof, size, n_touched, size))

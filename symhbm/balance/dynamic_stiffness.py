@@ -1,12 +1,13 @@
 """The linear part of Eq. (9) by its dynamic stiffness, beside the compiled forces of contacts."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, Structure
+from symhbm.model import Excitation, Structure, static_force
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6
@@ -42,6 +43,8 @@ class DynamicStiffness:
         structure.check_harmonics(basis.harmonics)
         shape = excitation.shape(structure.n_whole, basis)
         own, share = structure.split_force(shape)
+        static = static_force(excitation, structure.n_whole, basis)
+        self._load = structure.split_force(static[:, None])
         self.largest = float(np.abs(shape).max())
         self._structure, self._basis = structure, basis
         # Condensed structures have derivatives of their own, checked where they are made.
@@ -58,6 +61,13 @@ class DynamicStiffness:
     def static(self) -> FloatArray:
         """``[Z, G]`` at rest."""
         return np.asarray(self._structure.linear_forces(0, 0.0)[0].real, dtype=float)
+
+    @cached_property
+    def load(self) -> FloatArray:
+        """The static force that the kept degrees of freedom feel, (n_dof,) [N]."""
+        own, share = self._load
+        result = own[:, 0].astype(float)
+        return result + self.static[:, len(own) :] @ share[:, 0] if share.any() else result
 
     def _felt(self, n: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]`` of one harmonic and its derivative by the frequency, of ``a + i b``."""
@@ -120,12 +130,13 @@ class DynamicStiffness:
             value, slope = self._felt(n, frequency)
             stiffness, motion = value[:, :size], _complex(x[:, at])
             push = own + value[:, size:] @ share
-            forces[:, at] = _real(stiffness @ motion - amplitude * push, n)
+            load = np.zeros(size) if n else self.load
+            forces[:, at] = _real(stiffness @ motion - amplitude * push - load, n)
             moving = np.concatenate([motion, -amplitude * share])
             slopes[:, at] = _real(slope @ moving, n)
             level = np.abs(x[:, at])
             real, imaginary = stiffness.real, stiffness.imag
-            terms[:, at] = np.abs(real) @ level + np.abs(amplitude * _real(push, n))
+            terms[:, at] = np.abs(real) @ level + np.abs(_real(amplitude * push + load, n))
             cosine, sine = at.start, at.stop - 1
             blocks[:, cosine, :, cosine] += real.T
             if n:

@@ -24,7 +24,7 @@ from symhbm.numerics import (
 )
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
-FORCE_INPUTS = ("force_amplitude", "force_shape")
+FORCE_INPUTS = ("force_amplitude", "force_shape", "static_force")
 
 
 def identifier(name: str) -> str:
@@ -81,7 +81,8 @@ class Equations:
         sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= {name: g.n for g in self.groups for name in g.parameters.values()}
-        counts |= {"force_amplitude": 1, "force_shape": n_dof * size}
+        n_static = n_dof if 0 in basis.harmonics else 0
+        counts |= {"force_amplitude": 1, "force_shape": n_dof * size, "static_force": n_static}
         symbol: dict[str, Any] = {
             "unknowns": ca.SX.sym("unknowns", n_dof * size),
             "frequency": ca.SX.sym("omega"),
@@ -105,6 +106,8 @@ class Equations:
         whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
         force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
+        if n_static:
+            force[:, basis.component(0)] += symbol["static_force"]
         omega = symbol["frequency"]
         inertia, viscous, elastic = forces(x, matrix, omega, basis.derivative_matrix)
         travel = ca.mtimes(spread_absolute, ca.fabs(symbol["unknowns"]))
@@ -257,7 +260,7 @@ class Equations:
 
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse derivative of the residual by one of its inputs."""
-        data = {"force_shape", *(group.events for group in self.groups)}
+        data = {"force_shape", "static_force", *(group.events for group in self.groups)}
         allowed = [n for n in self._symbol if n not in data]
         check.known(name, allowed, "input with a derivative")
         if name not in self._derivatives:

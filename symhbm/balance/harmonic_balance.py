@@ -19,7 +19,9 @@ from symhbm.model import (
     Model,
     Structure,
     Symmetry,
+    check_excitation,
     find_symmetry,
+    static_force,
 )
 from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
@@ -39,7 +41,7 @@ class HarmonicBalance:
         What vibrates, and what drives it.
     harmonics
         Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``. By
-        default the first, with the mean where contacts make one.
+        default the first, with the mean where contacts or static loads make one.
     samples
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
@@ -93,10 +95,10 @@ class HarmonicBalance:
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
-        if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
-            raise TypeError(f"excitation={check.shown(excitation)}: expected an excitation")
+        check_excitation("excitation", excitation)
         if harmonics is None:
-            harmonics = (1,) if model.odd else (0, 1)
+            moves_mean = not model.odd or excitation.static(model.n_whole).any()
+            harmonics = (0, 1) if moves_mean else (1,)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
             samples = check.integer("samples", samples, minimum=2 * basis.highest + 1)
@@ -179,13 +181,25 @@ class HarmonicBalance:
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
             shape = self.excitation.shape(model.n_dof, self.basis)[equations.dofs]
+            static = static_force(self.excitation, model.n_dof, self.basis)[equations.dofs]
         else:
             shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
-        named["force_shape"] = shape.ravel()
+            static = np.zeros(self.n_dof)
+        named["force_shape"], named["static_force"] = shape.ravel(), self._at_rest(static)
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float) for name in equations.parameter_names
         ]
         self.contacts = BalancedContacts(self.layout, equations.groups, values)
+        self._force = named["force_shape"], named["static_force"]
+
+    def _at_rest(self, static: FloatArray) -> FloatArray:
+        """A static force as the balance takes it: nothing where it leaves out harmonic 0."""
+        return static if 0 in self.harmonics else static[:0]
+
+    @property
+    def loaded(self) -> bool:
+        """Whether a static force acts."""
+        return bool(self.excitation.static(self.model.n_whole).any())
 
     @property
     def harmonics(self) -> tuple[int, ...]:
@@ -372,6 +386,7 @@ class HarmonicBalance:
             named[identifier(group.events)] = states.groups[group.name].events.T
         if self.structure is not None:
             named["force_shape"] = self.structure.shape(frequency)
+            named["static_force"] = self._at_rest(self.structure.load)
         return {"unknowns": unknowns, "frequency": np.array([frequency])} | named
 
     def locate(
@@ -417,8 +432,12 @@ class HarmonicBalance:
 
     def force(self, frequency: float) -> FloatArray:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
-        shape = self._arguments[-1] if self.structure is None else self.structure.shape(frequency)
-        return self.layout.coefficients(self.excitation.amplitude * shape)
+        part = self.structure
+        shape, static = self._force if part is None else (part.shape(frequency), part.load)
+        force = self.layout.coefficients(self.excitation.amplitude * shape)
+        if 0 in self.harmonics:
+            force[:, self.basis.component(0)] += static
+        return force
 
     def contact_forces(self, unknowns: FloatArray, frequency: float) -> FloatArray:
         """Forces of the contacts of a condensed structure, ``(n_dof, n_components)`` [N]."""
@@ -428,7 +447,7 @@ class HarmonicBalance:
         """Largest inertia force over the largest exciting force (0 without one)."""
         if self.structure is not None:
             return self.structure.amplification(unknowns, frequency, self.excitation.amplitude)
-        force = abs(self.excitation.amplitude) * np.abs(self._arguments[-1]).max()
+        force = abs(self.excitation.amplitude) * np.abs(self._force[0]).max()
         motion = self.layout.everywhere(unknowns) * self.basis.order**2
         inertia = self.model.mass_matrix @ motion
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0

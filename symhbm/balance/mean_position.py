@@ -56,6 +56,7 @@ def is_held(problem: HarmonicBalance) -> bool:
     model = problem.model
     stiffness = model.static_stiffness
     springs = model.directions[model.holding_rows]
+    springs = springs / abs(springs).max(axis=1).toarray()[:, None] if springs.nnz else springs
     diagonal = np.abs(stiffness.diagonal())
     # Cubic springs hold with any stiffness: that of the structure, where they are.
     common = float(np.median(diagonal[diagonal > 0])) if diagonal.any() else 1.0

@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -64,8 +65,13 @@ def _problem(dataset: xr.Dataset) -> Lines:
     n_dof, contacts = problem["n_dof"], problem["contacts"]
     body = "blade" if problem["lumped"] else "degree of freedom"
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
-    between = sum(len(dofs) == 2 for dofs in contacts)
-    kinds = {"between two of them": between, "to the ground": len(contacts) - between}
+    contacts = [_places(ends) for ends in contacts]
+    sizes = [len(dofs) for dofs in contacts]
+    kinds = {
+        "between two of them": sizes.count(2),
+        "between several of them": sum(size > 2 for size in sizes),
+        "to the ground": sizes.count(1),
+    }
     where = " and ".join(
         words if n == len(contacts) else f"{n} {words}" for words, n in kinds.items() if n
     )
@@ -84,15 +90,8 @@ def _problem(dataset: xr.Dataset) -> Lines:
             text = _parameter(dataset, name, body)
             if name != "cubic_stiffness" or text != "0 N m-3":
                 yield f"  {name}", text
-    force = problem["excitation"]
-    kinds = {
-        "PointForce": f"point force on {body} {force.get('dof')}",
-        "EngineOrder": "engine order, a travelling wave over the blades",
-    }
-    on = [str(force["harmonic"])] if "harmonic" in force else []
-    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
-    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
-    yield "excitation", f"{kinds.get(force['type'], force['type'])}{harmonic}"
+    forces = Description(dataset).forces
+    yield "excitation", " and ".join(_force(force, body) for force in forces)
     for name in _OF_FORCE:
         if name in dataset.variables:
             yield f"  {name}", _parameter(dataset, name, body)
@@ -112,6 +111,27 @@ def _problem(dataset: xr.Dataset) -> Lines:
         elif solver:
             law = f"switching angles as unknowns, Eqs. (4)-(11), solved by {solver}"
         yield "friction law", law
+
+
+def _force(force: dict[str, Any], body: str) -> str:
+    """Kind of a force, and its harmonics unless that is the first alone."""
+    kinds = {
+        "PointForce": f"point force on {body} {force.get('dof')}",
+        "EngineOrder": "engine order, a travelling wave over the blades",
+        "StaticLoad": "static load",
+    }
+    on = [str(force["harmonic"])] if "harmonic" in force else []
+    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
+    if force.get("mean") is not None:
+        on = ["0", *on]
+    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
+    return f"{kinds.get(force['type'], force['type'])}{harmonic}"
+
+
+def _places(ends: Any) -> list[int]:
+    """Degrees of freedom of a stored contact, in the first of several directions."""
+    several = isinstance(ends, list) and not isinstance(ends[0], int)
+    return [*map(int, ends[0] if several else ends)]
 
 
 def _drawn(variable: xr.DataArray) -> str:

@@ -283,8 +283,7 @@ class Path:
     def _correct(self, guess, scale, normal, switches, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
-            if self._curve.is_at_rest(end, switches):
-                guess[:-1] = 0.0  # relative residuals do not converge to zero
+            self._curve.settle(guess, switches)  # relative residuals do not converge to zero
         solution = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), switches)
         if solution is not None and end is not None:
             solution.point[-1] = end

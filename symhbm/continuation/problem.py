@@ -43,9 +43,8 @@ class ContinuationProblem(ABC):
         problem, frequency = self.at(value)
         return problem.amplification(unknowns, frequency)
 
-    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
-        """Whether nothing moves at a value, the states next to it being ``switches``."""
-        return False
+    def settle(self, guess: FloatArray, switches: NDArray[np.bool_]) -> None:  # noqa: B027
+        """Set to 0 what does not move at a guess (n_unknowns + 1,), ``switches`` next to it."""
 
     def scale(self, point: FloatArray) -> FloatArray:
         """Units of length of the unknowns and the parameter at a point, all (n_unknowns + 1,).
@@ -113,6 +112,7 @@ class ParameterProblem(ContinuationProblem):
         self.frequency = frequency
         self.smallest = smallest
         self.single_valued = not problem.many_valued_laws([name])
+        self._is_force = name == "force_amplitude"
         nominal = np.asarray(problem.parameters[name], dtype=float)
         chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)
         if index is not None:
@@ -124,16 +124,21 @@ class ParameterProblem(ContinuationProblem):
     def scale(self, point: FloatArray) -> FloatArray:
         """As of any problem, but below the ``smallest`` force relative to the response there."""
         scale = super().scale(point)
-        if self.name == "force_amplitude" and 0 < abs(point[-1]) < self.smallest:
+        if self._is_force and 0 < abs(point[-1]) < self.smallest:
             scale[:-1] *= self.smallest / abs(point[-1])
         return scale
 
-    def is_at_rest(self, value: float, switches: NDArray[np.bool_]) -> bool:
-        """Whether there is no force and no contact slides on the way to it."""
-        if self.name != "force_amplitude" or value != 0:
-            return False
-        at_rest = self.problem.locate(np.zeros(self.problem.n_unknowns), self.frequency).switches
-        return not (switches & ~at_rest).any()
+    def settle(self, guess: FloatArray, switches: NDArray[np.bool_]) -> None:
+        """As of any problem: without a force, unless a contact slides on the way to it."""
+        problem = self.problem
+        if not self._is_force or guess[-1] != 0:
+            return
+        at_rest = problem.locate(np.zeros(problem.n_unknowns), self.frequency).switches
+        if (switches & ~at_rest).any():
+            return
+        # A static load still displaces.
+        moves = problem.basis.order > 0 if problem.loaded else problem.basis.order >= 0
+        guess[:-1][np.tile(moves, problem.n_dof)] = 0.0
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""

@@ -83,7 +83,9 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     margins = problem.locate(stuck, frequency).margins
     margins = margins[np.isfinite(margins)]
     share = 0.5 * np.exp(-max(margins.max(initial=0.0), 0.0))
-    amplitude = float(problem.parameters["force_amplitude"])
+    amplitude = problem.excitation.amplitude
+    if not amplitude:
+        return None
     curve = ParameterProblem(problem, "force_amplitude", frequency)
     for start in share * _REDUCTIONS:
         small = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)

@@ -1,7 +1,18 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.excitation import EngineOrder, Excitation, HarmonicForce, PointForce
+from symhbm.model.excitation import (
+    EngineOrder,
+    Excitation,
+    ForceSum,
+    HarmonicForce,
+    PointForce,
+    StaticLoad,
+    check_excitation,
+    described,
+    force_coefficients,
+    static_force,
+)
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
@@ -16,7 +27,12 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import SliderContacts, Structure, weighted
+from symhbm.model.structure import (
+    SliderContacts,
+    SpringSliderContacts,
+    Structure,
+    weighted,
+)
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -26,20 +42,27 @@ __all__ = [
     "PARAMETERS",
     "EngineOrder",
     "Excitation",
+    "ForceSum",
     "HarmonicForce",
     "Model",
     "PointForce",
     "SliderContacts",
+    "SpringSliderContacts",
+    "StaticLoad",
     "Structure",
     "Symmetry",
     "bladed_disk",
+    "check_excitation",
+    "described",
     "dims_of",
     "find_symmetry",
+    "force_coefficients",
     "is_pattern",
     "natural_band",
     "positive_definite",
     "records_by_name",
     "single_blade",
+    "static_force",
     "warn_of_doubts",
     "weighted",
 ]

@@ -1,4 +1,4 @@
-"""The contacts of a structure, from pairs of degrees of freedom or from groups by name."""
+"""The contacts of a structure, from their directions or from groups by name."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -9,8 +9,9 @@ from symhbm.model.contacts import (
     Contacts,
     Coulomb,
     CubicSpring,
+    Ends,
     Group,
-    check_pairs,
+    check_directions,
     is_name,
     named,
 )
@@ -24,12 +25,12 @@ SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
 class GroupedContacts(NamedTuple):
     """Contacts of a structure.
 
-    ``contacts`` are the degrees of freedom of each, ``row_pairs`` those of each displacement;
-    ``values`` the unchecked values of their parameters by name.
+    ``contacts`` are the ends of each, ``row_ends`` those of each displacement; ``values`` the
+    unchecked values of their parameters by name.
     """
 
     contacts: tuple[Any, ...]
-    row_pairs: tuple[tuple[int, ...], ...]
+    row_ends: tuple[Ends, ...]
     groups: tuple[Group, ...]
     values: dict[str, Any]
 
@@ -38,15 +39,17 @@ def grouped(n_dof: int, contacts: Any, parameters: Mapping[str, Any]) -> Grouped
     """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`."""
     if isinstance(contacts, Mapping):
         return _by_name(n_dof, contacts, parameters)
-    pairs = check_pairs(contacts, n_dof)
+    directions = check_directions("contacts", contacts)
+    directions.check("contacts", n_dof)
+    ends = directions.ends
     given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
-    if pairs:
+    if ends:
         _check_complete(given)
     names = named({name: law.parameters for name, law in SHORT.items()})
-    every = np.arange(len(pairs))
+    every = np.arange(len(ends))
     groups = [Group(name, law, every, every[:, None], names[name]) for name, law in SHORT.items()]
     values = {name: 0.0 if value is None else value for name, value in given.items()}
-    return GroupedContacts(pairs, pairs, tuple(groups), values)
+    return GroupedContacts(ends, ends, tuple(groups), values)
 
 
 def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> GroupedContacts:
@@ -55,26 +58,28 @@ def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> Gr
     if given:
         raise ValueError(
             f"{', '.join(given)}: expected the values of named groups with each group, as in "
-            "symhbm.Contacts(law, pairs, ...)"
+            "symhbm.Contacts(law, directions, ...)"
         )
     for name, group in contacts.items():
         if not isinstance(group, Contacts):
             raise TypeError(
-                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, pairs, "
-                "...)"
+                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
+                "directions, ...)"
             )
         if not is_name(name):
             raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
     names = named({name: group.law.parameters for name, group in contacts.items()})
     every, rows, groups, values = [], [], [], {}
     for name, group in contacts.items():
-        pairs = [check_pairs(of_direction, n_dof) for of_direction in group.pairs]
-        together = list(zip(*pairs, strict=True))
-        of_rows = len(rows) + np.arange(len(together) * len(pairs)).reshape(-1, len(pairs))
+        for direction, given in group.directions.items():
+            given.check(f"contacts[{name!r}], {direction}", n_dof)
+        together = list(zip(*(given.ends for given in group.directions.values()), strict=True))
+        m = len(group.directions)
+        of_rows = len(rows) + np.arange(len(together) * m).reshape(-1, m)
         of_contacts = len(every) + np.arange(len(together))
         groups.append(Group(name, group.law, of_contacts, of_rows, names[name]))
-        every += [ends[0] if len(pairs) == 1 else ends for ends in together]
-        rows += [pair for ends in together for pair in ends]
+        every += [ends[0] if m == 1 else ends for ends in together]
+        rows += [end for ends in together for end in ends]
         values |= {names[name][own]: value for own, value in group.values.items()}
     return GroupedContacts(tuple(every), tuple(rows), tuple(groups), values)
 

@@ -26,11 +26,12 @@ class Model(Structure):
     ----------
     mass_matrix, damping_matrix, stiffness_matrix : (n_dof, n_dof)
         Dense or `scipy.sparse` [kg, N s/m, N/m].
-    contacts : sequence of (dof, dof) or (dof,), or `symhbm.Contacts` by name
+    contacts : sequence of (dof, dof), (dof,) or {dof: weight}, or `symhbm.Contacts` by name
         The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
-        connected to the ground. They are friction elements and cubic springs; groups of any laws
-        have names, and their values with them. Parameters of groups are
-        ``"<group>.<parameter>"``, those of one group alone their name.
+        connected to the ground; weights make ``y = sum_i weight_i x[i]``, also as the rows of an
+        array (n, n_dof). They are friction elements and cubic springs; groups of any laws have
+        names, and their values with them. Parameters of groups are ``"<group>.<parameter>"``,
+        those of one group alone their name.
     contact_stiffness, friction_coefficient, normal_load : one value or one per contact
         ``k_d`` [N/m], ``mu`` [-], ``F_n`` [N] of the friction element: all three, or none where
         the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
@@ -41,9 +42,10 @@ class Model(Structure):
     ------
     TypeError, ValueError
         If a matrix is not square, real and finite, if damping or stiffness have a negative diagonal
-        entry, if a contact joins a degree of freedom to itself or to one that does not exist, or if
-        a parameter of the contacts is missing, or one of friction is negative; for a mass matrix
-        that is not symmetric or not positive semidefinite.
+        entry, if a contact joins a degree of freedom to itself or to one that does not exist, is a
+        list of numbers, which may be degrees of freedom or weights, or lacks a parameter, or if one
+        of friction is negative; for a mass matrix that is not symmetric or not positive
+        semidefinite.
 
     Notes
     -----
@@ -55,7 +57,7 @@ class Model(Structure):
     Each contact has one direction and slips by itself. Two of them along two axes of one place are
     no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at
     sqrt(2) times its force. The model knows degrees of freedom and no places, and cannot tell.
-    Where the direction of motion is known, make that a degree of freedom.
+    Where the direction of motion is known, give the contact the weights of that direction.
 
     Examples
     --------

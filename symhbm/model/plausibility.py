@@ -105,7 +105,7 @@ def _of_damping(model: Structure) -> str:
     mass, damping, stiffness = (
         getattr(model, f"{name}_matrix").diagonal() for name in ("mass", "damping", "stiffness")
     )
-    springs = abs(model.directions).T @ model.stuck_springs
+    springs = model.directions.power(2).T @ model.stuck_springs
     stiffness = np.where(stiffness > 0, stiffness, springs)
     critical = 2 * np.sqrt(mass * stiffness)
     if np.any(damping <= critical):
@@ -171,7 +171,7 @@ def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]
 def _highest(model: Structure) -> float:
     """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
     inertia = model.mass_matrix.diagonal()
-    springs = (abs(model.directions)).T @ model.stuck_springs
+    springs = model.directions.power(2).T @ model.stuck_springs
     stiffness, moving = model.stiffness_matrix.diagonal() + springs, inertia > 0
     if not moving.all():
         return np.inf

@@ -7,13 +7,14 @@ constant normal loads is unique, hence as symmetric as structure and force are, 
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, FourierBasis
@@ -128,11 +129,12 @@ def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis)
     """
     if not model.has_matrices:
         return None
-    shape = excitation.shape(model.n_dof, basis)
+    shape, static = excitation.shape(model.n_dof, basis), excitation.static(model.n_dof)
     for n_dof in range(1, model.n_dof // 2 + 1):
         if model.n_dof % n_dof == 0:
             n_sectors = model.n_dof // n_dof
-            order = _contact_order(model, n_dof, n_sectors) if _repeats(model, n_dof) else None
+            repeats = np.array_equal(np.roll(static, -n_dof), static) and _repeats(model, n_dof)
+            order = _contact_order(model, n_dof, n_sectors) if repeats else None
             lag = None if order is None else _lag(shape, n_dof, n_sectors, basis)
             if order is not None and lag is not None:
                 return Symmetry(n_sectors, n_dof, lag, *order)
@@ -167,7 +169,7 @@ def _contact_order(
             values[j] += [group.name, *row]
     # Contacts of equal ends, side by side, are told apart by their values.
     known: dict[tuple, list[int]] = defaultdict(list)
-    keys = [(tuple(ends), tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
+    keys = [(ends, tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
     for j, key in enumerate(keys):
         known[key].append(j)
     sector = np.full(model.n_contacts, -1)
@@ -178,7 +180,7 @@ def _contact_order(
             continue
         twin = known[ends, row].index(j)
         for i in range(n_sectors):
-            moved = _moved(ends, i * step, model.n_dof)
+            moved = renumbered(ends, partial(_further, i * step, model.n_dof))
             alike = known.get((moved, row), [])
             if twin >= len(alike) or sector[alike[twin]] >= 0:
                 return None
@@ -187,11 +189,8 @@ def _contact_order(
     return tuple(sector.tolist()), tuple(place.tolist())
 
 
-def _moved(ends: tuple, step: int, n_dof: int) -> tuple:
-    """Ends of a contact, of one direction or of several, some degrees of freedom further."""
-    return tuple(
-        _moved(end, step, n_dof) if isinstance(end, tuple) else (end + step) % n_dof for end in ends
-    )
+def _further(step: int, n_dof: int, dof: int) -> int:
+    return (dof + step) % n_dof
 
 
 def _lag(shape: FloatArray, step: int, n_sectors: int, basis: FourierBasis) -> int | None:

@@ -1,7 +1,7 @@
 """What vibrates, seen from its contacts.
 
-A contact acts on relative displacements ``y = w^T x`` of two degrees of freedom, or of one and the
-ground. Contacts of one law are a group; groups may act side by side on the same contacts.
+A contact acts on relative displacements ``y = w^T x``, mostly of two degrees of freedom, or of one
+and the ground. Contacts of one law are a group; groups may act side by side on the same contacts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Group, Parameter
+from symhbm.model.contacts import Ends, Group, Parameter, SpringSliders, weights_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -26,7 +26,7 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_INPUTS = {"unknowns", "frequency", "force_shape"}
+_INPUTS = {"unknowns", "frequency", "force_shape", "static_force"}
 """What else a balance is compiled for."""
 
 
@@ -55,6 +55,19 @@ class SliderContacts(NamedTuple):
     row: NDArray[np.intp]
     stiffness: FloatArray
     limit: FloatArray
+
+
+class SpringSliderContacts(NamedTuple):
+    """Contacts that are springs and sliders, (n,) each.
+
+    Their numbers ``contact`` among all contacts, those of their ``tangential`` and ``normal``
+    displacements among all, -1 without one, and what they are, as `SpringSliders`.
+    """
+
+    contact: NDArray[np.intp]
+    tangential: NDArray[np.intp]
+    normal: NDArray[np.intp]
+    sliders: SpringSliders
 
 
 class Structure(ABC):
@@ -102,7 +115,7 @@ class Structure(ABC):
     """
 
     contacts: tuple[Any, ...]
-    row_pairs: tuple[tuple[int, ...], ...]
+    row_ends: tuple[Ends, ...]
     groups: tuple[Group, ...]
     contact_stiffness: Any
     friction_coefficient: Any
@@ -143,7 +156,7 @@ class Structure(ABC):
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         *parts, values = grouped(self.n_dof, contacts, parameters)
         self._check_names(values)
-        self._store(contacts=parts[0], row_pairs=parts[1], groups=parts[2])
+        self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
         for name, value in values.items():
             self._store(**{name: self._each(name, value)})
 
@@ -215,6 +228,26 @@ class Structure(ABC):
         joined = [(contact, row, *np.zeros((2, 0))), *parts]
         return SliderContacts(*(np.concatenate(each) for each in zip(*joined, strict=True)))
 
+    def spring_sliders(self, frequency: float) -> SpringSliderContacts:
+        """All contacts that are springs and sliders, at a frequency [rad/s]."""
+        parts, values = [np.zeros((3, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
+        for group in self.groups:
+            sliders = group.law.spring_sliders(frequency, self.values_of(group))
+            if sliders is None:
+                continue
+            names = group.law.directions
+            if "normal" not in names:
+                names = ("tangential",)
+            rows = [
+                group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
+                for name in ("tangential", "normal")
+            ]
+            parts.append(np.array([group.contacts, *rows]))
+            values.append(np.array(sliders))
+        contact, tangential, normal = np.concatenate(parts, axis=1)
+        joined = SpringSliders(*np.concatenate(values, axis=1))
+        return SpringSliderContacts(contact, tangential, normal, joined)
+
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]
 
@@ -237,7 +270,7 @@ class Structure(ABC):
     @property
     def stuck_springs(self) -> FloatArray:
         """Largest stiffness of the contacts that have one, (n_rows,) [N/m]."""
-        result = np.zeros(len(self.row_pairs))
+        result = np.zeros(len(self.row_ends))
         for group, stiffest in zip(self.groups, self._over_groups("stiffest"), strict=True):
             np.add.at(result, group.rows, np.where(np.isfinite(stiffest), stiffest, 0.0)[:, None])
         return result
@@ -263,22 +296,18 @@ class Structure(ABC):
         return np.concatenate([np.zeros(0, dtype=int), *rows])
 
     @property
-    def first_pairs(self) -> list[tuple[int, ...]]:
-        """Degrees of freedom of each contact in the first of its directions."""
-        return [self.row_pairs[rows[0]] for rows in self.contact_rows]
-
-    @property
     def touched(self) -> set[int]:
         """Degrees of freedom that contacts act on."""
-        return {dof for pair in self.row_pairs for dof in pair}
+        return {dof for ends in self.row_ends for dof in weights_of(ends)[0]}
 
     @cached_property
     def directions(self) -> sp.csr_array:
         """Directions ``w`` of all displacements as rows, shape ``(n_rows, n_dof)``."""
-        rows = [j for j, dofs in enumerate(self.row_pairs) for _ in dofs]
-        columns = [dof for dofs in self.row_pairs for dof in dofs]
-        values = [sign for dofs in self.row_pairs for sign in (1.0, -1.0)[: len(dofs)]]
-        return sp.csr_array((values, (rows, columns)), shape=(len(self.row_pairs), self.n_dof))
+        each = [weights_of(ends) for ends in self.row_ends]
+        rows = [j for j, (dofs, _) in enumerate(each) for _ in dofs]
+        columns = [dof for dofs, _ in each for dof in dofs]
+        values = [weight for _, weights in each for weight in weights]
+        return sp.csr_array((values, (rows, columns)), shape=(len(each), self.n_dof))
 
     @property
     def parameters(self) -> dict[str, FloatArray]:

@@ -8,7 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.model.contacts import Coulomb, HysteresisLoop, hysteresis_loops, named
+from symhbm.model.contacts import (
+    Coulomb,
+    Ends,
+    HysteresisLoop,
+    from_stored,
+    hysteresis_loops,
+    named,
+    weights_of,
+)
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
@@ -100,13 +108,14 @@ def loops_of(
         check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
     pairs = Description(dataset).problem["contacts"]
     contact = check.integer("contact", contact, 0, len(pairs) - 1)
-    dofs, friction = pairs[contact], _friction_of(dataset, contact)
+    friction = _friction_of(dataset, contact)
+    ends = from_stored(pairs[contact])
     check_variables(dataset, *friction.parameters)
     if "angle" in dataset.dims:
         check_variables(dataset, "displacement", "velocity", "friction_force", "event_angle")
-        return {(): _stored_loop(dataset, contact, dofs, friction)}, dataset, []
+        return {(): _stored_loop(dataset, contact, ends, friction)}, dataset, []
     check_variables(dataset, "coefficient", "harmonic")
-    return _marched_loops(dataset, dofs, friction)
+    return _marched_loops(dataset, ends, friction)
 
 
 class _Friction(NamedTuple):
@@ -140,19 +149,19 @@ def _friction_of(dataset: xr.Dataset, contact: int) -> _Friction:
     return _Friction([called[own] for own in Coulomb.parameters], within)
 
 
-def _relative(values: xr.DataArray, dofs: list[int]) -> xr.DataArray:
-    first = values.isel(dof=dofs[0], drop=True)
-    return first if len(dofs) == 1 else first - values.isel(dof=dofs[1], drop=True)
+def _relative(values: xr.DataArray, ends: Ends) -> xr.DataArray:
+    each = zip(*weights_of(ends), strict=True)
+    return sum(weight * values.isel(dof=dof, drop=True) for dof, weight in each)  # type: ignore
 
 
 def _stored_loop(
-    dataset: xr.Dataset, contact: int, dofs: list[int], friction: _Friction
+    dataset: xr.Dataset, contact: int, ends: Ends, friction: _Friction
 ) -> HysteresisLoop | None:
     """Loop of a motion stored over its period, with its events among the points."""
     angle, period = dataset["angle"].values, 2 * np.pi
     omega = period * float(dataset["frequency"])
-    y = _relative(dataset["displacement"], dofs).values
-    slope = _relative(dataset["velocity"], dofs).values / omega
+    y = _relative(dataset["displacement"], ends).values
+    slope = _relative(dataset["velocity"], ends).values / omega
     force = dataset["friction_force"].isel(contact=contact).values
     if not np.isfinite(y).all():
         return None
@@ -178,7 +187,7 @@ def _stored_loop(
 
 
 def _marched_loops(
-    dataset: xr.Dataset, dofs: list[int], friction: _Friction
+    dataset: xr.Dataset, ends: Ends, friction: _Friction
 ) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
     parameter = moving(dataset)
     if dataset.sizes.get("solution") == 1:
@@ -186,7 +195,7 @@ def _marched_loops(
     if "point" in dataset["coefficient"].dims and dataset[parameter.name].dims == ("point",):
         dataset = dataset.isel(point=np.isfinite(dataset[parameter.name].values))
         dataset = dataset.swap_dims(point=parameter.name)
-    coefficient = _relative(dataset["coefficient"], dofs)
+    coefficient = _relative(dataset["coefficient"], ends)
     dims = [str(dim) for dim in coefficient.dims if dim not in ("harmonic", "component")]
     values = coefficient.transpose(*dims, "harmonic", "component").values
     shape, flat = values.shape[:-2], values.reshape(-1, *values.shape[-2:])

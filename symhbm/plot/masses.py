@@ -13,7 +13,7 @@ from symhbm.model import BLADE_PARAMETERS, Structure
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import OUTSIDE, SYMBOLS
 from symhbm.plot.layout import HALF, REACH, Layout
-from symhbm.plot.network import Network
+from symhbm.plot.network import Network, places_of_contacts
 from symhbm.plot.symbols import Lines, ground, side_by_side
 
 WORDS = {
@@ -61,13 +61,18 @@ def draw_symbols(
                 between[i, j] = [("line", -1)]
         for i in np.flatnonzero(links.ground).tolist():
             inner.setdefault(i, []).append((kind, -1))
-    for number, (dofs, contact_kinds) in enumerate(zip(model.first_pairs, kinds, strict=True)):
+    places = places_of_contacts(model)
+    for number, (dofs, contact_kinds) in enumerate(zip(places, kinds, strict=True)):
         elements = [(kind, number) for kind in contact_kinds]
-        if len(dofs) == 2:
-            between.setdefault((min(dofs), max(dofs)), []).extend(elements)
+        first, *others = dofs
+        if others:
+            pairs = [(min(first, dof), max(first, dof)) for dof in others]
+            between.setdefault(pairs[0], []).extend(elements)
+            for pair in pairs[1:]:
+                between.setdefault(pair, [("line", -1)])
         else:
-            same = np.array_equal(layout.inward[dofs[0]], layout.outward[dofs[0]])
-            (inner if same else outer).setdefault(dofs[0], []).extend(elements)
+            same = np.array_equal(layout.inward[first], layout.outward[first])
+            (inner if same else outer).setdefault(first, []).extend(elements)
     named: set[str] = set()
     texts = _values_beside(model)
     middle = layout.positions.mean(axis=0)
@@ -202,17 +207,18 @@ def draw_dots(
             dots.set_rasterized(model.n_dof > 5000)
             ax.add_line(dots)
             handles.append(Line2D([], [], markersize=5, label=label, **style))
-    pairs = model.first_pairs
+    places = places_of_contacts(model)
     for kind, words in WORDS.items():
         numbers = [j for j, contact_kinds in enumerate(kinds) if kind in contact_kinds]
-        joins = np.array([pairs[j] for j in numbers if len(pairs[j]) == 2])
-        alone = np.array([pairs[j] for j in numbers if len(pairs[j]) == 1])
+        between = [places[j] for j in numbers if len(places[j]) > 1]
+        joins = np.array([(first, dof) for first, *others in between for dof in others])
+        alone = np.array([places[j] for j in numbers if len(places[j]) == 1])
         if len(joins):
             look: Any = dict(
                 colors=COLORS[kind], linewidths=2.2 if kind != "cubic" else 1.0, zorder=3
             )
             ax.add_collection(LineCollection(list(positions[joins]), **look))
-            label = f"{words} between, {len(joins)}"
+            label = f"{words} between, {len(between)}"
             handles.append(Line2D([], [], color=COLORS[kind], linewidth=2.2, label=label))
         if len(alone):
             mark = "v" if kind != "cubic" else "1"

@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model import Structure
+from symhbm.model.contacts import Ends, weights_of
 from symhbm.numerics import FloatArray
 
 _ROUND_OFF = 1e-9
@@ -89,9 +90,19 @@ def kinds_of_contacts(model: Structure) -> list[list[str]]:
     return [kind or ["opened"] for kind in kinds]
 
 
+def places_of_contacts(model: Structure) -> list[tuple[int, ...]]:
+    """Degrees of freedom of each contact in the first of its directions, largest weights first."""
+    return [_places(model.row_ends[rows[0]]) for rows in model.contact_rows]
+
+
+def _places(ends: Ends) -> tuple[int, ...]:
+    dofs, weights = weights_of(ends)
+    return tuple(dofs[k] for k in np.argsort(-np.abs(weights), kind="stable"))
+
+
 def joined(model: Structure, parts: Network) -> NDArray[np.intp]:
     """Pairs of degrees of freedom with an element between them, (n, 2), the lower one first."""
-    touched = [sorted(dofs) for dofs in model.row_pairs if len(dofs) == 2]
+    touched = [(dofs[0], dof) for dofs in map(_places, model.row_ends) for dof in dofs[1:]]
     contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)
     every = np.concatenate([parts.springs.pairs, parts.dampers.pairs, contacts])
     return np.unique(np.sort(every, axis=1), axis=0)

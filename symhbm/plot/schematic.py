@@ -8,12 +8,28 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.model import EngineOrder, Excitation, HarmonicForce, PointForce, Structure
+from symhbm.model import (
+    EngineOrder,
+    Excitation,
+    ForceSum,
+    HarmonicForce,
+    PointForce,
+    StaticLoad,
+    Structure,
+    force_coefficients,
+)
+from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import canvas, figure_of
 from symhbm.plot.layout import layout_of
 from symhbm.plot.masses import WORDS, draw_dots, draw_forces, draw_hub, draw_symbols, number
-from symhbm.plot.network import Network, joined, kinds_of_contacts, network
+from symhbm.plot.network import (
+    Network,
+    joined,
+    kinds_of_contacts,
+    network,
+    places_of_contacts,
+)
 
 MOST_MASSES = 16
 """Largest number of masses that are drawn with symbols."""
@@ -100,7 +116,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
 
 def _is_small(model: Structure, n_pairs: int) -> bool:
     """Whether symbols have the room that they need."""
-    beside = Counter(tuple(sorted(dofs)) for dofs in model.contacts)
+    beside = Counter(tuple(sorted(dofs[:2])) for dofs in places_of_contacts(model))
     allowed = MOST_BESIDE if model.n_dof > 1 else 3 * MOST_BESIDE
     crowded = max(beside.values(), default=0) > allowed
     return model.n_dof <= MOST_MASSES and n_pairs <= 2 * model.n_dof and not crowded
@@ -118,7 +134,7 @@ def _model_and_force(structure: Any, force: Any) -> tuple[Structure, _Force | No
     excitation = getattr(holder, "excitation", None if force is None else force)
     if excitation is None:
         return model, None
-    if isinstance(excitation, type) or not callable(getattr(excitation, "shape", None)):
+    if not isinstance(excitation, Excitation):
         raise TypeError(
             f"{name}={check.shown(holder)}: expected an excitation or a HarmonicBalance"
         )
@@ -126,32 +142,45 @@ def _model_and_force(structure: Any, force: Any) -> tuple[Structure, _Force | No
 
 
 def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None) -> _Force:
+    parts = excitation.scaled if isinstance(excitation, ForceSum) else (excitation,)
     if basis is None:
-        tables = (getattr(excitation, name, {}) for name in ("cosine", "sine"))
+        tables = [getattr(part, name, {}) for part in parts for name in ("cosine", "sine")]
         harmonics = {harmonic for table in tables for harmonic in table}
-        harmonics |= {1, getattr(excitation, "harmonic", 1)}
+        harmonics |= {0, 1, *(getattr(part, "harmonic", 1) for part in parts)}
         basis = FourierBasis(check_harmonics(harmonics))
-    shape = np.linalg.norm(excitation.shape(model.n_whole, basis), axis=1)
-    size = abs(excitation.amplitude) * shape
-    text = f"force on {_counted(np.count_nonzero(size), 'degree')} of freedom"
-    amplitude = f"$f_0$ = {number(excitation.amplitude)} N"
-    if isinstance(excitation, PointForce):
-        turn = "" if excitation.harmonic == 1 else f"{excitation.harmonic} "
-        phase = f" + {number(excitation.phase)} rad" if excitation.phase else ""
-        text = rf"force $f_0$ cos({turn}$\omega t${phase}) on {excitation.dof}, {amplitude}"
-    elif isinstance(excitation, EngineOrder):
-        blades = _counted(np.count_nonzero(size), "blade")
-        text = f"force of engine order {excitation.order} on {blades}, {amplitude}"
-    elif isinstance(excitation, HarmonicForce):
-        numbers = sorted({*excitation.cosine, *excitation.sine})
-        summed = " (root of the sum of squares)" if len(numbers) > 1 else ""
-        plural = "harmonics" if len(numbers) > 1 else "harmonic"
-        text += f", {plural} {', '.join(map(str, numbers))}, up to {number(size.max())} N{summed}"
+    each = [force_coefficients(part, model.n_whole, basis) for part in parts]
+    size = np.linalg.norm(np.sum(each, axis=0), axis=1)
+    texts = [_text(*pair) for pair in zip(parts, each, strict=True)]
     inside = 0
     if model.kept is not None:
         inside = int(np.count_nonzero(np.delete(size, model.kept)))
         size = size[model.kept]
-    return _Force(size, text, inside)
+    return _Force(size, "; ".join(texts), inside)
+
+
+def _text(part: Excitation, coefficients: FloatArray) -> str:
+    """What a force is, from its coefficients (n_dof, n_components) [N]."""
+    size = np.linalg.norm(coefficients, axis=1)
+    count = np.count_nonzero(size)
+    amplitude = f"$f_0$ = {number(part.amplitude)} N"
+    if isinstance(part, PointForce):
+        turn = "" if part.harmonic == 1 else f"{part.harmonic} "
+        phase = f" + {number(part.phase)} rad" if part.phase else ""
+        return rf"force $f_0$ cos({turn}$\omega t${phase}) on {part.dof}, {amplitude}"
+    if isinstance(part, EngineOrder):
+        blades = _counted(count, "blade")
+        return f"force of engine order {part.order} on {blades}, {amplitude}"
+    up_to = f"up to {number(size.max())} N"
+    if isinstance(part, StaticLoad):
+        return f"static load on {_counted(count, 'degree')} of freedom, {up_to}"
+    text = f"force on {_counted(count, 'degree')} of freedom"
+    if isinstance(part, HarmonicForce):
+        mean = {0} if part.mean is not None else set()
+        numbers = sorted({*part.cosine, *part.sine} | mean)
+        summed = " (root of the sum of squares)" if len(numbers) > 1 else ""
+        plural = "harmonics" if len(numbers) > 1 else "harmonic"
+        text += f", {plural} {', '.join(map(str, numbers))}, {up_to}{summed}"
+    return text
 
 
 def _size(places: FloatArray, detailed: bool) -> tuple[float, float]:
@@ -216,6 +245,9 @@ def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[s
     several = sum(len(rows) > 1 for rows in model.contact_rows)
     if several:
         notes.append(f"further directions of {_counted(several, 'contact')}")
+    weighted = sum(isinstance(ends, Weights) for ends in model.row_ends)
+    if weighted:
+        notes.append(f"weights of {_counted(weighted, 'displacement')} of contacts")
     if force is not None and force.inside:
         notes.append(f"the force on {_counted(force.inside, 'degree')} of freedom not kept")
     return notes

@@ -150,12 +150,13 @@ def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int
 def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
     """Positions along ``dof`` of the blades that the model or the excitation names."""
     description = Description(dataset)
-    force, condensed = description.problem.get("excitation", {}), description.condensed
+    condensed = description.condensed
+    waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
     size = (condensed or description.problem).get("n_dof", 0)
     if description.lumped:
         blades = range(size)
-    elif force.get("type") == "EngineOrder":
-        blades = range(size) if force["blades"] is None else force["blades"]
+    elif waves:
+        blades = range(size) if waves[0]["blades"] is None else waves[0]["blades"]
     else:
         raise ValueError(
             "blades=None: expected the degrees of freedom of the blades in their order around the "

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.model import force_coefficients
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
 from symhbm.numerics import (
     RADIANS,
@@ -88,7 +89,7 @@ def recovered(
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
     matrices = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
     exact = [matrix.tocsr().astype(LONG) for matrix in matrices]
-    force = problem.excitation.amplitude * problem.excitation.shape(structure.n_dof, basis)
+    force = force_coefficients(problem.excitation, structure.n_dof, basis)
     evaluation, contacts = (
         problem.evaluate(unknowns, frequency),
         problem.contact_forces(unknowns, frequency),

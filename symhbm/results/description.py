@@ -37,6 +37,12 @@ class Description:
         return bool(self.problem.get("lumped"))
 
     @property
+    def forces(self) -> list[dict[str, Any]]:
+        """The excitation, part by part where it is a sum."""
+        force = self.problem.get("excitation", {})
+        return force.get("parts", [force])
+
+    @property
     def condensed(self) -> dict[str, Any] | None:
         """Description of a condensed structure, None for a whole one."""
         return self.problem.get("condensed")

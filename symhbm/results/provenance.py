@@ -17,11 +17,10 @@ from symhbm.model import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
-    EngineOrder,
-    HarmonicForce,
+    Excitation,
     Model,
-    PointForce,
     Structure,
+    described,
     is_pattern,
 )
 from symhbm.model.contacts import (
@@ -32,7 +31,9 @@ from symhbm.model.contacts import (
     PlanarFriction,
     UnilateralSpring,
     VariableLoadFriction,
+    from_stored,
     named,
+    to_stored,
 )
 from symhbm.results.description import Description, check_names
 from symhbm.results.request import Request
@@ -58,10 +59,13 @@ _LAWS = {
     kind.__name__: kind
     for kind in (Coulomb, CubicSpring, PlanarFriction, UnilateralSpring, VariableLoadFriction)
 }
-_EXCITATIONS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce)}
 
 
-class MissingLawError(LookupError):
+class NotRebuiltError(LookupError):
+    """A problem that its description alone does not make again."""
+
+
+class MissingLawError(NotRebuiltError):
     """A contact law that is none of the library's and was not given, or is another one."""
 
 
@@ -212,7 +216,6 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
-    excitation = problem.excitation
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -220,9 +223,9 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "harmonics": list(problem.harmonics),
             "samples": problem.samples,
             "n_dof": problem.model.n_dof,
-            "contacts": [list(dofs) for dofs in problem.model.contacts],
+            "contacts": to_stored(problem.model.contacts),
             "lumped": problem.model.lumped,
-            "excitation": {"type": type(excitation).__name__, **vars(excitation)},
+            "excitation": problem.excitation.description(),
         }
     )
 
@@ -233,7 +236,7 @@ def _groups(model: Structure) -> dict[str, Any]:
         return {}
     groups = {}
     for group in model.groups:
-        pairs = [[list(model.row_pairs[row]) for row in rows] for rows in group.rows.T]
+        pairs = [[to_stored(model.row_ends[row]) for row in rows] for rows in group.rows.T]
         records = {own: list(record) for own, record in group.law.parameters.items()}
         kind = type(group.law)
         if kind not in _LAWS.values() and kind.__name__ in _LAWS:
@@ -274,17 +277,15 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     """
     metadata = Description(dataset)
     description = metadata.problem
-    excitation = dict(description["excitation"])
-    kind = _EXCITATIONS[excitation.pop("type")]
-    for name in ("cosine", "sine"):
-        if name in excitation:
-            excitation[name] = {int(n): row for n, row in excitation[name].items()}
     moving = metadata.moving
     varied = [*metadata.swept, *([moving] if moving != "frequency" else [])]
+    excitation = _excitation_of(description["excitation"], varied)
     # Cubic springs came with the second schema.
     names = CONTACT_PARAMETERS if dataset.attrs["symhbm_schema"] > 1 else FRICTION_PARAMETERS
     lumped, contacts = description["lumped"], description["contacts"]
-    if "groups" in description:
+    if "groups" not in description:
+        contacts = [*map(from_stored, contacts)]
+    else:
         contacts = _contacts_of(dataset, description["groups"], varied, laws)
         names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
@@ -296,7 +297,7 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
-        kind(**excitation),
+        excitation,
         description["harmonics"],
         description.get("samples"),
     )
@@ -334,7 +335,7 @@ def _contacts_of(
                 f"{len(entry['pairs'])} directions, got {', '.join(law.parameters)} and "
                 f"{len(law.directions)}"
             )
-        result[group] = law, entry["pairs"]
+        result[group] = law, [[*map(from_stored, each)] for each in entry["pairs"]]
     if missing:
         raise MissingLawError(
             f"laws: this dataset was computed with {', '.join(missing)}, which is no law of this "
@@ -347,6 +348,15 @@ def _contacts_of(
         )
         for group, (law, pairs) in result.items()
     }
+
+
+def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:
+    if "0" in stored.get("cosine", {}) and "force_amplitude" in varied:
+        raise NotRebuiltError(
+            "force_amplitude: expected other parameters in a dataset with a mean force, this one "
+            "is of a version that scaled the mean with the amplitude; its values can be read"
+        )
+    return described(stored)
 
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:

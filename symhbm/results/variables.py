@@ -129,6 +129,9 @@ VARIABLES = {
     "friction_force_coefficient": Variable(
         ("contact", "harmonic", "component"), "N", "Fourier coefficient of the friction force"
     ),
+    "normal_force": Variable(
+        ("contact",), "N", "normal force, of contacts that have a normal direction"
+    ),
     "event_angle": Variable((), "rad", "angle at which a contact changes its state"),
     "multiplier_real": Variable((), "1", "Floquet multiplier of the period, real part"),
     "multiplier_imag": Variable((), "1", "Floquet multiplier of the period, imaginary part"),

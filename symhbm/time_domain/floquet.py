@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import SmoothLaw, stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.event_march import march
+from symhbm.time_domain.linear_motion import LinearMotion, curved
+from symhbm.time_domain.normal_springs import STICK
+from symhbm.time_domain.periodic_orbit import state_of
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -35,11 +38,16 @@ def multipliers(
 
     ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
     velocity and the friction forces of the contacts that slip; one that never slips is a spring,
-    whose neutral multiplier is left out. Friction is located, whatever law the problem has.
+    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Where
+    contacts open or their normal load moves they are those of the period that follows the state at
+    ``tau = 0``.
 
     Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
-    ArithmeticError for a structure too stiff and too large to follow its oscillations.
+    ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
+    smooth laws beside normal loads that move.
     """
+    if moving_loads(problem):
+        return _of_march(problem, frequency, unknowns)
     model = problem.model
     _, row, stiffness, limit = model.sliders(frequency)
     carries = (stiffness > 0) & (limit > 0)
@@ -59,6 +67,33 @@ def multipliers(
         variation = motion.carry(variation, left, right, sticks)
     values = np.linalg.eigvals(variation) ** repeats
     return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+
+
+def moving_loads(problem: HarmonicBalance) -> bool:
+    """Whether contacts open or their normal load moves."""
+    model = problem.model
+    return any(
+        group.law.sliders(0.0, values) is None
+        and group.law.spring_sliders(0.0, values) is not None
+        and bool(group.law.acts(values).any())
+        for group in model.groups
+        if group.n
+        for values in [model.values_of(group)]
+    )
+
+
+def _of_march(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> NDArray[np.complex128]:
+    """Multipliers of the exact motion over a period from the state of a solution."""
+    if curved(problem):
+        raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
+    linear = LinearMotion(problem, frequency)
+    width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
+    if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:
+        raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
+    state = linear.of_active(state_of(problem.located(), unknowns, frequency))
+    return march(linear, state, 2 * np.pi).multipliers(linear).astype(complex)
 
 
 def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:

@@ -16,16 +16,10 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.model.contacts import SmoothLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
-from symhbm.time_domain.linear_motion import (
-    DEGREE,
-    LinearFlow,
-    LinearMotion,
-    curved,
-    extremes,
-)
-from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of
+from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
+from symhbm.time_domain.normal_springs import STICK
+from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of, with_centres
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -47,8 +41,6 @@ _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
 _HIGHEST = 32
 """Harmonic up to which the power of smooth contacts is integrated exactly, beside the cells'."""
-_SAMPLES = 4096
-"""Angles among which the extremes of a force are searched: its derivative there is zero."""
 
 # Accelerations along a step, at the nodes of Gauss, become the higher powers of its polynomial:
 # integrated twice they are more accurate than the integrator's own interpolation.
@@ -61,9 +53,9 @@ _RATES = np.arange(DEGREE + 1.0)
 
 @dataclass(frozen=True)
 class _Step(LinearFlow):
-    """A step of the integrator: `IntegratedMotion.expand` fills all but ``stick`` (n_active,)."""
+    """A step of the integrator: `IntegratedMotion.expand` fills all but ``state`` (n_active,)."""
 
-    stick: np.ndarray
+    state: FloatArray
 
 
 class IntegratedMotion(LinearMotion):
@@ -87,7 +79,7 @@ class IntegratedMotion(LinearMotion):
         n_columns = 1 + 3 * self.n_dof
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
-        flow = super().flow(np.ones(len(self.active), dtype=bool))
+        flow = super().flow(np.full(len(self.active), STICK))
         self._width = _FIRST * flow.width
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
@@ -117,18 +109,18 @@ class IntegratedMotion(LinearMotion):
             result[group.contacts] = weight @ power
         return result
 
-    def flow(self, stick: np.ndarray) -> LinearFlow:
-        """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
-        return _Step(np.nan, np.array([]), np.array([]), stick)
+    def flow(self, state: FloatArray) -> LinearFlow:
+        """The next step in a ``state`` (n_active,) of the contacts; `expand` makes it."""
+        return _Step(np.nan, np.array([]), np.array([]), state.copy())
 
     def expand(
-        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
     ) -> FloatArray:
         """Make the step; arguments and result as those of `LinearMotion.expand`."""
         assert isinstance(flow, _Step)
         n = self.n_dof
         start = np.column_stack([np.append(x, slope), np.eye(2 * n, 3 * n)])
-        acceleration = self._acceleration(flow.stick, x, friction)
+        acceleration = self._acceleration(flow.state, x, constant)
 
         def rates(tau: float, state: FloatArray) -> FloatArray:
             values, slopes = state.reshape(2, n, -1)
@@ -160,14 +152,14 @@ class IntegratedMotion(LinearMotion):
         return powers[:, :, 0]
 
     def _acceleration(
-        self, stick: np.ndarray, x: FloatArray, friction: FloatArray
+        self, state: FloatArray, x: FloatArray, constant: FloatArray
     ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
         """Function of angle, values and slopes (n_dof, n_columns) from the start of a step on."""
         n = self.n_dof
-        springs = self.push[:, stick] * self.contact_stiffness[stick] @ self.directions[stick]
+        _, push, springs = self.springs(state)
+        springs = push @ springs
         elastic = self._elastic + springs
-        constant = self._static[:, 0] - self.push @ friction + springs @ x
-        constant = np.column_stack([constant, springs, np.zeros((n, n)), np.eye(n)])
+        constant = np.column_stack([constant + springs @ x, springs, np.zeros((n, n)), np.eye(n)])
 
         def acceleration(tau: float, values: FloatArray, slopes: FloatArray) -> FloatArray:
             phase = self.orders * tau
@@ -233,7 +225,7 @@ def _periodic_state(
     def attempt(state: FloatArray) -> Shot:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return _centred(integrator, shot(integrator, state))
+        return with_centres(integrator, shot(integrator, state))
 
     current = attempt(start)
     for iteration in range(_ITERATIONS):
@@ -247,36 +239,3 @@ def _periodic_state(
             return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
         current = trial
     return current.state, _ITERATIONS, Status.NO_MOTION
-
-
-def _centred(integrator: IntegratedMotion, trial: Shot) -> Shot:
-    """The shot with one more condition: forces of contacts that never slip are centred."""
-    residual, matrix, n = trial.residual.copy(), trial.matrix.copy(), 2 * integrator.n_dof
-    if not integrator.antiperiodic:
-        for contact in np.flatnonzero(~trial.run.slipped):
-            middle = _middle(integrator, trial.run, trial.state, int(contact))
-            residual[n + contact], matrix[n + contact] = middle
-    if not np.all(np.isfinite(matrix)):
-        raise ArithmeticError("the derivative of the motion is not finite")
-    return replace(trial, residual=residual, matrix=matrix)
-
-
-def _middle(
-    integrator: IntegratedMotion, run: March, state: FloatArray, contact: int
-) -> tuple[float, FloatArray]:
-    """Mean of the largest and the smallest force of a contact that sticks, and its derivative.
-
-    Periodicity does not determine the static force of such a contact.
-    """
-    spring = integrator.contact_stiffness[contact] * integrator.directions[contact]
-    force = run.cells.displacement @ spring
-    force[:, 0] = run.cells.friction[:, contact]
-    high, low = extremes(force[:, :, None])
-    tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
-    samples = run.cells.evaluate(integrator, tau)[2][:, contact]
-    gradient = np.zeros(len(state))
-    for extreme in (np.argmax(samples), np.argmin(samples)):
-        jacobian = march(integrator, state, tau[extreme]).jacobian
-        assert jacobian is not None
-        gradient += jacobian[2 * integrator.n_dof + contact] / 2
-    return float((high + low)[0] / 2), gradient

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symhbm.balance import Evaluation, HarmonicBalance
 from symhbm.model.contacts import SmoothLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.floquet import moving_loads, multipliers
 from symhbm.time_domain.linear_motion import curved
 
 LARGEST_SIZE = 400
@@ -124,6 +124,8 @@ def verdict(rate: float, frequency: float) -> int:
 
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
+    if moving_loads(problem):
+        return True
     slides = np.zeros(problem.n_contacts, dtype=bool)
     slides[problem.contacts.of_switches[evaluation.states.switches]] = True
     contact, _, stiffness, limit = problem.contacts.sliders(frequency)

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 import symhbm as sh
+from symhbm.model import force_coefficients
 from tests.benchmarks.marching import Friction, add_friction, friction_tables
 
 
@@ -36,7 +37,7 @@ def system_of(problem: sh.HarmonicBalance, samples: int) -> System:
         for matrix in (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
     )
     row, column = np.nonzero(abs(mass) + abs(damping) + abs(stiffness))
-    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, problem.basis)
+    force = force_coefficients(problem.excitation, model.n_dof, problem.basis)
     dofs = np.array([(*contact, -1)[:2] for contact in model.contacts])
     limit = model.friction_coefficient * model.normal_load
     friction = Friction(

@@ -18,6 +18,7 @@ os.environ.setdefault(
 from pyHarm.Maestro import Maestro
 
 import symhbm as sh
+from symhbm.model import force_coefficients
 
 STEP, LONGEST = 0.1, 0.2
 
@@ -39,7 +40,7 @@ def analysis_of(
             "N0": float(model.normal_load[j]),
             "k": float(model.contact_stiffness[j]),
         }
-    shape = excitation.amplitude * excitation.shape(model.n_dof, problem.basis)
+    shape = force_coefficients(excitation, model.n_dof, problem.basis)
     for dof, (cosine, sine) in enumerate(shape[:, :2]):
         if cosine or sine:
             connectors[f"force {dof}"] = {

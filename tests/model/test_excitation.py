@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symhbm as sh
+from symhbm.model import force_coefficients
 from symhbm.numerics.fourier import FourierBasis
 
 TAU = np.linspace(0, 2 * np.pi, 50)
@@ -17,7 +18,7 @@ def force(excitation, n_dof, basis=BASIS, tau=TAU):
     """Force on every degree of freedom at the angles omega t, (n_dof, n_times)."""
     shape = excitation.shape(n_dof, basis)
     assert shape.shape == (n_dof, basis.n_components)
-    return excitation.amplitude * shape @ basis.values(tau).T
+    return force_coefficients(excitation, n_dof, basis) @ basis.values(tau).T
 
 
 @pytest.mark.parametrize("n_blades", [3, 4, 13])

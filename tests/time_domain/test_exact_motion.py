@@ -14,6 +14,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.continuation.newton import newton
+from symhbm.model import force_coefficients as coefficients_of
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.numerics.turning_points import largest_displacement
 from symhbm.time_domain.event_march import march
@@ -125,7 +126,7 @@ def solved(name):
 
 def force_coefficients(problem, basis):
     """Exciting force in another harmonic set."""
-    return problem.excitation.amplitude * problem.excitation.shape(problem.model.n_dof, basis)
+    return coefficients_of(problem.excitation, problem.model.n_dof, basis)
 
 
 REFERENCE_POINTS = [

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from symhbm.model import force_coefficients
 from symhbm.time_domain.shooting import shoot
 
 TURN = 2 * np.pi
@@ -71,8 +72,8 @@ def multipliers(motion):
 
 def force_at(problem, tau):
     """Exciting force (n, n_dof) [N]."""
-    shape = problem.excitation.shape(problem.model.n_dof, problem.basis)
-    return problem.excitation.amplitude * problem.basis.values(tau) @ shape.T
+    force = force_coefficients(problem.excitation, problem.model.n_dof, problem.basis)
+    return problem.basis.values(tau) @ force.T
 
 
 @pytest.mark.parametrize("omega", [0.8, 1.2, 1.5])

@@ -121,7 +121,7 @@ class AngleCorrector(StepwiseCorrector):
             unknowns = np.full(problem.n_unknowns, np.nan)
             evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
             return NewtonResult(unknowns, evaluation, 1, Status.NO_CONVERGENCE)
-        amplitude = float(problem.parameters["force_amplitude"])
+        amplitude = problem.excitation.amplitude
         stuck = linear_response(problem, frequency)
         if stuck is None:
             unknowns = np.zeros(problem.n_unknowns)

@@ -50,16 +50,20 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         *arguments, symbol["imposed"]
     )
     groups = equations.closed_groups(packed)
-    amplitude, shape = ca.fabs(parameters[-2]), parameters[-1]
+    named = dict(zip(equations.parameter_names, parameters, strict=True))
+    amplitude = ca.fabs(named["force_amplitude"])
     events = {group.name: parts[0] for group, parts in groups}
-    springs = _springs(equations, point[:n], point[n], parameters, events)
+    springs = _springs(equations, point[:n], point[n], named, events)
     if structure is None:
         conservative, inertia = equations.conservative(*arguments)
-        inertia, exciting = ca.mmax(ca.fabs(inertia)), amplitude * ca.mmax(ca.fabs(shape))
+        inertia, exciting = (
+            ca.mmax(ca.fabs(inertia)),
+            amplitude * ca.mmax(ca.fabs(named["force_shape"])),
+        )
         below = _resonances_below(equations, conservative, springs)
     else:
         forces, terms, stiffness, slopes, inertia = condensed_graph(structure)(
-            point[:n], point[n], parameters[-2]
+            point[:n], point[n], named["force_amplitude"]
         )
         balance, magnitude = balance + forces, magnitude + terms
         jacobian, by_frequency = jacobian + stiffness, by_frequency + slopes
@@ -123,11 +127,10 @@ def _springs(
     equations: Equations,
     unknowns: Any,
     frequency: Any,
-    parameters: list[Any],
+    inputs: dict[str, Any],
     located: dict[str, Any],
 ) -> Any:
     """Stiffness of the contacts in their harmonic motion, (m^2) of each, group by group."""
-    inputs = dict(zip(equations.parameter_names, parameters, strict=True))
     stiffness = [type(unknowns)(0, 1)]
     for group in equations.groups:
         if not group.n:

@@ -48,7 +48,7 @@ def condensed_graph(structure: DynamicStiffness) -> ca.Function:
         if n == 0:
             static = ca.DM(structure.static)
             shape = kept_force + structure.static[:, size:] @ inner_force
-            load = amplitude * ca.DM(shape.real)
+            load = amplitude * ca.DM(shape.real) + ca.DM(structure.load)
             balances.append(_at_rest(static[:, :size], motion[0], load))
         else:
             band_function = structure.band_functions[n]

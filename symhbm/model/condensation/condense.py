@@ -11,7 +11,7 @@ from scipy.linalg import qr
 from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
-from symhbm.model.excitation import Excitation
+from symhbm.model.excitation import Excitation, check_excitation, static_force
 from symhbm.model.matrices import Model
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
@@ -174,11 +174,12 @@ def _patterns(
     excitations: Sequence[Excitation]
     excitations = excitation if isinstance(excitation, (list, tuple)) else [excitation]
     for force in excitations:
-        if isinstance(force, type) or not callable(getattr(force, "shape", None)):
-            raise TypeError(f"excitation={check.shown(force)}: expected an excitation or a list")
+        check_excitation("excitation", force)
     if not excitations:
         raise ValueError("excitation=[]: expected at least one")
     shapes = np.hstack([force.shape(model.n_dof, basis) for force in excitations])
+    static = [static_force(force, model.n_dof, basis) for force in excitations]
+    shapes = np.column_stack([shapes, *static])
     size = np.abs(shapes).max(axis=0)
     shapes = shapes[:, size > 0] / size[size > 0]
     shapes[masters] = 0.0

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
+from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model
 from symhbm.model.structure import NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
@@ -76,8 +77,8 @@ class CondensedModel(Structure):
         attributes: dict[str, Any] = {
             name: getattr(structure, name) for name in structure.contact_parameters
         }
-        attributes["contacts"] = _renumbered(structure.contacts, position)
-        attributes["row_pairs"] = _renumbered(structure.row_pairs, position)
+        attributes["contacts"] = renumbered(structure.contacts, position.__getitem__)
+        attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
         attributes |= dict(
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
@@ -243,10 +244,3 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
-
-
-def _renumbered(ends: Any, position: dict[int, int]) -> Any:
-    """Degrees of freedom, in tuples of tuples, as the condensed structure numbers them."""
-    if isinstance(ends, tuple):
-        return tuple(_renumbered(end, position) for end in ends)
-    return position[ends]

@@ -12,9 +12,27 @@ from symhbm.model.contacts.coulomb import (
     travel,
 )
 from symhbm.model.contacts.cubic_spring import CubicSpring
-from symhbm.model.contacts.gap import UnilateralSpring
-from symhbm.model.contacts.group import Contacts, Group, check_pairs, is_name, named
-from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.directions import (
+    Ends,
+    Weights,
+    check_directions,
+    from_stored,
+    renumbered,
+    to_stored,
+    weights_of,
+)
+from symhbm.model.contacts.friction import Friction
+from symhbm.model.contacts.gap import Gap, UnilateralSpring
+from symhbm.model.contacts.group import Contacts, Group, is_name, named
+from symhbm.model.contacts.law import (
+    FREE,
+    ContactLaw,
+    Located,
+    SpringSliders,
+    Switch,
+    graph_of,
+)
+from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.smooth import SmoothLaw
@@ -22,10 +40,17 @@ from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NEVER_TOUCHES",
+    "OPENS",
+    "SLIPS",
+    "STICKS",
     "ContactLaw",
     "Contacts",
     "Coulomb",
     "CubicSpring",
+    "Ends",
+    "Friction",
+    "Gap",
     "Group",
     "HysteresisLoop",
     "Located",
@@ -33,10 +58,13 @@ __all__ = [
     "Parameter",
     "PlanarFriction",
     "SmoothLaw",
+    "SpringSliders",
     "Switch",
     "UnilateralSpring",
     "VariableLoadFriction",
-    "check_pairs",
+    "Weights",
+    "check_directions",
+    "from_stored",
     "graph_of",
     "hysteresis_loops",
     "is_name",
@@ -44,6 +72,9 @@ __all__ = [
     "loops_near_limit",
     "named",
     "on_loop",
+    "renumbered",
     "stick_intervals",
+    "to_stored",
     "travel",
+    "weights_of",
 ]

@@ -11,8 +11,18 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.law import Located, Values
-from symhbm.model.contacts.normal import NEVER_TOUCHES, NORMAL, OPENS, PRESSED, STICKS, NormalLaw
+from symhbm.model.contacts.normal import (
+    NEVER_TOUCHES,
+    NORMAL,
+    OPENS,
+    PRESSED,
+    STICKS,
+    NormalLaw,
+    Preload,
+    given_of,
+)
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -79,9 +89,9 @@ class UnilateralSpring(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        same, *at = self._as_friction(motion, frequency, values)
+        same, _, of_friction = self._as_friction(motion, frequency, values)
         padded = np.concatenate([np.zeros((len(error), 1)), error], axis=1)
-        return _FRICTION.margins_within(basis, same, padded, *at)[:, 1:]
+        return _FRICTION.margins_within(basis, same, padded, frequency, of_friction)[:, 1:]
 
     def _as_friction(
         self, motion: FloatArray, frequency: float | FloatArray, values: Values
@@ -171,3 +181,51 @@ class UnilateralSpring(NormalLaw):
         result, size = _FRICTION.moving_events(basis, *arguments), motion.shape[1]
         kept = np.r_[size : 2 * size, 2 * size + 1, 2 * size + 3]
         return result[:, kept[:, None], kept]
+
+
+class Gap(Contacts):
+    """Stops: springs that push and never pull, behind a gap or under a preload.
+
+    ``N = max(N0 + k_n v, 0)``, with ``v`` positive where the contact closes.
+
+    Parameters
+    ----------
+    normal
+        Where contacts act, see `symhbm.Contacts`.
+    normal_stiffness
+        ``k_n`` [N/m], one value or one per contact.
+    gap, normal_load
+        The gap [m], with ``N0 = -k_n gap``, or the preload ``N0`` [N]. The one that is given is the
+        parameter: it stays as it is where the normal stiffness changes.
+    preload
+        As of `symhbm.Friction`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `symhbm.Contacts`, and for neither or both of ``gap`` and ``normal_load``.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.Model(
+    ...     [[1.0]], [[2.0]], [[1e4]],
+    ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=5.0), (0, 1, 2, 3))
+    >>> sh.frf(problem, (10, 25), progress=False).event_kind.values[0]
+    'onset of contact'
+    """
+
+    def __init__(
+        self,
+        *,
+        normal: Any,
+        normal_stiffness: Any,
+        gap: Any = None,
+        normal_load: Any = None,
+        preload: Preload = "balanced",
+    ):
+        given, load = given_of(normal_load, gap)
+        law = UnilateralSpring(given, preload)
+        super().__init__(law, normal=normal, normal_stiffness=normal_stiffness, **{given: load})

@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.directions import Directions, check_directions
 from symhbm.model.contacts.law import ContactLaw
 from symhbm.numerics import check
-
-Ends = tuple[int, ...]
-"""One or two degrees of freedom: the first less the second, or less the ground."""
 
 
 class Contacts:
@@ -21,17 +19,20 @@ class Contacts:
     ----------
     law
         The contact law, for example ``symhbm.Coulomb()``.
-    pairs : sequence of (dof, dof) or (dof,), one sequence for each direction of the law
-        The degrees of freedom of each contact: ``y = x[first] - x[second]``; one alone is
-        connected to the ground.
+    directions : one for each direction of the law, in their order or by their names
+        Where contacts act, ``y = w^T x``. ``(first, second)`` is ``x[first] - x[second]``,
+        ``(dof,)`` connects to the ground, ``{dof: weight}`` has any weights: one of them, or a
+        sequence with one for each contact. For many contacts, an array (n, n_dof) of weights, dense
+        or `scipy.sparse`.
     values : one value or one per contact
         The parameters of the law, all of them.
 
     Raises
     ------
     TypeError, ValueError, KeyError
-        For a law that is none, a parameter that is missing or that the law does not have, or
-        directions of different lengths. A model checks degrees of freedom and bounds.
+        For a law that is none, a parameter that is missing or that the law does not have, for
+        directions of different lengths, and for what is no direction: a list of numbers might be
+        degrees of freedom or weights. A model checks degrees of freedom and bounds.
 
     Examples
     --------
@@ -50,9 +51,17 @@ class Contacts:
     ... )
     >>> model.with_parameters(**{"root.normal_load": 400}).parameters["root.normal_load"]
     array([400., 400.])
+
+    A contact along a line that is inclined by 30 degrees to the first of two degrees of freedom:
+
+    >>> import numpy as np
+    >>> inclined = sh.Contacts(
+    ...     sh.Coulomb(), {0: np.cos(np.pi / 6), 1: np.sin(np.pi / 6)},
+    ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=20,
+    ... )
     """
 
-    def __init__(self, law: ContactLaw, *pairs: Iterable[Any], **values: Any):
+    def __init__(self, law: ContactLaw, /, *directions: Any, **values: Any):
         if not isinstance(law, ContactLaw):
             raise TypeError(f"law={check.shown(law)}: expected a contact law, as symhbm.Coulomb()")
         for name in law.parameters:
@@ -61,24 +70,23 @@ class Contacts:
                     f"law={law!r}: {name!r} is no name of a parameter; letters, digits and single _"
                 )
         law.check()
-        if len(pairs) != len(law.directions):
-            raise ValueError(
-                f"pairs: expected one sequence of pairs for each direction of {law!r}, "
-                f"{', '.join(law.directions)}, got {len(pairs)}"
-            )
+        given = _by_name(law, directions, values)
         for name in values:
             check.known(name, dict.fromkeys(law.parameters), f"parameter of {law!r}")
         missing = [name for name in law.parameters if values.get(name) is None]
         if missing:
             raise ValueError(f"{', '.join(missing)}: expected a value, {law!r} needs it")
         self.law, self.values = law, values
-        self.pairs = tuple(map(check_pairs, pairs))
-        lengths = {len(of_direction) for of_direction in self.pairs}
-        if len(lengths) > 1:
-            raise ValueError(f"pairs: expected as many in each direction, got {lengths}")
+        self.directions: dict[str, Directions] = {
+            name: check_directions(name, of_direction, alone=True)
+            for name, of_direction in given.items()
+        }
+        lengths = {name: len(each.ends) for name, each in self.directions.items()}
+        if len({*lengths.values()}) > 1:
+            raise ValueError(f"directions: expected as many in each direction, got {lengths}")
 
     def __len__(self) -> int:
-        return len(self.pairs[0])
+        return len(next(iter(self.directions.values())).ends)
 
     def __repr__(self) -> str:
         values = "".join(f", {name}={value}" for name, value in self.values.items())
@@ -105,29 +113,24 @@ class Group(NamedTuple):
         return len(self.contacts)
 
 
-def check_pairs(contacts: Any, n_dof: int | None = None) -> tuple[Ends, ...]:
-    """Pairs among ``n_dof`` degrees of freedom; TypeError or ValueError for what is none."""
-    highest = None if n_dof is None else n_dof - 1
-    if isinstance(contacts, (str, bytes)) or not isinstance(contacts, Iterable):
-        raise TypeError(f"contacts={check.shown(contacts)}: expected a sequence of DOF pairs")
-    result = []
-    for j, dofs in enumerate(contacts):
-        # A number may be meant for a contact to the ground, or for half of the only contact.
-        if not isinstance(dofs, Iterable):
-            raise TypeError(
-                f"contacts[{j}]={check.shown(dofs)}: expected (first, second), as in [(0, 1)], or "
-                "(dof,) for a contact to the ground"
-            )
-        pair = tuple(dofs)
-        if len(pair) not in (1, 2):
-            raise ValueError(f"contacts[{j}]={check.shown(dofs)}: expected one or two DOFs")
-        pair = tuple(check.integer(f"contacts[{j}]", dof, 0, highest) for dof in pair)
-        if len(set(pair)) != len(pair):
-            raise ValueError(
-                f"contacts[{j}]={check.shown(dofs)}: a contact joins two different DOFs"
-            )
-        result.append(pair)
-    return tuple(result)
+def _by_name(law: ContactLaw, given: tuple, values: dict[str, Any]) -> dict[str, Any]:
+    """Directions by name: those given in order, and those among the values, which are taken out."""
+    for name in law.directions:
+        if name in law.parameters:
+            raise ValueError(f"law={law!r}: {name!r} names a direction and a parameter")
+        if law.directions.count(name) > 1:
+            raise ValueError(f"law={law!r}: {name!r} names two directions")
+    together = dict(zip(law.directions, given, strict=False))
+    named = {name: values.pop(name) for name in law.directions if name in values}
+    for name in together.keys() & named.keys():
+        raise TypeError(f"{name}: expected once, in the order of the directions or by name")
+    together |= named
+    if len(given) + len(named) != len(law.directions):
+        raise ValueError(
+            f"directions: expected one sequence of pairs or weights for each direction of {law!r}, "
+            f"{', '.join(law.directions)}, got {len(given) + len(named)}"
+        )
+    return {name: together[name] for name in law.directions}
 
 
 def is_name(name: object) -> bool:

@@ -76,6 +76,33 @@ class Sliders(NamedTuple):
     limit: FloatArray
 
 
+class SpringSliders(NamedTuple):
+    """Contacts between springs in both directions and a slider pressed by one, (n,) each.
+
+    Of the relative displacements ``u`` and ``v``, which closes where it is positive, with
+    ``p = N0 + k_n v``: the normal force is ``N = max(p, 0)`` and the friction force
+    ``T = k_t u - q``, ``|T| <= mu N``, where ``q`` moves as little as that takes. On the structure
+    act ``T`` against ``u`` and ``N`` less ``offset`` against ``v``.
+
+    Attributes
+    ----------
+    tangential_stiffness, normal_stiffness
+        ``k_t`` and ``k_n`` [N/m], 0 for a spring that is none.
+    friction_coefficient
+        ``mu``.
+    normal_load
+        ``N0`` [N], negative for a gap.
+    offset
+        Normal force [N] that is balanced where displacements are measured from.
+    """
+
+    tangential_stiffness: FloatArray
+    normal_stiffness: FloatArray
+    friction_coefficient: FloatArray
+    normal_load: FloatArray
+    offset: FloatArray
+
+
 class ContactLaw(ABC):
     """A contact law; one of your own derives from this class.
 
@@ -339,6 +366,18 @@ class ContactLaw(ABC):
     def sliders(self, frequency: Any, values: Values) -> Sliders | None:
         """Contacts as springs in series with sliders, None where they are something else."""
         return None
+
+    def spring_sliders(self, frequency: Any, values: Values) -> SpringSliders | None:
+        """Contacts as `symhbm.model.contacts.SpringSliders`, None where they are something else.
+
+        Motions of such contacts are linear between their events, and so known in time. Directions
+        called "tangential" and "normal" are those of ``u`` and ``v``.
+        """
+        sliders = self.sliders(frequency, values)
+        if sliders is None:
+            return None
+        none = np.zeros_like(sliders.limit)
+        return SpringSliders(sliders.stiffness, none, none + 1, sliders.limit, none)
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and vars(self) == vars(other)

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, get_args
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, Switch, Values
+from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, check
 
@@ -34,6 +34,15 @@ NORMAL = {
 """Units and meaning of what datasets tell of normal forces."""
 STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
 """Values of ``contact_state``."""
+
+
+def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:
+    """Which of both is given, and its value; ValueError for none or both."""
+    if (normal_load is None) == (gap is None):
+        raise ValueError(
+            f"normal_load={check.shown(normal_load)}, gap={check.shown(gap)}: expected one of them"
+        )
+    return ("gap", gap) if normal_load is None else ("normal_load", normal_load)
 
 
 class NormalLaw(ContactLaw):
@@ -87,6 +96,17 @@ class NormalLaw(ContactLaw):
         held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
         held[:, self.directions.index("normal")] = stiffness > 0
         return held
+
+    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
+        """As springs and sliders of two directions, without friction where the law has none."""
+        stiffness = np.asarray(values["normal_stiffness"], dtype=float)
+        load = np.broadcast_to(np.asarray(self.load(frequency, values), float), stiffness.shape)
+        tangential, friction = (
+            np.asarray(values[name], dtype=float) if name in values else np.zeros_like(stiffness)
+            for name in ("contact_stiffness", "friction_coefficient")
+        )
+        balanced = np.maximum(load, 0.0) * (self.preload == "balanced")
+        return SpringSliders(tangential, stiffness, friction, load, balanced)
 
     def load_slopes(
         self, frequency: float, values: Values

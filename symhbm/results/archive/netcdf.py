@@ -22,7 +22,7 @@ from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, wo
 from symhbm.results.provenance import (
     SCHEMA_VERSION,
     DatasetParts,
-    MissingLawError,
+    NotRebuiltError,
     describe_problem,
 )
 from symhbm.results.schema import check_dataset, label, recall
@@ -228,7 +228,7 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
         description = Description(dataset)
         incomplete = description.condensed or description.structure
         problem = None if incomplete else describe_problem(dataset, laws)
-    except MissingLawError as error:
+    except NotRebuiltError as error:
         raise ArchiveError(f"dataset: {error}") from error
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(

@@ -28,7 +28,7 @@ from symhbm.model.contacts.planar.slopes import (
     rest_slopes,
     resting,
 )
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 SLIPS, OPENS, TOUCHES = range(3)
 """Switches of a contact: its margins."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from symhbm.model.contacts.planar.series import rates_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 STAGES = 8
 """Gauss nodes of a step."""

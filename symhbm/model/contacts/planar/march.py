@@ -28,7 +28,7 @@ from symhbm.model.contacts.planar.collocation import (
     step_matrix,
 )
 from symhbm.model.contacts.planar.series import ROUND_OFF, motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 APART, STICK, SLIP = range(3)
 """Kinds of pieces."""

@@ -23,7 +23,7 @@ from symhbm.model.contacts.planar.march import (
     lap,
 )
 from symhbm.model.contacts.planar.series import bounds_of, motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 NEVER, RESTS, MOVES = range(3)
 """Whether a contact never touches, sticks all the time, or slips or opens."""

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.planar.series import motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 _ROUNDS = 40
 _SETTLED = 1e-15

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 ROUND_OFF = 2.2e-16
 _DOUBLE = 1e-14

@@ -40,7 +40,7 @@ from symhbm.model.contacts.planar.march import (
     STICK,
 )
 from symhbm.model.contacts.planar.series import motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 
 @Loop

@@ -27,7 +27,7 @@ from symhbm.model.contacts.varying_load.march import (
     STICK_LOW,
     WEIGHT,
 )
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import Loop
 
 
 @Loop
@@ -44,12 +44,21 @@ def functions_at(order: Any, is_sine: Any, angle: float, derivative: int, row: A
 
 @Loop
 def moments(begin: float, end: float, result: Any) -> None:
-    """Write the integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
+    """Write integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
+    turn, shift = (math.cos(middle), math.sin(middle)), (math.cos(half), math.sin(half))
+    cosine, sine = turn
+    half_cosine, half_sine = shift
     result[0, 0], result[1, 0] = end - begin, 0.0
+    # Sines of the half width, and no differences: short intervals keep their digits.
     for k in range(1, result.shape[1]):
-        size = 2 * math.sin(k * half) / k
-        result[0, k], result[1, k] = size * math.cos(k * middle), size * math.sin(k * middle)
+        size = 2 * half_sine / k
+        result[0, k], result[1, k] = size * cosine, size * sine
+        cosine, sine = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        half_cosine, half_sine = (
+            half_cosine * shift[0] - half_sine * shift[1],
+            half_sine * shift[0] + half_cosine * shift[1],
+        )
 
 
 @Loop
@@ -97,7 +106,7 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
         for i in range(size):
             share[i] = weight * norm[i] * of_piece[1 if is_sine[i] else 0, int(order[i])]
         vectors[2] += share
-        if kind == PUSHED_UP or kind == PUSHED_DOWN:
+        if kind in (PUSHED_UP, PUSHED_DOWN):
             sign = -1.0 if kind == PUSHED_UP else 1.0
             signed += sign * of_piece
             vectors[1] += sign * share

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import Loop
-from symhbm.numerics.waves import crossing, sign_changes, value_at
+from symhbm.numerics import Loop, series
 
 APART, PUSHED_UP, PUSHED_DOWN, STICK_LOW, STICK_HIGH, STICK_CLOSED, LIFTED = range(7)
 """Kinds of pieces: ``q`` is ``k_t u``, ``low``, ``high``, or a number since an event.
@@ -56,18 +55,18 @@ def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> float:
 
 
 @Loop
-def extremes(waves: Any, derivative_zeros: Any, rises: Any, count: int) -> Any:
+def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
     """Largest and smallest value of a series, and where [rad], from the zeros of its derivative."""
     high, low = -np.inf, np.inf
     at_high, at_low = 0.0, 0.0
     for i in range(count):
-        value = value_at(waves[0], waves[1], derivative_zeros[i], 0)
+        value = series.at(waves[0], waves[1], derivative_zeros[i])[0]
         if value > high:
             high, at_high = value, derivative_zeros[i]
         if value < low:
             low, at_low = value, derivative_zeros[i]
     if count == 0:
-        high = low = value_at(waves[0], waves[1], 0.0, 0)
+        high = low = series.at(waves[0], waves[1], 0.0)[0]
     return high, at_high, low, at_low
 
 
@@ -82,23 +81,26 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
     angles, kinds = np.empty(size), np.empty(size, dtype=np.int64)
     rises = np.empty(size, dtype=np.bool_)
     zeros, up = np.empty(size), np.empty(size, dtype=np.bool_)
+    rate = np.empty((2, waves.shape[2]))
     n = 0
     for k in range(2):  # the turning points of both walls
-        count = sign_changes(waves[2 + k, 0], waves[2 + k, 1], 1, noise, zeros, up)
-        high, at_high, low, at_low = extremes(waves[2 + k], zeros, up, count)
+        series.derive(waves[2 + k, 0], waves[2 + k, 1], rate[0], rate[1])
+        count = series.sign_changes(rate[0], rate[1], noise, zeros, up)
+        high, at_high, low, at_low = extremes(waves[2 + k], zeros, count)
         turning[k, 0], turning[k, 1] = (high, at_high) if k == 0 else (low, at_low)
         for i in range(count):
             angles[n], kinds[n], rises[n] = zeros[i], k, up[i]
             n += 1
-    count = sign_changes(waves[1, 0], waves[1, 1], 1, 0.0, zeros, up)
-    high, at_high, low, at_low = extremes(waves[1], zeros, up, count)
+    series.derive(waves[1, 0], waves[1, 1], rate[0], rate[1])
+    count = series.sign_changes(rate[0], rate[1], 0.0, zeros, up)
+    high, at_high, low, at_low = extremes(waves[1], zeros, count)
     turning[2, 0], turning[2, 1], turning[3, 0], turning[3, 1] = low, at_low, high, at_high
     if high <= 0:
         return _piece(pieces, 0, APART, 0.0, 2 * math.pi, 0.0, 0.0)
     opens = low < 0
     closes = 0
     if opens:
-        closes = sign_changes(waves[1, 0], waves[1, 1], 0, 0.0, zeros, up)
+        closes = series.sign_changes(waves[1, 0], waves[1, 1], 0.0, zeros, up)
         opens = closes > 0
         for i in range(closes):
             angles[n], kinds[n], rises[n] = zeros[i], _OPENS_OR_CLOSES, up[i]
@@ -152,25 +154,28 @@ def _around(
     """March from ``start`` through the sorted zeros, where each wall is monotone in between."""
     kind = APART if opens else STICK_LOW
     begin, anchor, share, count = start, start, 0.0, 0
-    place = 0.0 if opens else value_at(waves[2, 0], waves[2, 1], start, 0)
+    place = 0.0 if opens else series.at(waves[2, 0], waves[2, 1], start)[0]
     left = start
     for i in range(len(angles)):
         right = angles[i]
         if kind >= STICK_LOW:
-            low = value_at(waves[2, 0], waves[2, 1], right, 0)
-            high = value_at(waves[3, 0], waves[3, 1], right, 0)
+            low = series.at(waves[2, 0], waves[2, 1], right)[0]
+            high = series.at(waves[3, 0], waves[3, 1], right)[0]
             # A wall that rests pushes by round-off only.
             if low > place + noise or high < place - noise:
                 wall = 2 if low > place + noise else 3
-                at = crossing(waves[wall, 0], waves[wall, 1], 0, place, left, right, wall == 2)
-                count = _piece(pieces, count, kind, begin, at, anchor, share)
-                kind, begin = (PUSHED_UP if wall == 2 else PUSHED_DOWN), at
+                rising = wall == 2
+                reached = series.crossing(
+                    waves[wall, 0], waves[wall, 1], place, left, right, rising
+                )
+                count = _piece(pieces, count, kind, begin, reached, anchor, share)
+                kind, begin = (PUSHED_UP if wall == 2 else PUSHED_DOWN), reached
         after = kind
         if kinds[i] == _OPENS_OR_CLOSES and not rises[i]:
             after = APART
         elif kinds[i] == _OPENS_OR_CLOSES and kind == APART:
-            low_slope = value_at(waves[2, 0], waves[2, 1], right, 1)
-            high_slope = value_at(waves[3, 0], waves[3, 1], right, 1)
+            low_slope = series.at(waves[2, 0], waves[2, 1], right)[1]
+            high_slope = series.at(waves[3, 0], waves[3, 1], right)[1]
             after = STICK_CLOSED
             if low_slope > 0:
                 after = PUSHED_UP
@@ -184,12 +189,12 @@ def _around(
             count = _piece(pieces, count, kind, begin, right, anchor, share)
             kind, begin, anchor, share = after, right, right, 0.0
             wall = 3 if kind == STICK_HIGH else 2
-            place = value_at(waves[wall, 0], waves[wall, 1], right, 0)
+            place = series.at(waves[wall, 0], waves[wall, 1], right)[0]
             if kind == STICK_CLOSED:
-                place = value_at(waves[0, 0], waves[0, 1], right, 0)
-                closing = value_at(waves[1, 0], waves[1, 1], right, 1)
+                place = series.at(waves[0, 0], waves[0, 1], right)[0]
+                closing = series.at(waves[1, 0], waves[1, 1], right)[1]
                 if closing > 0:
-                    share = -value_at(waves[0, 0], waves[0, 1], right, 1) / closing
+                    share = -series.at(waves[0, 0], waves[0, 1], right)[1] / closing
         left = right
     end = start + 2 * math.pi
     if end > begin:

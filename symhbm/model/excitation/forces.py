@@ -1,72 +1,21 @@
-"""Periodic forces: at a point, the travelling wave of an engine order, or any harmonic pattern.
-
-An excitation has an ``amplitude`` [N] and a ``shape``: the Fourier coefficients of the force per
-degree of freedom at unit amplitude.
-"""
+"""Periodic forces: at a point, the travelling wave of an engine order, or any harmonic pattern."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Protocol
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symhbm.model.excitation.excitation import Excitation, check_contained
+from symhbm.model.excitation.static_load import one_each
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 
-class Excitation(Protocol):
-    """What a force tells the equations of motion."""
-
-    @property
-    def amplitude(self) -> float:
-        """Factor of the shape [N]."""
-        ...
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """The named parameters and their values."""
-        ...
-
-    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
-        """Coefficients at unit amplitude, ``(n_dof, n_components)``."""
-        ...
-
-    def with_parameters(self, **values: Any) -> Excitation:
-        """Copy with other values of named parameters."""
-        ...
-
-
-def _check_contained(harmonic: int, basis: FourierBasis) -> None:
-    if harmonic not in basis.harmonics:
-        raise ValueError(
-            f"harmonics={basis.harmonics}: the excitation acts on harmonic {harmonic}, "
-            "which must be in the set"
-        )
-
-
-class _Named:
-    """Named parameters shared by all excitations."""
-
-    _fields: ClassVar = {"force_amplitude": "amplitude"}
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """The named parameters and their values."""
-        return {name: getattr(self, attribute) for name, attribute in self._fields.items()}
-
-    def with_parameters(self, **values: Any):
-        """Return a copy with other values; raises KeyError for a name that is no parameter."""
-        for name in values:
-            check.known(name, self._fields, "parameter of this excitation")
-            if name == "force_amplitude":
-                check.scalar(name, values[name])
-        return replace(self, **{self._fields[name]: value for name, value in values.items()})  # type: ignore
-
-
 @dataclass(frozen=True)
-class PointForce(_Named):
+class PointForce(Excitation):
     """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad]."""
 
     dof: int = 0
@@ -83,7 +32,7 @@ class PointForce(_Named):
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
-        _check_contained(self.harmonic, basis)
+        check_contained(self.harmonic, basis)
         check.integer("dof", self.dof, 0, n_dof - 1)
         shape = np.zeros((n_dof, basis.n_components))
         shape[self.dof, basis.component(self.harmonic)] = np.cos(self.phase)
@@ -92,7 +41,7 @@ class PointForce(_Named):
 
 
 @dataclass(frozen=True)
-class EngineOrder(_Named):
+class EngineOrder(Excitation):
     """Travelling wave ``amplitude cos(harmonic omega t - 2 pi order i / N)`` on blade i, Eq. (12).
 
     This is how the source's Eq. (12) is read. As printed it has no time, and its cosine and sine
@@ -125,7 +74,7 @@ class EngineOrder(_Named):
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
-        _check_contained(self.harmonic, basis)
+        check_contained(self.harmonic, basis)
         blades = list(range(n_dof)) if self.blades is None else list(self.blades)
         check.integer("blades", max(blades), 0, n_dof - 1)
         # Reduced in integers first, so that aliased orders give the same force to the bit.
@@ -138,11 +87,12 @@ class EngineOrder(_Named):
 
 
 @dataclass(frozen=True)
-class HarmonicForce(_Named):
+class HarmonicForce(Excitation):
     """Any force: ``amplitude sum_n cosine[n] cos(n omega t) + sine[n] sin(n omega t)``.
 
     ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, dimensionless
-    where ``amplitude`` is in N.
+    where ``amplitude`` is in N. ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean``
+    [N], one value per degree of freedom, which stays as it is when ``force_amplitude`` changes.
 
     Examples
     --------
@@ -155,6 +105,7 @@ class HarmonicForce(_Named):
     cosine: Mapping[int, ArrayLike] = field(default_factory=dict)
     sine: Mapping[int, ArrayLike] = field(default_factory=dict)
     amplitude: float = 1.0
+    mean: ArrayLike | None = None
 
     def __post_init__(self):
         put = object.__setattr__
@@ -173,21 +124,30 @@ class HarmonicForce(_Named):
                     )
                 table[harmonic] = tuple(row.tolist())
             put(self, name, table)
-        if not self.cosine and not self.sine:
+        if not self.cosine and not self.sine and self.mean is None:
             raise ValueError("cosine={}, sine={}: expected at least one harmonic")
         check_harmonics({*self.cosine, *self.sine, 1})
+        mean = self.mean
+        if 0 in self.cosine:
+            if mean is not None:
+                raise ValueError(f"mean={check.shown(mean)}: expected None beside cosine[0]")
+            # The table is this force's own.
+            mean = self.amplitude * np.array(self.cosine.pop(0))  # type: ignore[attr-defined]
+        if mean is not None:
+            put(self, "mean", tuple(np.atleast_1d(check.array("mean", mean)).tolist()))
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
         shape = np.zeros((n_dof, basis.n_components))
         for name, table in (("cosine", self.cosine), ("sine", self.sine)):
             for harmonic, row in table.items():
-                _check_contained(harmonic, basis)
-                values = np.asarray(row, dtype=float)
-                if len(values) != n_dof:
-                    raise ValueError(
-                        f"{name}[{harmonic}]: expected {n_dof} values (one per DOF), "
-                        f"got {len(values)}"
-                    )
+                check_contained(harmonic, basis)
+                values = one_each(f"{name}[{harmonic}]", row, n_dof)  # type: ignore[arg-type]
                 shape[:, basis.component(harmonic, name == "sine")] = values
         return shape
+
+    def static(self, n_dof: int) -> FloatArray:
+        """The mean, ``(n_dof,)`` [N]; ValueError if it misfits."""
+        if self.mean is None:
+            return super().static(n_dof)
+        return one_each("mean", self.mean, n_dof)  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops.loop import Loop
 
 _CELLS = 4
 """First cells per period of the highest harmonic."""
@@ -17,40 +17,39 @@ _CLOSEST = 1e-8
 """Width [rad] of a cell below which a pair of zeros does not count."""
 _STEPS = 60
 """Most steps to a zero, each at least a bisection."""
-_ROUND_OFF = 2e-16
+_LAST_STEP = 1e-12
+"""Last step to a zero, relative to the angle."""
 
 
 @Loop
-def value_at(cosine: Any, sine: Any, angle: float, derivative: int) -> float:
-    """A series at an angle [rad], or its derivative 0, 1 or 2 by the angle."""
+def at(cosine: Any, sine: Any, angle: float) -> tuple[float, float]:
+    """Value and slope of a series at an angle [rad]."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
-    c, s, total = 1.0, 0.0, 0.0
+    c, s, value, slope = 1.0, 0.0, 0.0, 0.0
     for h in range(len(cosine)):
-        if derivative == 0:
-            total += cosine[h] * c + sine[h] * s
-        elif derivative == 1:
-            total += h * (sine[h] * c - cosine[h] * s)
-        else:
-            total -= h * h * (cosine[h] * c + sine[h] * s)
+        value += cosine[h] * c + sine[h] * s
+        slope += h * (sine[h] * c - cosine[h] * s)
         c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
-    return total
+    return value, slope
 
 
 @Loop
-def crossing(
-    cosine: Any, sine: Any, derivative: int, level: float, left: float, right: float, rises: bool
-) -> float:
-    """Where a series, or its first derivative, passes a level between two angles, once."""
-    root = 0.5 * (left + right)
-    low = value_at(cosine, sine, left, derivative) - level
-    high = value_at(cosine, sine, right, derivative) - level
-    if low * high < 0:
-        root = left + (right - left) * low / (low - high)
-    elif (low >= 0) == rises:
+def derive(cosine: Any, sine: Any, of_cosine: Any, of_sine: Any) -> None:
+    """Write the coefficients of the derivative of a series."""
+    for h in range(len(cosine)):
+        of_cosine[h], of_sine[h] = h * sine[h], -h * cosine[h]
+
+
+@Loop
+def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool) -> float:
+    """Where a series passes a level between two angles, between which it is monotone."""
+    low, high = at(cosine, sine, left)[0] - level, at(cosine, sine, right)[0] - level
+    if low * high >= 0 and (low >= 0) == rises:
         return left
+    root = left + (right - left) * low / (low - high) if low * high < 0 else 0.5 * (left + right)
     for _ in range(_STEPS):
-        value = value_at(cosine, sine, root, derivative) - level
-        slope = value_at(cosine, sine, root, derivative + 1)
+        value, slope = at(cosine, sine, root)
+        value -= level
         if (value > 0) == rises:
             right = root
         else:
@@ -62,16 +61,15 @@ def crossing(
                 new = newton
         step = abs(new - root)
         root = new
-        if step <= 4 * _ROUND_OFF * (1 + abs(root)):
+        # The error of Newton's method after a step is its square.
+        if step <= _LAST_STEP * (1 + abs(root)):
             break
     return root
 
 
 @Loop
-def sign_changes(
-    cosine: Any, sine: Any, derivative: int, noise: float, angles: Any, rises: Any
-) -> int:
-    """Changes of sign of a series, or of its first derivative, in ``[0, 2 pi)``, ascending.
+def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
+    """Changes of sign of a series in ``[0, 2 pi)``, ascending.
 
     They are written into ``angles`` [rad] and ``rises``; the result is their number. Values up to
     the ``noise`` are zero. On each cell a cubic through values and slopes at both ends, with the
@@ -82,21 +80,19 @@ def sign_changes(
     bound, size = 0.0, 0.0
     for h in range(highest + 1):
         amplitude = abs(cosine[h]) + abs(sine[h])
-        size += amplitude * (1.0 if derivative == 0 else h)
-        bound += amplitude * float(h) ** (4 + derivative)
+        size += amplitude
+        bound += amplitude * float(h * h) ** 2
     if size <= noise:
         return 0
     cells = _CELLS * max(highest, 2)
     count = 0
     stack = np.empty((40, 6))
-    start = value_at(cosine, sine, 0.0, derivative), value_at(cosine, sine, 0.0, derivative + 1)
+    start = at(cosine, sine, 0.0)
     before = start
     for i in range(cells):
         left, right = 2 * math.pi * i / cells, 2 * math.pi * (i + 1) / cells
-        after = start  # of the last cell: a zero there counts once
-        if i < cells - 1:
-            value = value_at(cosine, sine, right, derivative)
-            after = value, value_at(cosine, sine, right, derivative + 1)
+        # The end of the last cell is the begin of the first: a zero there counts once.
+        after = at(cosine, sine, right) if i < cells - 1 else start
         stack[0] = left, right, before[0], before[1], after[0], after[1]
         before = after
         depth = 1
@@ -111,17 +107,17 @@ def sign_changes(
             if lowest > error or largest < -error:
                 continue
             steepest = bound * width**3 / 96
-            slopes = first_slope, 3 * (third - second) / width, last_slope
-            monotone = min(slopes) > steepest or max(slopes) < -steepest
+            inner = 3 * (third - second) / width
+            gentlest = min(first_slope, inner, last_slope)
+            monotone = gentlest > steepest or max(first_slope, inner, last_slope) < -steepest
             if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
                 middle = 0.5 * (left + right)
-                value = value_at(cosine, sine, middle, derivative)
-                slope = value_at(cosine, sine, middle, derivative + 1)
+                value, slope = at(cosine, sine, middle)
                 stack[depth] = middle, right, value, slope, last, last_slope
                 stack[depth + 1] = left, middle, first, first_slope, value, slope
                 depth += 2
             elif (first > 0) != (last > 0) and count < len(angles):
-                angles[count] = crossing(cosine, sine, derivative, 0.0, left, right, last > 0)
+                angles[count] = crossing(cosine, sine, 0.0, left, right, last > 0)
                 rises[count] = last > 0
                 count += 1
     return count

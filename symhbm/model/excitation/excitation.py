@@ -1,0 +1,183 @@
+"""What a force tells the equations of motion, and sums of forces.
+
+An excitation has an ``amplitude`` [N] and a ``shape``, the Fourier coefficients of what oscillates
+per degree of freedom at unit amplitude, and a ``static`` part [N] that no amplitude scales.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from symhbm.numerics import FloatArray, FourierBasis, check
+
+
+class Excitation(ABC):
+    """A periodic force. Forces add: ``EngineOrder(3) + StaticLoad({0: 20.0})``.
+
+    TypeError for a sum with anything else.
+    """
+
+    _fields: ClassVar[dict[str, str]] = {"force_amplitude": "amplitude"}
+    amplitude: float
+    """Factor of the shape [N]."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The named parameters and their values."""
+        return {name: getattr(self, attribute) for name, attribute in self._fields.items()}
+
+    def with_parameters(self, **values: Any) -> Self:
+        """Return a copy with other values; raises KeyError for a name that is no parameter."""
+        for name in values:
+            check.known(name, self._fields, "parameter of this excitation")
+            if name == "force_amplitude":
+                check.scalar(name, values[name])
+        return replace(self, **{self._fields[name]: value for name, value in values.items()})  # type: ignore
+
+    @abstractmethod
+    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
+        """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
+
+    def static(self, n_dof: int) -> FloatArray:
+        """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
+        return np.zeros(n_dof)
+
+    def description(self) -> dict[str, Any]:
+        """What tells it apart in a dataset, as JSON keeps it."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        return {"type": type(self).__name__} | values
+
+    def __add__(self, other: Excitation) -> ForceSum:
+        for force in (self, other):
+            if not isinstance(force, Excitation):
+                raise TypeError(
+                    f"{check.shown(force)}: expected an excitation to add, as "
+                    "symhbm.StaticLoad(values)"
+                )
+        return ForceSum((*_parts(self), *_parts(other)))
+
+    def __radd__(self, other: Any) -> ForceSum:
+        return Excitation.__add__(other, self)
+
+
+@dataclass(frozen=True, repr=False)
+class ForceSum(Excitation):
+    """The sum of forces; ``+`` makes it.
+
+    ``amplitude`` [N] is that of the first part that oscillates; the others keep their ratio to it.
+    Other parameters are those that one part alone has.
+    """
+
+    parts: tuple[Excitation, ...]
+    amplitude: float = None  # type: ignore[assignment]
+
+    def __post_init__(self):
+        given = self._first if self.amplitude is None else self.amplitude
+        object.__setattr__(self, "amplitude", check.scalar("amplitude", given))
+
+    @property
+    def _first(self) -> float:
+        """Amplitude of the first part that has one, 0 where nothing oscillates."""
+        return next((part.amplitude for part in self.parts if part.amplitude), 0.0)
+
+    @property
+    def _owners(self) -> dict[str, int]:
+        """Number of the part that has a parameter, by the names of those that one part has."""
+        names = [(name, k) for k, part in enumerate(self.parts) for name in part.parameters]
+        count = Counter(name for name, _ in names)
+        return {n: k for n, k in names if count[n] == 1 and n != "force_amplitude"}
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The common amplitude, if anything oscillates, and what one part alone has."""
+        of_parts = {name: self.parts[k].parameters[name] for name, k in self._owners.items()}
+        oscillates = any("force_amplitude" in part.parameters for part in self.parts)
+        return ({"force_amplitude": self.amplitude} if oscillates else {}) | of_parts
+
+    def with_parameters(self, **values: Any) -> Self:
+        """Return a copy with other values; raises KeyError for a name that is no parameter."""
+        parts, amplitude = [*self.parts], self.amplitude
+        for name, value in values.items():
+            check.known(name, self.parameters, "parameter of this excitation")
+            if name == "force_amplitude":
+                amplitude = check.scalar(name, value)
+            else:
+                k = self._owners[name]
+                parts[k] = parts[k].with_parameters(**{name: value})
+        return replace(self, parts=tuple(parts), amplitude=amplitude)
+
+    @property
+    def _ratios(self) -> list[float]:
+        """Amplitudes of the parts over the common one; 1 each where all of them are 0."""
+        first = self._first
+        return [part.amplitude / first if first else 1.0 for part in self.parts]
+
+    @property
+    def scaled(self) -> tuple[Excitation, ...]:
+        """The parts with the amplitudes that they have in the sum."""
+        if self.amplitude == self._first:
+            return self.parts
+        return tuple(
+            part.with_parameters(force_amplitude=self.amplitude * ratio)
+            if "force_amplitude" in part.parameters
+            else part
+            for part, ratio in zip(self.parts, self._ratios, strict=True)
+        )
+
+    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
+        """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
+        pairs = zip(self.parts, self._ratios, strict=True)
+        return np.sum([ratio * part.shape(n_dof, basis) for part, ratio in pairs], axis=0)
+
+    def static(self, n_dof: int) -> FloatArray:
+        """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
+        return np.sum([part.static(n_dof) for part in self.parts], axis=0)
+
+    def description(self) -> dict[str, Any]:
+        """What tells it apart in a dataset, as JSON keeps it."""
+        parts = [part.description() for part in self.parts]
+        return super().description() | {"parts": parts}
+
+    def __repr__(self) -> str:
+        return " + ".join(map(repr, self.scaled))
+
+
+def _parts(force: Excitation) -> tuple[Excitation, ...]:
+    return force.scaled if isinstance(force, ForceSum) else (force,)
+
+
+def check_excitation(name: str, force: object) -> None:
+    """Raise TypeError unless it is an excitation."""
+    if not isinstance(force, Excitation):
+        raise TypeError(f"{name}={check.shown(force)}: expected an excitation")
+
+
+def check_contained(harmonic: int, basis: FourierBasis) -> None:
+    """Raise ValueError for a harmonic of a force that a set leaves out."""
+    if harmonic not in basis.harmonics:
+        raise ValueError(
+            f"harmonics={basis.harmonics}: the excitation acts on harmonic {harmonic}, "
+            "which must be in the set"
+        )
+
+
+def static_force(force: Excitation, n_dof: int, basis: FourierBasis) -> FloatArray:
+    """Its static part (n_dof,) [N]; ValueError if it misfits, or harmonic 0 is left out."""
+    static = force.static(n_dof)
+    if static.any():
+        check_contained(0, basis)
+    return static
+
+
+def force_coefficients(force: Excitation, n_dof: int, basis: FourierBasis) -> FloatArray:
+    """Coefficients of all of a force, ``(n_dof, n_components)`` [N]; ValueError if they misfit."""
+    result = force.amplitude * force.shape(n_dof, basis)
+    static = static_force(force, n_dof, basis)
+    if 0 in basis.harmonics:
+        result[:, basis.component(0)] += static
+    return result

@@ -1,0 +1,486 @@
+"""Directions of contacts: pairs of places, weights, arrays, and what reads them."""
+
+import json
+import warnings
+from typing import ClassVar
+
+import casadi as ca
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from symhbm.balance import is_held
+from symhbm.cli.describe import describe
+from symhbm.model import find_symmetry
+from symhbm.model.contacts import Weights
+from symhbm.plot.contact import loops_of
+
+FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
+
+
+class Corner(sh.SmoothLaw):
+    """Two displacements that stiffen together."""
+
+    directions = ("tangential", "normal")
+    parameters: ClassVar = {"cube": sh.Parameter("N m-3", "stiffness of the corner")}
+    degree = 3
+
+    def force_at(self, displacement, frequency, values):
+        return values["cube"] * ca.sumsqr(displacement) * displacement
+
+
+def matrices(n, seed=0):
+    rng = np.random.default_rng(seed)
+    chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    mass = np.eye(n) + np.diag(0.3 * rng.random(n))
+    return mass, 0.4 * mass + 1e-5 * 1e4 * chain, 1e4 * chain + 3e3 * np.eye(n)
+
+
+PAIRS = [(0, 2), (3,)]
+SAME = {
+    "weights": [{0: 1.0, 2: -1.0}, {3: 1}],
+    "turned round": [{2: -1, 0: 1}, {3: np.float64(1)}],
+    "array": np.array([[1.0, 0, -1, 0], [0, 0, 0, 1]]),
+    "integers": np.array([[1, 0, -1, 0], [0, 0, 0, 1]]),
+    "sparse": sp.coo_array(np.array([[1.0, 0, -1, 0], [0, 0, 0, 1]])),
+    "places of another model": (Weights((0, 2), (1.0, -1.0)), (3,)),
+}
+
+
+@pytest.mark.parametrize("given", SAME.values(), ids=SAME)
+def test_pairs_and_weights_are_the_same_contact(given):
+    """To the bit: directions, residual, Jacobian."""
+    one, other = (
+        sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.Coulomb(), each, **FRICTION)})
+        for each in (PAIRS, given)
+    )
+    short = sh.Model(*matrices(4), contacts=given, **FRICTION)
+    unknowns = 1e-3 * np.random.default_rng(1).normal(size=12)
+    for model in (other, short):
+        assert model.touched == {0, 2, 3}
+        np.testing.assert_array_equal(model.directions.toarray(), one.directions.toarray())
+        found, expected = (
+            sh.HarmonicBalance(m, sh.PointForce(), (0, 1)).evaluate(unknowns, 90.0)
+            for m in (model, one)
+        )
+        np.testing.assert_array_equal(found.residual, expected.residual)
+        assert found.magnitude == expected.magnitude
+
+
+def test_pairs_stay_as_they_were():
+    """What old programs and archives read."""
+    model = sh.Model(*matrices(4), contacts=PAIRS, **FRICTION)
+    assert model.contacts == ((0, 2), (3,))
+    named = sh.Contacts(Corner(), [(0,), (0, 1)], [(1,), (2,)], cube=1.0)
+    model = sh.Model(*matrices(4), contacts={"corner": named})
+    assert model.contacts == (((0,), (1,)), ((0, 1), (2,)))
+    assert sh.Model(*matrices(4), contacts=SAME["array"], **FRICTION).contacts == tuple(PAIRS)
+
+
+def test_one_contact_may_stand_alone():
+    for alone in ((0, 2), (1,), {0: 0.5}, {0: 0.3, 1: -2.0, 3: 1.0}):
+        group = sh.Contacts(sh.Coulomb(), alone, **FRICTION)
+        assert len(group) == 1
+        model, listed = (
+            sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.Coulomb(), each, **FRICTION)})
+            for each in (alone, [alone])
+        )
+        assert model.contacts == listed.contacts
+    weighted = model.contacts[0]
+    assert (weighted.dofs, weighted.weights) == ((0, 1, 3), (0.3, -2.0, 1.0))
+    assert repr(weighted) == "{0: 0.3, 1: -2.0, 3: 1.0}"
+    again = sh.Contacts(sh.Coulomb(), weighted, **FRICTION)
+    assert again.directions["tangential"].ends == (weighted,)
+
+
+def test_directions_by_name():
+    """In the order of the law or by name, in any order."""
+    normal, tangential = [{2: 0.5, 3: -0.5}], [(0, 1)]
+    forms = [
+        sh.Contacts(Corner(), tangential, normal, cube=1e8),
+        sh.Contacts(Corner(), normal=normal, cube=1e8, tangential=tangential),
+        sh.Contacts(Corner(), tangential, normal=normal[0], cube=1e8),
+        sh.Contacts(
+            Corner(), tangential=tangential[0], normal=np.array([[0, 0, 0.5, -0.5]]), cube=1e8
+        ),
+    ]
+    models = [sh.Model(*matrices(4), contacts={"corner": group}) for group in forms]
+    for model in models:
+        assert model.contacts == models[0].contacts
+        assert model.row_ends == ((0, 1), Weights((2, 3), (0.5, -0.5)))
+
+
+@pytest.mark.parametrize("factor", [2.0, -0.25])
+def test_scaled_weights_are_scaled_contacts(factor):
+    """y' = s y has the work of y where k' = k / s^2, g' = g / |s| and gamma' = gamma / s^4."""
+
+    def model(scale):
+        groups = {
+            "rub": sh.Contacts(
+                sh.Coulomb(),
+                [{0: scale, 2: -scale}, {1: 0.6 * scale, 3: 0.8 * scale}],
+                contact_stiffness=8e3 / scale**2,
+                friction_coefficient=0.4,
+                normal_load=2.0 / abs(scale),
+            ),
+            "stiff": sh.Contacts(
+                sh.CubicSpring(), {1: scale, 2: 0.5 * scale}, cubic_stiffness=1e9 / scale**4
+            ),
+        }
+        return sh.Model(*matrices(4), contacts=groups)
+
+    force = sh.PointForce(dof=1, amplitude=3.0)
+    one, other = (
+        sh.solve(sh.HarmonicBalance(model(scale), force, (0, 1, 2, 3)), 13.0, throw=True)
+        for scale in (1.0, factor)
+    )
+    assert (one.contact_state == 1).any()
+    np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(one.dissipation, other.dissipation, rtol=1e-10, atol=1e-18)
+    np.testing.assert_allclose(other.contact_state, one.contact_state)
+
+
+def turned(seed=3):
+    """A structure in its own coordinates and in turned ones, and the turn."""
+    rng = np.random.default_rng(seed)
+    n = 6
+    q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    directions = {
+        "rub": [[(0, 1), (4,)]],
+        "stiff": [[(2, 3)]],
+        "corner": [[(0,), (5,)], [(1,), (2, 4)]],
+    }
+    laws = {"rub": sh.Coulomb(), "stiff": sh.CubicSpring(), "corner": Corner()}
+    values = {"rub": FRICTION, "stiff": dict(cubic_stiffness=2e8), "corner": dict(cube=1e8)}
+    plain = {
+        name: sh.Contacts(laws[name], *directions[name], **values[name]) for name in directions
+    }
+
+    def rows(pairs):
+        result = np.zeros((len(pairs), n))
+        for j, pair in enumerate(pairs):
+            result[j, list(pair)] = (1.0, -1.0)[: len(pair)]
+        return result @ q.T
+
+    inclined = {
+        name: sh.Contacts(laws[name], *map(rows, directions[name]), **values[name])
+        for name in directions
+    }
+    whole = matrices(n)
+    models = (
+        sh.Model(*whole, contacts=plain),
+        sh.Model(*(q @ matrix @ q.T for matrix in whole), contacts=inclined),
+    )
+    push = rng.normal(size=(2, n))
+    forces = [
+        sh.HarmonicForce(cosine={1: 4 * t @ push[0]}, sine={2: 2 * t @ push[1]})
+        + sh.StaticLoad(10 * t @ push[1])
+        for t in (np.eye(n), q)
+    ]
+    return q, models, forces
+
+
+@pytest.mark.parametrize("frequency", [6.0, 9.0, 14.0, 21.0])
+def test_turned_coordinates_leave_responses_as_they_are(frequency):
+    q, models, forces = turned()
+    plain, inclined = (
+        sh.solve(sh.HarmonicBalance(model, force, (0, 1, 2, 3)), frequency, throw=True)
+        for model, force in zip(models, forces, strict=True)
+    )
+    x, z = (point.coefficient.values for point in (plain, inclined))
+    assert (plain.contact_state == 1).any()
+    assert np.abs(x[:, 0]).max() > 5e-4  # the mean of the static load
+    back = np.tensordot(q.T, z, 1)
+    np.testing.assert_allclose(back, x, rtol=0, atol=1e-10 * np.abs(x).max())
+    for name in ("dissipation", "stick_fraction"):
+        np.testing.assert_allclose(plain[name], inclined[name], rtol=1e-8, atol=1e-12)
+
+
+def test_turned_coordinates_leave_exact_motions_as_they_are():
+    q, models, forces = turned()
+    friction = [
+        sh.Model(
+            m.mass_matrix,
+            m.damping_matrix,
+            m.stiffness_matrix,
+            contacts=m.directions.toarray()[:2],
+            **FRICTION,
+        )
+        for m in models
+    ]
+    x, z = (
+        sh.periodic_motion(sh.HarmonicBalance(m, f, (0, 1, 2, 3)), 14.0, throw=True)
+        for m, f in zip(friction, forces, strict=True)
+    )
+    back = np.tensordot(q.T, z.displacement.transpose("dof", "angle").values, 1)
+    expected = x.displacement.transpose("dof", "angle").values
+    np.testing.assert_allclose(back, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_several_laws_on_one_place():
+    """Named groups side by side against the short form, and all of them stuck against springs."""
+    place, weights = (0, 2), {0: 0.5, 1: 0.25, 3: -1.0}
+    force = sh.PointForce(dof=1, amplitude=5.0)
+    short = sh.Model(*matrices(4), contacts=[place], cubic_stiffness=3e8, **FRICTION)
+    named = sh.Model(
+        *matrices(4),
+        contacts={
+            "rub": sh.Contacts(sh.Coulomb(), place, **FRICTION),
+            "stiff": sh.Contacts(sh.CubicSpring(), place, cubic_stiffness=3e8),
+        },
+    )
+    one, other = (
+        sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 12.0, throw=True) for m in (short, named)
+    )
+    np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=1e-12)
+
+    stuck = dict(friction_coefficient=0.4, normal_load=1e9)
+    groups = {
+        "first": sh.Contacts(sh.Coulomb(), weights, contact_stiffness=4e3, **stuck),
+        "second": sh.Contacts(
+            sh.Coulomb(), [weights, place], contact_stiffness=[5e3, 2e3], **stuck
+        ),
+    }
+    mass, damping, stiffness = matrices(4)
+    w = np.array([[0.5, 0.25, 0, -1], [1, 0, -1, 0]])
+    springs = stiffness + w.T @ np.diag([9e3, 2e3]) @ w
+    omega = 2 * np.pi * 12.0
+    expected = np.linalg.solve(springs + 1j * omega * damping - omega**2 * mass, [0, 5, 0, 0])
+    model = sh.Model(mass, damping, stiffness, contacts=groups)
+    found = sh.solve(sh.HarmonicBalance(model, force), 12.0, throw=True).coefficient.values[:, 0]
+    np.testing.assert_allclose(found[:, 0] - 1j * found[:, 1], expected, rtol=1e-9)
+
+
+def weighted_ring(n_sectors=5, other=1.0):
+    """Two degrees of freedom a sector; contacts along inclined lines, one of them a little off."""
+    size = 2 * n_sectors
+    stiffness = 2e4 * np.eye(size)
+    for j in range(n_sectors):
+        a, b, c = 2 * j, 2 * j + 1, (2 * j + 2) % size
+        for i, k, value in ((a, b, 3e3), (b, c, 2e3)):
+            stiffness[[i, k], [k, i]] -= value
+            stiffness[[i, k], [i, k]] += value
+
+    def ends(j):
+        at = [(2 * j + k) % size for k in range(4)]
+        return dict(zip(at, [0.8, 0.6, -0.8, -0.6 * (other if j == 2 else 1.0)], strict=True))
+
+    contacts = {
+        "shroud": sh.Contacts(sh.Coulomb(), [ends(j) for j in range(n_sectors)], **FRICTION),
+        "root": sh.Contacts(
+            sh.Coulomb(), [{2 * j: 0.5, 2 * j + 1: 0.1} for j in range(n_sectors)], **FRICTION
+        ),
+    }
+    return sh.Model(np.eye(size), 0.6 * np.eye(size), stiffness, contacts=contacts)
+
+
+def test_sectors_of_weighted_contacts():
+    force = sh.EngineOrder(2, 3.0, blades=range(0, 10, 2)) + sh.StaticLoad([5.0, -3.0] * 5)
+    problem = sh.HarmonicBalance(weighted_ring(), force, (0, 1, 2, 3))
+    of_sector, whole = (
+        sh.frf(problem, (15, 30), at=[19, 22], sector=sector, progress=False)
+        for sector in (True, False)
+    )
+    assert (of_sector.n_sectors.item(), whole.n_sectors.item()) == (5, 1)
+    assert (whole.contact_state == 1).any()
+    x = whole.coefficient
+    np.testing.assert_allclose(of_sector.coefficient, x, rtol=0, atol=1e-10 * abs(x).max())
+    off = weighted_ring(other=1 + 1e-12)
+    assert find_symmetry(off, force, problem.basis) is None
+    assert find_symmetry(weighted_ring(), force, problem.basis).n_sectors == 5
+
+
+def test_condensed_structures_keep_what_weights_touch():
+    n, weights = 40, {3: 0.7, 17: -1.3, 30: 0.2}
+    model = sh.Model(
+        *matrices(n),
+        contacts={
+            "rub": sh.Contacts(sh.Coulomb(), [weights, (30,)], **FRICTION),
+            "corner": sh.Contacts(Corner(), (3,), {17: 0.5, 30: 0.5}, cube=1e8),
+        },
+    )
+    force = sh.PointForce(dof=10, amplitude=20.0) + sh.StaticLoad({20: 50.0, 3: -20.0})
+    small = sh.condense(model, force, (5, 20), (0, 1, 2))
+    assert small.dofs.tolist() == [3, 17, 30]
+    assert small.row_ends[0] == Weights((0, 1, 2), (0.7, -1.3, 0.2))
+    assert small.contacts[2] == ((0,), Weights((1, 2), (0.5, 0.5)))
+    whole, condensed = (sh.HarmonicBalance(m, force, (0, 1, 2)) for m in (model, small))
+    expected = sh.solve(whole, 11.0, throw=True).coefficient.values
+    point = sh.solve(condensed, 11.0, throw=True)
+    level = np.abs(expected).max()
+    np.testing.assert_allclose(point.coefficient, expected[small.dofs], rtol=0, atol=1e-8 * level)
+    recovered = sh.recover(condensed, point)
+    np.testing.assert_allclose(recovered.coefficient, expected, rtol=0, atol=1e-8 * level)
+    assert recovered.residual_norm < 1e-9
+
+
+def test_archives_keep_weights(tmp_path):
+    groups = {
+        "rub": sh.Contacts(sh.Coulomb(), [{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION),
+        "corner": sh.Contacts(Corner(), {0: 2.5}, (3,), cube=1e8),
+    }
+    short = sh.Model(*matrices(4), contacts=[{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION)
+    force = sh.PointForce(dof=1, amplitude=3.0)
+    for name, model in {"named": sh.Model(*matrices(4), contacts=groups), "short": short}.items():
+        problem = sh.HarmonicBalance(model, force, (1, 3))
+        response = sh.frf(problem, (10, 16), at=[11, 13, 15], progress=False)
+        path = sh.save(response, tmp_path / f"{name}.nc")
+        loaded = sh.load(path)
+        again = sh.rebuild(loaded, laws=[Corner()])
+        assert again.model.contacts == model.contacts
+        np.testing.assert_array_equal(again.model.directions.toarray(), model.directions.toarray())
+        report = json.loads(sh.verify(loaded, laws=[Corner()], exact="none").verification)
+        assert report["passed"], report
+        assert "2 contacts between" in describe(loaded) or "3 contacts" in describe(loaded)
+
+
+def test_archives_of_pairs_are_read(tmp_path):
+    """Descriptions of pairs are lists of lists, as they always were."""
+    model = sh.Model(*matrices(4), contacts=PAIRS, **FRICTION)
+    response = sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 12.0)
+    assert json.loads(response.problem)["contacts"] == [[0, 2], [3]]
+    assert sh.rebuild(response).model.contacts == tuple(PAIRS)
+
+
+def test_loops_are_of_the_weighted_displacement():
+    scale = 2.0
+    plain, scaled = (
+        sh.solve(
+            sh.HarmonicBalance(
+                sh.Model(
+                    *matrices(4),
+                    contacts=[{0: s, 2: -s}],
+                    contact_stiffness=8e3 / s**2,
+                    friction_coefficient=0.4,
+                    normal_load=2 / s,
+                ),
+                sh.PointForce(dof=1, amplitude=9.0),
+                (1, 3),
+            ),
+            12.0,
+            throw=True,
+        )
+        for s in (1.0, scale)
+    )
+    (one,), (other,) = (loops_of(point)[0].values() for point in (plain, scaled))
+    assert one.displacement.any()
+    np.testing.assert_allclose(other.displacement, scale * one.displacement, rtol=1e-9)
+    np.testing.assert_allclose(other.force, one.force / scale, rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [4, 30])
+def test_pictures_draw_weighted_contacts(n):
+    contacts = {"rub": sh.Contacts(sh.Coulomb(), [{0: 0.2, 1: -0.9, 3: 0.4}, {2: 0.5}], **FRICTION)}
+    figure = sh.plot.model(sh.Model(*matrices(n), contacts=contacts))
+    (ax,) = figure.axes
+    assert "weights of 2 displacements of contacts" in ax.get_xlabel().replace("\n", " ")
+    if n > 16:
+        labels = [text.get_text() for text in ax.get_legend().get_texts()]
+        assert {"friction damper between, 1", "friction damper to the ground, 1"} <= {*labels}
+    plt.close(figure)
+
+
+def test_small_weights_hold_as_well_as_large_ones():
+    """Cubic springs that alone hold the second of two bodies."""
+
+    def held(weight):
+        contacts = {"a": sh.Contacts(sh.CubicSpring(), {1: weight}, cubic_stiffness=1e9)}
+        model = sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 0.0]), contacts=contacts)
+        return is_held(sh.HarmonicBalance(model, sh.PointForce(), (0, 1)))
+
+    assert held(1.0)
+    assert held(1e-8)
+
+
+def test_bands_are_judged_by_the_squares_of_weights():
+    """A spring of 1e8 N/m that acts with a weight of 0.01 makes 1e4 N/m, about 16 Hz."""
+    contacts = {
+        "a": sh.Contacts(
+            sh.Coulomb(), {0: 0.01}, contact_stiffness=1e8, friction_coefficient=1, normal_load=1e9
+        )
+    }
+    model = sh.Model([[1.0]], [[0.5]], [[1e2]], contacts=contacts)
+    problem = sh.HarmonicBalance(model, sh.PointForce())
+    with pytest.warns(UserWarning, match="nearest natural frequency, 15.9"):
+        sh.solve(problem, 1.5e3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sh.solve(problem, 20.0)
+
+
+FLAT = "expected \\(first, second\\)"
+BAD = {
+    "flat list": ([0, 2], TypeError, rf"tangential\[0\]=0: {FLAT}.* or weights"),
+    "flat weights": (np.array([1.0, -1.0]), TypeError, rf"tangential=.*{FLAT}"),
+    "list in a list": ([[0, 2]], TypeError, rf"tangential\[0\]=\[0, 2\]: {FLAT}"),
+    "array in a list": ([np.array([1.0, -1])], TypeError, rf"tangential\[0\]=.*{FLAT}"),
+    "integers of two columns": (np.array([[0, 2]]), TypeError, "list\\(map\\(tuple, array\\)\\)"),
+    "three numbers": ((0, 1, 2), ValueError, "one or two DOFs, or a mapping"),
+    "weights in a tuple": ((0.5, -0.5), ValueError, "tangential=0.5: expected an integer"),
+    "nothing": ({}, ValueError, "tangential={}: expected weights that are not 0"),
+    "a weight of 0": ({0: 1.0, 1: 0.0}, ValueError, "expected weights that are not 0"),
+    "a row of 0": (np.array([[1.0, 0, 0], [0, 0, 0]]), ValueError, r"tangential\[1\]: .*not all 0"),
+    "duplicate": ((2, 2), ValueError, "joins two different DOFs"),
+    "nan": ({0: np.nan}, ValueError, r"tangential\[0\]=nan: expected values finite"),
+    "nan in an array": (np.array([[1.0, np.nan, 0]]), ValueError, r"entry \[0, 1\] is not"),
+    "infinite": (sp.csr_array([[1.0, np.inf, 0]]), ValueError, "tangential=.*finite"),
+    "true": ((True, 0), TypeError, "tangential=True: expected an integer"),
+    "a true weight": ({0: True}, TypeError, r"tangential\[0\]=True: expected real numbers"),
+    "true by number": ({True: 1.0}, TypeError, "degree of freedom=True"),
+    "truths": (np.array([[True, False, True]]), TypeError, "tangential=.*real numbers"),
+    "complex": ({0: 1j}, TypeError, r"tangential\[0\]=1j"),
+    "text": ({"0": 1.0}, TypeError, "degree of freedom='0'"),
+    "negative": ({-1: 1.0}, ValueError, "degree of freedom=-1"),
+    "three dimensions": (np.zeros((1, 2, 3)), TypeError, "or an array \\(n, n_dof\\)"),
+    "one number": (3, TypeError, "tangential=3: expected a sequence"),
+}
+
+
+@pytest.mark.parametrize(("given", "error", "text"), BAD.values(), ids=BAD)
+def test_wrong_directions_say_what_is_expected(given, error, text):
+    with pytest.raises(error, match=text) as caught:
+        sh.Contacts(sh.Coulomb(), given, **FRICTION)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({0: 1.0, 4: 0.5}, r"contacts\['a'\], tangential\[0\]=4: expected an integer from 0 to 3"),
+        ([(0,), (1, 4)], r"contacts\['a'\], tangential\[1\]=4"),
+        (np.eye(3), r"contacts\['a'\], tangential: expected an array of 4 columns .*, got 3"),
+    ],
+    ids=["weights", "pair", "array"],
+)
+def test_directions_outside_a_model(given, text):
+    group = sh.Contacts(sh.Coulomb(), given, **FRICTION)
+    with pytest.raises(ValueError, match=text):
+        sh.Model(*matrices(4), contacts={"a": group})
+
+
+def test_directions_by_name_are_given_once():
+    with pytest.raises(TypeError, match="normal: expected once"):
+        sh.Contacts(Corner(), [(0,)], [(1,)], normal=[(1,)], cube=1.0)
+    with pytest.raises(ValueError, match="tangential, normal, got 1"):
+        sh.Contacts(Corner(), normal=[(1,)], cube=1.0)
+    with pytest.raises(ValueError, match="tangential, normal, got 3"):
+        sh.Contacts(Corner(), [(0,)], [(1,)], [(2,)], cube=1.0)
+    with pytest.raises(KeyError, match="'radial' is no parameter"):
+        sh.Contacts(sh.Coulomb(), [(0,)], radial=[(1,)], **FRICTION)
+
+    class Clash(Corner):
+        parameters: ClassVar = {"normal": sh.Parameter("N", "a load")}
+
+        def force_at(self, displacement, frequency, values):
+            return values["normal"] * displacement
+
+    with pytest.raises(ValueError, match="'normal' names a direction and a parameter"):
+        sh.Contacts(Clash(), [(0,)], normal=[(1,)])
+
+    class Twice(Corner):
+        directions = ("normal", "normal")
+
+    with pytest.raises(ValueError, match="'normal' names two directions"):
+        sh.Contacts(Twice(), [(0,)], [(1,)], cube=1.0)
