@@ -158,6 +158,31 @@ def test_along_a_line_under_a_variable_load(load):
         np.testing.assert_allclose(axis[1] * force[0], axis[0] * force[1], rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("given", ["normal_load", "gap"])
+def test_along_a_line_it_is_the_law_of_one_direction(given):
+    rng, law, plain = (
+        np.random.default_rng(4),
+        sh.PlanarFriction(given),
+        sh.VariableLoadFriction(given),
+    )
+    basis, axis, states = FourierBasis((0, 1, 2, 3)), np.array([0.8, -0.6]), set()
+    for load in (4.0, 2.5, 1.5, 0.8, 0.3, -0.2, -0.5):
+        line, press = random_motion(rng, basis, 2)
+        values = values_of(law, load=load)
+        motion = np.vstack([np.outer(axis, line), press])
+        force, located = force_of(law, basis, motion, values)
+        expected, one = force_of(plain, basis, np.array([line, press]), values)
+        whole = np.vstack([np.outer(axis, expected[0]), expected[1]])
+        np.testing.assert_allclose(force, whole, rtol=0, atol=3e-12)
+        np.testing.assert_array_equal(located.states, one.states)
+        np.testing.assert_allclose(located.margins, one.margins, rtol=1e-9, atol=1e-12)
+        figures = figures_of(law, basis, motion, values)
+        for name, value in figures_of(plain, basis, np.array([line, press]), values).items():
+            assert figures[name] == pytest.approx(value, rel=1e-9, abs=1e-11), name
+        states.add(figures["contact_state"])
+    assert states >= {0, 1, 2}
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_against_radial_return(kind):
     """Of first order: eight times the samples, an eighth of the difference."""

@@ -126,7 +126,7 @@ class PlanarFriction(NormalLaw):
         """Its parameters by name."""
         if self.varies:
             return super().parameters
-        return self.friction | {"normal_load": _CONSTANT}
+        return {**self.friction, "normal_load": _CONSTANT}
 
     def monotone(self, values: Values) -> bool:
         """Under a constant load alone: the force is then one of two potentials."""
