@@ -7,7 +7,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
-from symhbm.model.contacts import NEVER_TOUCHES, OPENS, SLIPS, STICKS
+from symhbm.model.contacts import Behaviour
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -155,11 +155,11 @@ def _describe(
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}
-    state = np.where(motion.sprung, np.where(neutral, STICKS, SLIPS), -1)
+    state = np.where(motion.sprung, np.where(neutral, Behaviour.STICKS, Behaviour.SLIPS), -1)
     presses = np.isfinite(motion.mean_normal_force)
-    state[presses & ~motion.sprung] = STICKS
-    state[motion.open_fraction > 0] = OPENS
-    state[motion.open_fraction == 1] = NEVER_TOUCHES
+    state[presses & ~motion.sprung] = Behaviour.STICKS
+    state[motion.open_fraction > 0] = Behaviour.OPENS
+    state[motion.open_fraction == 1] = Behaviour.NEVER_TOUCHES
     return values | dict(
         angle=angle,
         event_angle=motion.event_angle,

@@ -1,8 +1,9 @@
 """Where a structure rests under its static loads: which contacts are closed, and how many ways."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,8 @@ _MOST_PATTERNS = 64
 """Patterns of open and closed contacts that are tried as starts."""
 _SAME = 1e-8
 """Distance of two states, relative to their size, up to which they are one."""
+_NUDGES = 10.0 ** np.arange(-6, 2)
+"""Distances from a state at which others are looked for [m]."""
 _INDIFFERENT = 1e-12
 """Smallest stiffness, over the largest, that holds something."""
 
@@ -120,11 +123,11 @@ def _states(at_rest: _AtRest) -> list[NewtonResult]:
     for start in starts:
         add(start)
     for known in found:  # which grows
-        search: Callable[[FloatArray], Evaluation] = at_rest
-        nudged = [*starts, 1.01 * known.unknowns, -known.unknowns]
-        other = other_solution(search, known.unknowns, nudged)
-        if other is not None:
-            add(other)
+        softest = _softest(known)
+        away = [known.unknowns + sign * s * softest for s in _NUDGES for sign in (1, -1)]
+        other = other_solution(at_rest, known.unknowns, [*starts, *away])
+        for start in away if other is None else [other, *away]:
+            add(start)
     return sorted(found, key=lambda state: (-_verdict(state), np.linalg.norm(state.unknowns)))
 
 
@@ -148,13 +151,18 @@ def _starts(at_rest: _AtRest) -> Iterator[FloatArray]:
     patterns = product((1, 0), repeat=n) if 2**n <= _MOST_PATTERNS else [(1,) * n, (0,) * n]
     for pattern in patterns if n else [()]:
         matrix, right = stiffness.copy(), force.copy()
-        for closed, spring, (load, balanced), row in zip(
-            pattern, springs, loads, rows, strict=True
-        ):
+        contacts = zip(pattern, springs, loads, rows, strict=True)
+        for closed, spring, (load, balanced), row in contacts:
             normal = directions[row]
             matrix += closed * spring * np.outer(normal, normal)
             right -= (closed * load - balanced) * normal
         yield np.linalg.lstsq(matrix, right, rcond=None)[0]
+
+
+def _softest(state: NewtonResult) -> FloatArray:
+    """Direction (n_dof,) in which a state has the least stiffness."""
+    jacobian = state.evaluation.jacobian
+    return np.linalg.eigh((jacobian + jacobian.T) / 2)[1][:, 0]
 
 
 def _verdict(state: NewtonResult) -> int:
@@ -166,7 +174,7 @@ def _verdict(state: NewtonResult) -> int:
     return int(sizes.min() > 0)
 
 
-def _described(at_rest: _AtRest, states: list[NewtonResult]) -> dict[str, FloatArray]:
+def _described(at_rest: _AtRest, states: list[NewtonResult]) -> dict[str, Any]:
     """Results of the states by the names of the dataset."""
     problem = at_rest.problem
     shape = len(states), problem.n_contacts
@@ -187,7 +195,7 @@ def _described(at_rest: _AtRest, states: list[NewtonResult]) -> dict[str, FloatA
             if "mean_normal_force" in results:
                 force[k, group.contacts] = results["mean_normal_force"]
     displacement = np.array([state.unknowns for state in states]).reshape(-1, problem.n_dof)
-    result = dict(
+    result: dict[str, Any] = dict(
         static_displacement=displacement,
         contact_state=contact_state,
         stability=np.array([_verdict(state) for state in states], dtype=np.int8),

@@ -29,6 +29,7 @@ from symhbm.model.contacts import (
     Coulomb,
     CubicSpring,
     Parameter,
+    PlanarFriction,
     SmoothForce,
     UnilateralSpring,
     VariableLoadFriction,
@@ -58,7 +59,14 @@ Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _LAWS: dict[str, Any] = {
     kind.__name__: kind
-    for kind in (Coulomb, CubicSpring, SmoothForce, UnilateralSpring, VariableLoadFriction)
+    for kind in (
+        Coulomb,
+        CubicSpring,
+        PlanarFriction,
+        SmoothForce,
+        UnilateralSpring,
+        VariableLoadFriction,
+    )
 }
 
 

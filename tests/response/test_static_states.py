@@ -42,8 +42,12 @@ def test_a_damper_in_its_groove_bears_the_closed_form(angle):
         )
         for side in (1, -1)
     ]
+    sides = dict(zip("lr", sides, strict=True))
     body = sh.Model(
-        np.eye(2) * 0.1, np.zeros((2, 2)), np.zeros((2, 2)), contacts=dict(zip("lr", sides))
+        np.eye(2) * 0.1,
+        np.zeros((2, 2)),
+        np.zeros((2, 2)),
+        contacts=sides,
     )
     found = rest(body, [load, 0.0])
     assert found.status.item() == "success"

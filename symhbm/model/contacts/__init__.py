@@ -33,18 +33,16 @@ from symhbm.model.contacts.law import (
     graph_of,
 )
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.normal import NEVER_TOUCHES, OPENS, SLIPS, STICKS, NormalLaw
+from symhbm.model.contacts.normal import Behaviour, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
-    "NEVER_TOUCHES",
-    "OPENS",
-    "SLIPS",
-    "STICKS",
+    "Behaviour",
     "ContactLaw",
     "Contacts",
     "Coulomb",
@@ -60,6 +58,7 @@ __all__ = [
     "MemorylessLaw",
     "NormalLaw",
     "Parameter",
+    "PlanarFriction",
     "PolynomialLaw",
     "SmoothForce",
     "SmoothLaw",

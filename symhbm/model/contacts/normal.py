@@ -6,6 +6,7 @@ with a gap ``g``.
 """
 
 from collections.abc import Mapping
+from enum import IntEnum
 from functools import lru_cache
 from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
@@ -15,6 +16,13 @@ import numpy as np
 from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, check
+
+
+class Behaviour(IntEnum):
+    """What a contact does within a period: values of ``contact_state``."""
+
+    STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
+
 
 Given = Literal["normal_load", "gap"]
 """What is a parameter and stays as it is where the normal stiffness changes."""
@@ -32,8 +40,6 @@ NORMAL = {
     "largest_normal_force": ("N", "largest normal force over the period"),
 }
 """Units and meaning of what datasets tell of normal forces."""
-STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
-"""Values of ``contact_state``."""
 
 
 def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:

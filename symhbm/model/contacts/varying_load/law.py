@@ -20,15 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.law import Located, Switch, Values
-from symhbm.model.contacts.normal import (
-    NEVER_TOUCHES,
-    NORMAL,
-    OPENS,
-    PRESSED,
-    SLIPS,
-    STICKS,
-    NormalLaw,
-)
+from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
     LARGEST,
@@ -246,9 +238,9 @@ class VariableLoadFriction(NormalLaw):
         values: Values,
     ) -> dict[str, FloatArray]:
         """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
-        state = np.where(located.states[:, SLIP], SLIPS, STICKS)
-        state = np.where(located.states[:, OPEN], OPENS, state)
-        state = np.where(located.states[:, TOUCH], state, NEVER_TOUCHES)
+        state = np.where(located.states[:, SLIP], Behaviour.SLIPS, Behaviour.STICKS)
+        state = np.where(located.states[:, OPEN], Behaviour.OPENS, state)
+        state = np.where(located.states[:, TOUCH], state, Behaviour.NEVER_TOUCHES)
         return super().results(basis, located, motion, frequency, values) | dict(
             **self.period_figures(located.details), contact_state=state
         )
