@@ -87,6 +87,13 @@ class NormalLaw(ContactLaw):
             return 0
         return ca.fmax(self.load(frequency, values), 0)
 
+    def sampled(self, samples: int) -> "NormalLaw":
+        """ValueError: such contacts are located, and nothing is marched over samples."""
+        raise ValueError(
+            f"samples={samples}: expected None, events of {self!r} are located; over samples "
+            "contacts that open are known to the first order only"
+        )
+
     @property
     def margins_move(self) -> bool:
         """Whether the load depends on the frequency."""
