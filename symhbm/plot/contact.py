@@ -1,47 +1,71 @@
-"""Hysteresis loops of contacts."""
+"""Hysteresis loops of contacts, and their normal forces."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.interpolate import CubicHermiteSpline
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from symhbm.model.contacts import (
-    Coulomb,
-    Ends,
-    HysteresisLoop,
-    from_stored,
-    hysteresis_loops,
-    named,
-    weights_of,
-)
+from symhbm.model.contacts import OPENS, SLIPS, STICKS, History
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
+    OUTSIDE,
     Family,
+    Member,
     canvas,
-    check_variables,
     figure_of,
-    motions_of,
-    moving,
     nothing_to_draw,
     scaled,
 )
-from symhbm.results import Description
+from symhbm.plot.histories import Histories, contact_of, histories
 
-N_ANGLES = 512
-"""Points of a loop beside its events: more than a figure resolves."""
+_EVENTS = {
+    "onset of slip": ((STICKS, OPENS), (SLIPS,), dict(marker="^")),
+    "end of slip": ((SLIPS,), (STICKS,), dict(marker="o", markerfacecolor="white")),
+    "opening": ((STICKS, SLIPS), (OPENS,), dict(marker="s", markerfacecolor="white")),
+    "closing": ((OPENS,), (STICKS, SLIPS), dict(marker="D")),
+}
+"""What a contact does before and after its events, and their marks."""
+_LIMIT: Any = dict(color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
+_OPEN: Any = dict(linewidth=1.0, linestyle=(0, (2, 2)), alpha=0.6)
+"""Lines of limits, and of contacts that are open."""
+
+
+class Loop(NamedTuple):
+    """The tangential side of a contact over a period.
+
+    ``displacement`` (n,) [m], ``force`` (n,) and ``limit`` (n,) [N] at angles (n,) [rad]; ``onset``
+    and ``end`` number the points where slip begins and ends.
+    """
+
+    angle: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    limit: FloatArray
+    onset: NDArray[np.intp]
+    end: NDArray[np.intp]
+
+    @property
+    def area(self) -> float:
+        """Enclosed area [J], the force linear in the displacement from point to point."""
+        middle = (self.force[1:] + self.force[:-1]) / 2
+        return float((middle * np.diff(self.displacement)).sum())
 
 
 def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
     """Draw the friction force of a contact over its relative displacement through a period.
 
     The area of a loop is the energy dissipated per cycle. Triangles are onsets of slip, circles its
-    ends. Of a result of the balance it is the force of the slider marched over the motion, not the
-    few terms of its series that the balance sees. Several points or parameter sets are a family;
-    points that did not converge are left out, and the title tells how many.
+    ends, squares openings and diamonds closings; where a contact is open the line is broken. Dotted
+    lines are the limits of slip ``mu N``, which move with the normal force. Of a result of the
+    balance it is the force located on the motion, not the few terms of its series that the balance
+    sees. Several points or parameter sets are a family; points that did not converge are left out,
+    and the title tells how many.
 
     Parameters
     ----------
@@ -55,179 +79,192 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     Raises
     ------
     TypeError, KeyError, ValueError
-        For a dataset without the motion, one without a converged point, and bad arguments.
+        For a dataset without the motion, one without a converged point, a contact without friction,
+        and bad arguments.
     """
-    loops, dataset, dims = loops_of(dataset, contact)
-    drawn = [loop for loop in loops.values() if loop is not None]
-    if not drawn:
-        raise nothing_to_draw(dataset)
-    largest = max(float(np.abs(loop.displacement).max()) for loop in drawn)
-    factor, unit = scaled(largest, "m")
-    family = Family(dataset, dims)
+    found = _of_friction(dataset, contact)
+    drawn = _drawn(found)
+    factor, unit = scaled(max(float(np.abs(h.displacement[0]).max()) for h in drawn), "m")
     with canvas(ax) as ax:
-        for member in family:
-            loop = loops.get(tuple(member.position[dim] for dim in dims))
-            if loop is None:
-                continue
-            x = factor * loop.displacement
-            few = len(drawn) <= MOST_LEGEND_ENTRIES
-            width = 1.4 if few else 0.8
-            ax.plot(x, loop.force, color=member.color, linestyle=member.style, linewidth=width)
-            if few:
-                look: Any = dict(color=member.color, linestyle="", markersize=5, zorder=3)
-                ax.plot(x[loop.onset], loop.force[loop.onset], "^", **look)
-                ax.plot(x[loop.end], loop.force[loop.end], "o", markerfacecolor="white", **look)
+        for member, history in _members(found):
+            x = factor * history.displacement[0]
+            _line(ax, x, history.force[0], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
         notes = []
-        if len(loops) == 1:
-            ax.fill(factor * drawn[0].displacement, drawn[0].force, color="0.94", zorder=0)
-            for level in (-drawn[0].limit, drawn[0].limit):
-                ax.axhline(level, color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
-            lost, joule = scaled(drawn[0].area, "J")
-            notes.append(f"contact {contact}: {lost * drawn[0].area:.4g} {joule} per cycle")
-        if len(drawn) < len(loops):
-            missing = len(loops) - len(drawn)
-            notes.append(f"left out, not converged: {missing} of {len(loops)} points")
-        ax.set_title("\n".join(notes))
+        if len(found.of) == 1:
+            loop = _loop(drawn[0])
+            x = factor * loop.displacement
+            ax.fill(x, loop.force, color="0.94", zorder=0)
+            for sign in (-1, 1):
+                if np.ptp(loop.limit):
+                    ax.plot(x, sign * loop.limit, **_LIMIT)
+                else:
+                    ax.axhline(sign * loop.limit[0], **_LIMIT)
+            lost, joule = scaled(loop.area, "J")
+            notes.append(f"contact {contact}: {lost * loop.area:.4g} {joule} per cycle")
+        ax.set_title("\n".join([*notes, *_left_out(found, drawn)]))
         ax.set_xlabel(f"relative displacement [{unit}]")
         ax.set_ylabel("friction force [N]")
-        family.explain(ax)
+        _explain(ax, found, drawn, r"limit $\pm\mu N$")
+    return figure_of(ax)
+
+
+def normal_force(
+    dataset: xr.Dataset, *, contact: int = 0, over: str = "angle", ax: Axes | None = None
+) -> Figure:
+    """Draw the normal force of a contact over the period, or over its normal displacement.
+
+    Squares are openings and diamonds closings; where a contact is open the line is broken. Of
+    contacts with friction, triangles are onsets of slip and circles its ends.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.periodic_motion`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
+    contact
+        The contact to show.
+    over
+        ``"angle"`` of the period, or ``"displacement"``, positive where the contact closes.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset without the motion, one without a converged point, a contact without a normal
+        direction, and bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.Model(
+    ...     [[1.0]], [[2.0]], [[1e4]],
+    ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=15.0), (0, 1, 2, 3))
+    >>> figure = sh.plot.normal_force(sh.solve(problem, 17))
+    >>> figure.savefig("normal_force.png")
+    """
+    over = check.one_of("over", over, ("angle", "displacement"))
+    which = contact_of(dataset, contact)
+    if "normal" not in which.law.directions:
+        raise ValueError(
+            f"contact={contact}: expected one with a normal direction, it is of "
+            f"{type(which.law).__name__} in the group {which.group!r}, whose normal load is constant"
+        )
+    found = histories(dataset, which)
+    drawn = _drawn(found)
+    factor, unit = scaled(max(float(np.abs(h.displacement[-1]).max()) for h in drawn), "m")
+    with canvas(ax) as ax:
+        for member, history in _members(found):
+            if over == "angle":
+                history = _from_zero(history)
+            x = history.angle if over == "angle" else factor * history.displacement[-1]
+            _line(ax, x, history.force[-1], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
+        title = [f"contact {contact}"] if len(found.of) == 1 else []
+        ax.set_title("\n".join([*title, *_left_out(found, drawn)]))
+        if over == "angle":
+            ax.set_xlim(0, 2 * np.pi)
+            ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
+            ax.set_xticks(np.arange(5) * np.pi / 2, ticks)
+            ax.set_xlabel(r"angle of the period $\omega t$ [rad]")
+        else:
+            ax.set_xlabel(f"normal displacement, positive where it closes [{unit}]")
+        ax.set_ylabel("normal force [N]")
+        _explain(ax, found, drawn)
     return figure_of(ax)
 
 
 def loops_of(
     dataset: xr.Dataset, contact: int = 0
-) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
+) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
     """Loops by their indices along the listed dimensions, None where a point did not converge.
 
     Also returns the dataset without the padding of its paths. Arguments and errors as of
     `hysteresis`.
     """
-    check_variables(dataset, "frequency")
-    check.known("problem", dataset.attrs, "attribute of the dataset")
-    for dim in ("dof", "contact"):
-        check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
-    pairs = Description(dataset).problem["contacts"]
-    contact = check.integer("contact", contact, 0, len(pairs) - 1)
-    friction = _friction_of(dataset, contact)
-    ends = from_stored(pairs[contact])
-    check_variables(dataset, *friction.parameters)
-    if "angle" in dataset.dims:
-        check_variables(dataset, "displacement", "velocity", "friction_force", "event_angle")
-        return {(): _stored_loop(dataset, contact, ends, friction)}, dataset, []
-    check_variables(dataset, "coefficient", "harmonic")
-    return _marched_loops(dataset, ends, friction)
+    found = _of_friction(dataset, contact)
+    loops = {index: history and _loop(history) for index, history in found.of.items()}
+    return loops, found.dataset, found.dims
 
 
-class _Friction(NamedTuple):
-    """Where a dataset has the parameters of a friction contact.
-
-    What it calls ``k_d``, ``mu`` and ``F_n``, and the number of the contact ``within`` its group.
-    """
-
-    parameters: list[str]
-    within: int
-
-    def values(self, value: xr.DataArray) -> xr.DataArray:
-        """A parameter of this contact, of that of all contacts of its group."""
-        dims = [dim for dim in value.dims if dim == "contact" or str(dim).endswith("_contact")]
-        return value.isel(dict.fromkeys(dims, self.within), drop=True)
-
-
-def _friction_of(dataset: xr.Dataset, contact: int) -> _Friction:
-    """ValueError for a contact whose law is not the friction of this library."""
-    groups = Description(dataset).problem.get("groups")
-    if groups is None:
-        return _Friction([*Coulomb.parameters], contact)
-    owners = [(name, i) for name, each in groups.items() for i in range(len(each["pairs"][0]))]
-    name, within = owners[contact]
-    if groups[name]["law"] != Coulomb.__name__:
+def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
+    which = contact_of(dataset, contact)
+    if "tangential" not in which.law.directions:
         raise ValueError(
-            f"contact={contact}: expected one of friction with a limit mu F_n, it is of "
-            f"{groups[name]['law']} in the group {name!r}"
+            f"contact={contact}: expected one with friction, it is of {type(which.law).__name__} "
+            f"in the group {which.group!r}; symhbm.plot.normal_force draws its force"
         )
-    called = named({name: group["parameters"] for name, group in groups.items()})[name]
-    return _Friction([called[own] for own in Coulomb.parameters], within)
+    return histories(dataset, which)
 
 
-def _relative(values: xr.DataArray, ends: Ends) -> xr.DataArray:
-    each = zip(*weights_of(ends), strict=True)
-    return sum(weight * values.isel(dof=dof, drop=True) for dof, weight in each)  # type: ignore
+def _loop(history: History) -> Loop:
+    onset, end = (history.changes(*_EVENTS[name][:2]) for name in ("onset of slip", "end of slip"))
+    sides = history.displacement[0], history.force[0], history.limit
+    return Loop(history.angle, *sides, onset, end)
 
 
-def _stored_loop(
-    dataset: xr.Dataset, contact: int, ends: Ends, friction: _Friction
-) -> HysteresisLoop | None:
-    """Loop of a motion stored over its period, with its events among the points."""
-    angle, period = dataset["angle"].values, 2 * np.pi
-    omega = period * float(dataset["frequency"])
-    y = _relative(dataset["displacement"], ends).values
-    slope = _relative(dataset["velocity"], ends).values / omega
-    force = dataset["friction_force"].isel(contact=contact).values
-    if not np.isfinite(y).all():
-        return None
-    closed = np.append(angle, angle[0] + period)
-    motion = CubicHermiteSpline(closed, np.append(y, y[0]), np.append(slope, slope[0]))
-    limit = float(np.prod([friction.values(dataset[name]) for name in friction.parameters[1:]]))
-    of_contact = dataset["event_contact"].values == contact
-    event = angle[0] + (dataset["event_angle"].values[of_contact] - angle[0]) % period
-    begins = dataset["event_kind"].values[of_contact] == "onset of slip"
-    # At its events the slider is at its limit, on the side of the force nearby.
-    side = np.sign(np.interp(event, closed, np.append(force, force[0])))
-    points = np.concatenate([closed, event])
-    order = np.argsort(points, kind="stable")
-    position = np.argsort(order)[len(closed) :]
-    return HysteresisLoop(
-        points[order],
-        np.concatenate([y, y[:1], motion(event)])[order],
-        np.concatenate([force, force[:1], side * limit])[order],
-        position[begins],
-        position[~begins],
-        limit,
-    )
+def _drawn(found: Histories) -> list[History]:
+    """Those of converged points; ValueError where there is none."""
+    drawn = [history for history in found.of.values() if history is not None]
+    if not drawn:
+        raise nothing_to_draw(found.dataset)
+    return drawn
 
 
-def _marched_loops(
-    dataset: xr.Dataset, ends: Ends, friction: _Friction
-) -> tuple[dict[tuple[int, ...], HysteresisLoop | None], xr.Dataset, list[str]]:
-    parameter = moving(dataset)
-    if dataset.sizes.get("solution") == 1:
-        dataset = dataset.isel(solution=0)
-    if "point" in dataset["coefficient"].dims and dataset[parameter.name].dims == ("point",):
-        dataset = dataset.isel(point=np.isfinite(dataset[parameter.name].values))
-        dataset = dataset.swap_dims(point=parameter.name)
-    coefficient = _relative(dataset["coefficient"], ends)
-    dims = [str(dim) for dim in coefficient.dims if dim not in ("harmonic", "component")]
-    values = coefficient.transpose(*dims, "harmonic", "component").values
-    shape, flat = values.shape[:-2], values.reshape(-1, *values.shape[-2:])
-    basis, motions = motions_of(dataset, flat)
-    like = coefficient.isel(harmonic=0, component=0, drop=True)
-    stiffness, coefficients, load = (
-        _of_contact(dataset, name, friction, like, dims) for name in friction.parameters
-    )
-    is_solution = dataset[parameter.name].notnull()
-    if "solution" in dims and "n_solutions" in dataset:
-        number = xr.DataArray(np.arange(dataset.sizes["solution"]), dims="solution")
-        is_solution = is_solution & (number < dataset["n_solutions"])
-    finite = np.flatnonzero(np.isfinite(motions).all(axis=1))
-    limit = (coefficients * load)[finite]
-    stiffness, motions = stiffness[finite], motions[finite]
-    loops: list[HysteresisLoop | None] = [None] * len(flat)
-    marched = hysteresis_loops(basis, motions, stiffness, limit, N_ANGLES)
-    for number, loop in zip(finite, marched, strict=True):
-        loops[number] = loop
-    # The padding of a table is no point.
-    is_point = is_solution.broadcast_like(like).transpose(*dims).values.ravel()
-    every = zip(np.ndindex(*shape), loops, is_point, strict=True)
-    return {index: loop for index, loop, point in every if point}, dataset, dims
+def _members(found: Histories) -> Iterator[tuple[Member, History]]:
+    for member in Family(found.dataset, found.dims):
+        history = found.of.get(tuple(member.position[dim] for dim in found.dims))
+        if history is not None:
+            yield member, history
 
 
-def _of_contact(
-    dataset: xr.Dataset, name: str, friction: _Friction, like: xr.DataArray, dims: list[str]
-) -> FloatArray:
-    """Values of a parameter of one contact at all points, flattened in the order of ``dims``."""
-    followed = Description(dataset).request
-    value = dataset[name]
-    if followed.get("name") == name and followed["index"] not in (None, friction.within):
-        value = dataset[f"{name}_nominal"]
-    value = friction.values(value)
-    return value.broadcast_like(like).transpose(*dims).values.ravel()
+def _line(
+    ax: Axes, x: FloatArray, y: FloatArray, history: History, member: Member, few: bool
+) -> None:
+    """A line over a period, broken where the contact is open, and marks of events where few."""
+    apart = history.state == OPENS
+    closed = ~apart | np.append(False, ~apart[:-1])
+    open_too = apart | np.append(False, apart[:-1])
+    look: Any = dict(color=member.color, linestyle=member.style, linewidth=1.4 if few else 0.8)
+    ax.plot(x, np.where(closed, y, np.nan), **look)
+    if open_too.any():
+        ax.plot(x, np.where(open_too, y, np.nan), color=member.color, **_OPEN)
+    if few:
+        for before, after, mark in _EVENTS.values():
+            at = history.changes(before, after)
+            mark: Any = dict(color=member.color, linestyle="", markersize=5, zorder=3) | mark
+            ax.plot(x[at], y[at], **mark)
+
+
+def _from_zero(history: History) -> History:
+    """The same with points that lie around one period from 0 on."""
+    period = 2 * np.pi
+    turned = history.angle[:-1] % period
+    order = np.argsort(turned, kind="stable")
+    order = np.concatenate([order[-1:], order, order[:1]])
+    angle = turned[order] - period * (np.arange(len(order)) == 0)
+    angle[-1] += period
+    parts = history.displacement, history.force, history.limit, history.state
+    return History(angle, *(part[..., order] for part in parts))
+
+
+def _left_out(found: Histories, drawn: list[History]) -> list[str]:
+    if len(drawn) == len(found.of):
+        return []
+    missing = len(found.of) - len(drawn)
+    return [f"left out, not converged: {missing} of {len(found.of)} points"]
+
+
+def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None = None) -> None:
+    """The legend of a family, or that of the marks of the only contact that opens or closes."""
+    if len(found.of) > 1 or "normal" not in found.contact.law.directions:
+        Family(found.dataset, found.dims).explain(ax)
+        return
+    handles = [Line2D([], [], label=limit, **_LIMIT)] if limit is not None else []
+    if (drawn[0].state == OPENS).any():
+        handles.append(Line2D([], [], color="black", label="open", **_OPEN))
+    for name, (before, after, mark) in _EVENTS.items():
+        if len(drawn[0].changes(before, after)):
+            mark: Any = dict(color="black", linestyle="", markersize=5, label=name) | mark
+            handles.append(Line2D([], [], **mark))
+    ax.legend(handles=handles, **OUTSIDE)

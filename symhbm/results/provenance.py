@@ -319,14 +319,11 @@ def _contacts_of(
     known = {_shown(type(law).__name__, _attributes_of(law)): law for law in laws}
     result, missing = {}, []
     for group, entry in groups.items():
-        attributes = entry.get("attributes", {})
-        shown = _shown(entry["law"], attributes)
-        if shown not in known and entry["law"] in _LAWS:
-            known[shown] = _LAWS[entry["law"]](**attributes)
-        if shown not in known:
+        shown = _shown(entry["law"], entry.get("attributes", {}))
+        law, expected = known.get(shown) or law_of_library(entry), [*entry["parameters"]]
+        if law is None:
             missing.append(f"{shown} (group {group!r})")
             continue
-        law, expected = known[shown], [*entry["parameters"]]
         if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
             raise MissingLawError(
                 f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "
@@ -346,6 +343,12 @@ def _contacts_of(
         )
         for group, (law, pairs) in result.items()
     }
+
+
+def law_of_library(entry: dict[str, Any]) -> ContactLaw | None:
+    """The law of a described group of contacts, None for one of the user's own."""
+    kind = _LAWS.get(entry["law"])
+    return None if kind is None else kind(**entry.get("attributes", {}))
 
 
 def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:

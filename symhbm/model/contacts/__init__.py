@@ -2,9 +2,7 @@
 
 from symhbm.model.contacts.coulomb import (
     Coulomb,
-    HysteresisLoop,
     Loop,
-    hysteresis_loops,
     located_of,
     loops_near_limit,
     on_loop,
@@ -24,6 +22,7 @@ from symhbm.model.contacts.directions import (
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
+from symhbm.model.contacts.history import NEVER_TOUCHES, OPENS, SLIPS, STICKS, History
 from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import SmoothLaw
@@ -31,6 +30,10 @@ from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NEVER_TOUCHES",
+    "OPENS",
+    "SLIPS",
+    "STICKS",
     "ContactLaw",
     "Contacts",
     "Coulomb",
@@ -39,7 +42,7 @@ __all__ = [
     "Friction",
     "Gap",
     "Group",
-    "HysteresisLoop",
+    "History",
     "Located",
     "Loop",
     "Parameter",
@@ -51,7 +54,6 @@ __all__ = [
     "check_directions",
     "from_stored",
     "graph_of",
-    "hysteresis_loops",
     "is_name",
     "located_of",
     "loops_near_limit",

@@ -23,6 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.history import History
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
@@ -335,6 +336,20 @@ class ContactLaw(ABC):
         velocity = motion.reshape(shape) @ basis.derivative_matrix.T / basis.norm
         work = np.einsum("cri,cri->cr", force.reshape(shape), velocity)
         return {"dissipation": work.sum(axis=1)}
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History] | None:
+        """What contacts do over a period, as it is drawn; None for a law that does not tell.
+
+        ``n_angles`` points beside the events; the other arguments as of `locate`.
+        """
+        return None
 
     def sliders(self, frequency: Any, values: Values) -> Sliders | None:
         """Contacts as springs in series with sliders, None where they are something else."""

@@ -32,8 +32,6 @@ NORMAL = {
     "largest_normal_force": ("N", "largest normal force over the period"),
 }
 """Units and meaning of what datasets tell of normal forces."""
-STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
-"""Values of ``contact_state``."""
 
 
 def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:

@@ -19,16 +19,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.history import NEVER_TOUCHES, OPENS, SLIPS, STICKS, History
 from symhbm.model.contacts.law import Located, Switch, Values
-from symhbm.model.contacts.normal import (
-    NEVER_TOUCHES,
-    NORMAL,
-    OPENS,
-    PRESSED,
-    SLIPS,
-    STICKS,
-    NormalLaw,
-)
+from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
     LARGEST,
@@ -44,6 +37,7 @@ from symhbm.model.contacts.varying_load.batch import (
     locate,
     most_pieces,
 )
+from symhbm.model.contacts.varying_load.history import history_of
 from symhbm.model.contacts.varying_load.moving_events import moving_events
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
@@ -263,6 +257,22 @@ class VariableLoadFriction(NormalLaw):
             slip_distance=SLIP_DISTANCE,
         )
         return {name: periods.figures[:, column] for name, column in columns.items()}
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """From the pieces that `locate` finds."""
+        periods = self.locate(basis, motion, frequency, values).details
+        given, parts = self.physical(frequency, values), zip(periods.pieces, periods.counts)
+        return [
+            history_of(basis, motion[j], given[j], pieces[:count], n_angles)
+            for j, (pieces, count) in enumerate(parts)
+        ]
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_t``, ``k_n``, ``mu`` and ``N0``."""
