@@ -7,6 +7,7 @@ from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
+from symhbm.plot.states import states
 
 __all__ = [
     "LINE_STYLES",
@@ -21,5 +22,6 @@ __all__ = [
     "normal_force",
     "nothing_to_draw",
     "response",
+    "states",
     "stick_map",
 ]
