@@ -136,6 +136,40 @@ def _zero(
 
 
 @Loop
+def _of_one_harmonic(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
+    """As `sign_changes`, in closed form."""
+    size, mean = math.hypot(cosine[1], sine[1]), cosine[0]
+    if size - abs(mean) <= noise:
+        return 0
+    top = math.atan2(sine[1], cosine[1])
+    half = math.atan2(math.sqrt((size - mean) * (size + mean)), -mean)
+    if 2 * min(half, math.pi - half) <= _CLOSEST:
+        return 0
+    falls, rises_at = (top + half) % (2 * math.pi), (top - half) % (2 * math.pi)
+    first = 0 if rises_at < falls else 1
+    angles[first], rises[first] = rises_at, True
+    angles[1 - first], rises[1 - first] = falls, False
+    return 2
+
+
+@Loop
+def _put(
+    stack: Any,
+    depth: int,
+    left: float,
+    right: float,
+    first: float,
+    first_slope: float,
+    last: float,
+    last_slope: float,
+) -> None:
+    """Write a cell: its ends, and values and slopes there."""
+    stack[depth, 0], stack[depth, 1] = left, right
+    stack[depth, 2], stack[depth, 3] = first, first_slope
+    stack[depth, 4], stack[depth, 5] = last, last_slope
+
+
+@Loop
 def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
     """Changes of sign of a series in ``[0, 2 pi)``, ascending.
 
@@ -152,6 +186,8 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
         bound += amplitude * float(h * h) ** 2
     if size <= noise:
         return 0
+    if highest == 1:
+        return _of_one_harmonic(cosine, sine, noise, angles, rises)
     cells = _CELLS * max(highest, 2)
     ends = np.empty((2, cells))
     on_grid(cosine, sine, ends)
@@ -161,11 +197,13 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
         left, right = 2 * math.pi * i / cells, 2 * math.pi * (i + 1) / cells
         # The end of the last cell is the begin of the first: a zero there counts once.
         after = (i + 1) % cells
-        stack[0] = left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after]
+        _put(stack, 0, left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after])
         depth = 1
         while depth:
             depth -= 1
-            left, right, first, first_slope, last, last_slope = stack[depth]
+            left, right = stack[depth, 0], stack[depth, 1]
+            first, first_slope = stack[depth, 2], stack[depth, 3]
+            last, last_slope = stack[depth, 4], stack[depth, 5]
             width = right - left
             error = bound * width**4 / 384 + noise
             # Coefficients of the cubic in the Bernstein basis bound it, and those of its slope.
@@ -180,8 +218,8 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
             if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
                 middle = 0.5 * (left + right)
                 value, slope = at(cosine, sine, middle)
-                stack[depth] = middle, right, value, slope, last, last_slope
-                stack[depth + 1] = left, middle, first, first_slope, value, slope
+                _put(stack, depth, middle, right, value, slope, last, last_slope)
+                _put(stack, depth + 1, left, middle, first, first_slope, value, slope)
                 depth += 2
             elif (first > 0) != (last > 0) and count < len(angles):
                 start = _start(left, right, first, first_slope, last, last_slope)

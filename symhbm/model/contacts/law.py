@@ -387,11 +387,10 @@ class Graph:
         force = law.force(basis, motion, frequency, by_name, events)
         sizes = law.terms(basis, motion, travel, frequency, by_name, events)
         slope = ca.jacobian(force, motion)
-        self.force = ca.Function(
-            "contact_force",
-            [motion, travel, frequency, values, events],
-            [ca.densify(force), *sizes, slope],
-        )
+        inputs = [motion, travel, frequency, values, events]
+        # Sizes of terms and derivatives have operations of the force again.
+        outputs = ca.cse([ca.densify(force), *map(ca.SX, sizes), slope])
+        self.force = ca.Function("contact_force", inputs, outputs)
         stiffness, loss = law.springs(basis, motion, frequency, by_name, events)
         parts = [ca.densify(ca.vertcat(*map(ca.vec, part))) for part in (stiffness, loss)]
         self.springs = ca.Function("springs", [motion, frequency, values, events], parts)
