@@ -30,7 +30,7 @@ def history_of(
     stiffness, normal, friction, load = values.tolist()
     kind, begin = pieces[:, KIND].astype(int), pieces[:, BEGIN]
     parts = motion.reshape(2, -1)
-    angle = angles_from(begin[0], begin, n_angles)
+    angle = angles_from(begin[0], pieces[:, (BEGIN, END)].ravel(), n_angles)
     u, v = displacement = parts @ basis.values(angle).T
     press = load + normal * v
     # A point belongs to the piece that goes on from it, whatever the last digits of both say.
