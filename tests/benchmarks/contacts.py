@@ -1,5 +1,7 @@
 """Contacts that slip, open and close: located events beside samples, and beside pyHarm."""
 
+from functools import partial
+
 import numpy as np
 
 import symhbm as sh
@@ -18,22 +20,33 @@ VALUES = dict(
 )
 
 
+PEER_CASES = {
+    "preload 2 N, stays closed": dict(preload=2.0, gap=0.0),
+    "preload 0.5 N, opens": dict(preload=0.5, gap=0.0),
+    "touches without preload": dict(preload=0.0, gap=0.0),
+    "gap 0.5 m": dict(preload=0.0, gap=0.5),
+}
+"""Of a contact with springs of 1 N/m and a friction coefficient of 0.5."""
+PEER_MOTION = np.array([0.0, 3.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0, 0.3, 0.0])
+"""Tangential and normal displacement, harmonics 0 to 2 [m]."""
+
+
 def motions_of(basis: FourierBasis, n: int) -> np.ndarray:
     """Motions (n, 2 K) of contacts that slip, and mostly open."""
     drawn = np.random.default_rng(0).normal(size=(20 * n, 2 * basis.n_components))
     drawn /= (1 + np.tile(basis.order, 2)) ** 2
-    slips = LAW.locate(basis, drawn, 1.0, values_of(len(drawn))).states[:, 0]
-    return drawn[slips][:n]
+    slips, _, touches = LAW.locate(basis, drawn, 1.0, values_of(len(drawn))).states.T
+    return drawn[slips & touches][:n]
 
 
-def values_of(n: int) -> dict[str, np.ndarray]:
+def values_of(n: int, given: dict[str, float] = VALUES) -> dict[str, np.ndarray]:
     """The same contact so many times."""
-    return {name: np.full(n, value) for name, value in VALUES.items()}
+    return {name: np.full(n, value) for name, value in given.items()}
 
 
-def located(basis: FourierBasis, motions: np.ndarray):
+def located(basis: FourierBasis, motions: np.ndarray, given: dict[str, float] = VALUES):
     """A call that evaluates force and Jacobian as a balance does."""
-    n, values = len(motions), values_of(len(motions))
+    n, values = len(motions), values_of(len(motions), given)
     force = Compiled(graph_of(LAW, basis).force.map(n))
     packed = np.array([values[name] for name in LAW.parameters]).T.ravel()
     travel, frequency = np.abs(motions).ravel(), np.ones(n)
@@ -80,22 +93,51 @@ def contacts() -> list[Table]:
             exact = whole(basis, ours()[0])
             values = np.column_stack([values_of(n)[name] for name in VALUES])
             force, slope = np.empty(motions.shape), np.empty((*motions.shape, motions.shape[1]))
-
-            def error(loop, samples, at=(motions, values, force, slope), exact=exact):
-                loop(samples, *at)
-                return np.abs(at[2] - exact).max() / np.abs(exact).max()
-
-            farthest = max(farthest, error(pressing.by_runs, tables[CONVERGED]))
+            at = motions, values, force, slope
+            pressing.by_runs(tables[CONVERGED], *at)
+            farthest = max(farthest, np.abs(force - exact).max() / np.abs(exact).max())
             calls = max(200 // n, 4)
             times, cells = [repeated(ours, calls) / n], []
             for samples in (FEW, MANY):
                 for loop in (pressing.by_samples, pressing.by_runs):
-                    wrong = error(loop, tables[samples])
-                    spent = repeated(lambda: error(loop, tables[samples]), calls) / n
-                    times.append(spent)
-                    cells.append(f"{seconds(spent)} ({wrong:.0e})")
+                    call = partial(loop, tables[samples], *at)
+                    call()
+                    wrong = np.abs(force - exact).max() / np.abs(exact).max()
+                    times.append(repeated(call, calls) / n)
+                    cells.append(f"{seconds(times[-1])} ({wrong:.0e})")
             both = [ratio(times[0] / times[k]) for k in (1, 2)]
             row = [str(n), f"0 to {highest}", seconds(times[0]), *cells, *both]
             table.rows.append(row)
-    table.remarks.append(f"Over {CONVERGED} samples the forces are the located ones to {farthest:.0e}.")
+    table.remarks.append(f"Over {CONVERGED} samples the largest error is {farthest:.0e}.")
+    return [table]
+
+
+def penalty() -> list[Table]:
+    """The law of pyHarm: where it is the same as here, and where it is not."""
+    errors = [f"error of {force}, {n} samples" for force in ("T", "N") for n in (FEW, MANY)]
+    caption = (
+        "**The law `Penalty3D` of pyHarm** beside the one of this library: differences of the force "
+        "coefficients of one motion over the largest, tangential and normal. They fall with the "
+        "number of samples where both laws are the same. CPU time of one force with its Jacobian."
+    )
+    header = ["contact", *errors, f"pyHarm, {FEW} samples", "located", "pyHarm / located"]
+    table = Table(caption, header)
+    try:
+        peer = optional("peer_penalty")
+    except MissingError as error:
+        table.remarks.append(str(error))
+        return [table]
+    basis, size = FourierBasis((0, 1, 2)), len(PEER_MOTION) // 2
+    springs = {name: value for name, value in VALUES.items() if name != "normal_load"}
+    for case, given in PEER_CASES.items():
+        load = given["preload"] - springs["normal_stiffness"] * given["gap"]
+        ours = located(basis, PEER_MOTION[None], springs | dict(normal_load=load))
+        exact, wrong = ours()[0], []
+        for samples in (FEW, MANY):
+            force, _ = peer.force_of(basis, springs | given, samples)(PEER_MOTION)
+            wrong.append(np.abs(force - exact).reshape(2, size).max(axis=1) / np.abs(exact).max())
+        theirs = peer.force_of(basis, springs | given, FEW)
+        times = repeated(lambda call=theirs: call(PEER_MOTION), 20), repeated(ours)
+        cells = [f"{error:.0e}" for error in np.transpose(wrong).ravel()]
+        table.rows.append([case, *cells, *map(seconds, times), ratio(times[0] / times[1])])
     return [table]

@@ -32,7 +32,10 @@ def samples_of(basis: FourierBasis, samples: int) -> Samples:
     """Tables of the samples of a period."""
     functions = basis.values(2 * np.pi * np.arange(samples) / samples)
     products = functions[:, :, None] * functions[:, None, :]
-    sums = [np.concatenate([np.zeros((1, *v.shape[1:])), v.cumsum(axis=0)]) for v in (functions, products)]
+    sums = [
+        np.concatenate([np.zeros((1, *each.shape[1:])), each.cumsum(axis=0)])
+        for each in (functions, products)
+    ]
     return Samples(functions, *sums, basis.norm * (2 * np.pi / samples))
 
 
