@@ -31,7 +31,8 @@ class Loop:
         except ImportError:
             return self._function
         # A division by zero gives what numpy gives, and no exception.
-        compiled = numba.njit(self._function, error_model="numpy", no_cfunc_wrapper=True)
+        options: Any = dict(error_model="numpy", no_cfunc_wrapper=True)
+        compiled: Any = numba.njit(self._function, **options)
         # Else numba compiles a loop again for each number that is written where it is called.
         template = compiled.get_call_template
         compiled.get_call_template = lambda arguments, names: template(
@@ -49,6 +50,7 @@ class Loop:
         return self._compiled._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
+        """The result of the compiled function."""
         return self._compiled(*arguments)
 
 

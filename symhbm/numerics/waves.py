@@ -78,9 +78,7 @@ def on_grid(cosine: Any, sine: Any, values: Any) -> None:
 
 
 @Loop
-def crossing(
-    cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool
-) -> float:
+def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool) -> float:
     """Where a series passes a level between two angles, between which it is monotone."""
     low, low_slope = at(cosine, sine, left)
     high, high_slope = at(cosine, sine, right)

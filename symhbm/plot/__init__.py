@@ -1,13 +1,12 @@
 """Figures from datasets, and drawings of models."""
 
-from symhbm.plot.contact import hysteresis, normal_force
+from symhbm.plot.contact import hysteresis, normal_force, states
 from symhbm.plot.curves import response
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
-from symhbm.plot.states import states
 
 __all__ = [
     "LINE_STYLES",

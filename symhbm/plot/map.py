@@ -38,9 +38,9 @@ def stick_map(
 ) -> Figure:
     """Draw the share of the period that contacts stick, over the moving and a swept parameter.
 
-    Each cell is one value. A line divides cells that slip or open from those that do not. Hatched cells
-    hold nothing: their points did not converge, or the path does not reach them. Paths are read
-    off a common grid of 600 values, linearly between their points.
+    Each cell is one value. A line divides cells that slip or open from those that do not. Hatched
+    cells hold nothing: their points did not converge, or the path does not reach them. Paths are
+    read off a common grid of 600 values, linearly between their points.
 
     Parameters
     ----------

@@ -71,11 +71,11 @@ def contacts() -> list[Table]:
     ratios = [f"located / {names[0]}", f"located / {names[1]}"]
     caption = (
         "**Contacts that slip, open and close**: CPU time per contact of the force and its exact "
-        "Jacobian, located as a balance evaluates them, and marched over samples in loops compiled "
-        "by numba. *Samples*: force and Jacobian added up sample by sample, the sample at which the "
-        "slider came to rest remembered. *In runs*: the least that sampling takes, from sums before "
-        "each sample of the functions and their products. In brackets the error of the worst "
-        "force coefficient of these random motions over the largest coefficient."
+        "Jacobian, located as a balance evaluates them, and marched over samples in loops "
+        "compiled by numba. *Samples*: force and Jacobian added up sample by sample, the sample "
+        "at which the slider came to rest remembered. *In runs*: the least that sampling takes, "
+        "from sums before each sample of the functions and their products. In brackets the error "
+        "of the worst force coefficient of these random motions over the largest coefficient."
     )
     table = Table(caption, ["contacts", "harmonics", "located", *names, *ratios])
     try:
@@ -116,9 +116,10 @@ def penalty() -> list[Table]:
     """The law of pyHarm: where it is the same as here, and where it is not."""
     errors = [f"error of {force}, {n} samples" for force in ("T", "N") for n in (FEW, MANY)]
     caption = (
-        "**The law `Penalty3D` of pyHarm** beside the one of this library: differences of the force "
-        "coefficients of one motion over the largest, tangential and normal. They fall with the "
-        "number of samples where both laws are the same. CPU time of one force with its Jacobian."
+        "**The law `Penalty3D` of pyHarm** beside the one of this library: differences of the "
+        "force coefficients of one motion over the largest, tangential and normal. They fall with "
+        "the number of samples where both laws are the same. CPU time of one force with its "
+        "Jacobian."
     )
     header = ["contact", *errors, f"pyHarm, {FEW} samples", "located", "pyHarm / located"]
     table = Table(caption, header)

@@ -397,7 +397,9 @@ def test_plot(archive, tmp_path, monkeypatch):
     np.testing.assert_array_equal(calls[-1][1], largest)
 
 
-@pytest.mark.parametrize("kind", ["envelope", "disk", "blades", "hysteresis", "states", "stick-map"])
+@pytest.mark.parametrize(
+    "kind", ["envelope", "disk", "blades", "hysteresis", "states", "stick-map"]
+)
 def test_every_kind_is_drawn(archive, kind):
     path = archive("grid")
     chosen = ("--select", "sample=5") if kind in ("disk", "hysteresis") else ()

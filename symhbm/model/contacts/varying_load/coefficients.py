@@ -44,7 +44,7 @@ def functions_at(order: Any, is_sine: Any, angle: float, derivative: int, row: A
 
 @Loop
 def moments(begin: float, end: float, result: Any) -> None:
-    """Write the integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
+    """Write integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
     turn, shift = (math.cos(middle), math.sin(middle)), (math.cos(half), math.sin(half))
     cosine, sine = turn
@@ -106,9 +106,9 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
             weight = -1.0
         sticks = kind >= STICK_LOW and kind != LIFTED
         sign = 0.0
-        if kind == PUSHED_UP or kind == STICK_LOW:
+        if kind in (PUSHED_UP, STICK_LOW):
             sign = -1.0
-        elif kind == PUSHED_DOWN or kind == STICK_HIGH:
+        elif kind in (PUSHED_DOWN, STICK_HIGH):
             sign = 1.0
         for c in range(2):
             for h in range(n_moments):

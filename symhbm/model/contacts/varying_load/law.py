@@ -103,7 +103,9 @@ class VariableLoadFriction(NormalLaw):
         """Those that have a spring which pushes, or one which pulls under a load."""
         pulls = np.asarray(values["contact_stiffness"]) * values["friction_coefficient"] > 0
         pressed = np.asarray(self.load(1.0, values)) > 0
-        return (np.asarray(values["normal_stiffness"]) > 0) | (pulls & (pressed | self.margins_move))
+        return (np.asarray(values["normal_stiffness"]) > 0) | (
+            pulls & (pressed | self.margins_move)
+        )
 
     def n_events(self, basis: FourierBasis) -> int:
         """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.coefficients`."""
@@ -265,7 +267,7 @@ class VariableLoadFriction(NormalLaw):
         frequency: float | FloatArray,
         values: Values,
     ) -> dict[str, FloatArray]:
-        """State, shares of the period, normal forces [N], path of the slider [m], and energy [J]."""
+        """State, shares of the period, normal forces [N], slider's path [m], and energy [J]."""
         state = np.where(located.states[:, SLIP], SLIPS, STICKS)
         state = np.where(located.states[:, OPEN], OPENS, state)
         state = np.where(located.states[:, TOUCH], state, NEVER_TOUCHES)
@@ -295,10 +297,10 @@ class VariableLoadFriction(NormalLaw):
     ) -> list[History]:
         """From the pieces that `locate` finds."""
         periods = self.locate(basis, motion, frequency, values).details
-        given, parts = self.physical(frequency, values), zip(periods.pieces, periods.counts)
+        given, counts = self.physical(frequency, values), periods.counts.tolist()
         return [
-            history_of(basis, motion[j], given[j], pieces[:count], n_angles)
-            for j, (pieces, count) in enumerate(parts)
+            history_of(basis, motion[j], given[j], periods.pieces[j, :count], n_angles)
+            for j, count in enumerate(counts)
         ]
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
@@ -361,5 +363,9 @@ def _expansion(basis: FourierBasis, switch: int) -> Compiled:
         inputs += functions
     margin = value / ca.sqrt(square)
     curvature, gradient = ca.hessian(margin, variables)
-    outputs = [margin, ca.densify(gradient), ca.vec(ca.densify(curvature + moved / ca.sqrt(square)))]
+    outputs = [
+        margin,
+        ca.densify(gradient),
+        ca.vec(ca.densify(curvature + moved / ca.sqrt(square))),
+    ]
     return Compiled(ca.Function("expansion", inputs, outputs))

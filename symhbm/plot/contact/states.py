@@ -101,8 +101,8 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
     rows = _rows(dataset, swept)
     if len(rows) > MOST_ROWS:
         raise ValueError(
-            f"dataset: expected at most {MOST_ROWS} rows, got {len(rows)} of contacts and parameter "
-            "sets; give contact=, or select some, for example "
+            f"dataset: expected at most {MOST_ROWS} rows, got {len(rows)} of contacts and "
+            "parameter sets; give contact=, or select some, for example "
             f"dataset.isel({(swept or ['contact'])[0]}=slice(10))"
         )
     every = [_runs(dataset.isel(position), parameter) for position, _ in rows]
@@ -166,15 +166,14 @@ def _runs(curve: xr.Dataset, parameter: Moving) -> list[_Run]:
         if not known.any():
             continue
         # Points that did not converge leave holes: what lies between them is not known.
-        own, *figures = (part for part in parts)
-        apart = np.where(own == NEVER_TOUCHES, 1.0, np.nan_to_num(figures[0]))
-        sticking = np.where(np.isnan(figures[1]), np.where(own == SLIPS, 0, 1 - apart), figures[1])
+        own, opened, stuck = parts
+        apart = np.where(own == NEVER_TOUCHES, 1.0, np.nan_to_num(opened))
+        sticking = np.where(np.isnan(stuck), np.where(own == SLIPS, 0, 1 - apart), stuck)
         turns = _turns(value)
-        for first, last in zip(turns[:-1], turns[1:], strict=True):
+        for first, last in pairwise(turns):
             part = slice(first, last + 1)
             if known[part].any():
-                kept = (each[part] for each in (value, own, apart, sticking))
-                runs.append(_Run(*kept, events))
+                runs.append(_Run(value[part], own[part], apart[part], sticking[part], events))
     return runs
 
 
@@ -189,7 +188,9 @@ def _turns(value: FloatArray) -> list[int]:
 
 def _draw(ax: Axes, run: _Run, bottom: float, height: float) -> None:
     """Shares of the period as heights, and the states above them."""
-    run = run if run.value[0] <= run.value[-1] else _Run(*(p[::-1] for p in run[:4]), run.events)
+    if run.value[0] > run.value[-1]:
+        turned = run.value[::-1], run.state[::-1], run.open[::-1], run.sticks[::-1]
+        run = _Run(*turned, run.events)
     known = run.state >= 0
     top = bottom + (1 - _STRIP) * height
     levels = [np.zeros(len(known)), run.sticks, 1 - run.open, np.ones(len(known))]

@@ -123,7 +123,7 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     order = np.argsort(event, kind="stable")
     event, kinds = event[order], dataset["event_kind"].values[chosen][order].tolist()
     closed = np.append(angle, angle[0] + period)
-    motion = CubicHermiteSpline(closed, *(_wrapped(part).T for part in (y, slope)))
+    motion = CubicHermiteSpline(closed, _wrapped(y).T, _wrapped(slope).T)
 
     def at_events(name: str) -> FloatArray:
         return np.interp(event, closed, _wrapped(dataset[name].isel(contact=contact.number).values))
@@ -146,14 +146,15 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
         at.insert(0, np.sign(at_events("friction_force")) * limits)
     points = np.concatenate([closed, event])
     place = np.argsort(points, kind="stable")
-    joined = [
-        np.concatenate([_wrapped(np.asarray(part)), np.asarray(here)], axis=-1)[..., place]
-        for part, here in ((y, motion(event).T), (forces, at), (limit, limits))
-    ]
+
+    def joined(around: Any, here: Any) -> FloatArray:
+        return np.concatenate([_wrapped(np.asarray(around)), here], axis=-1)[..., place]
+
     never = OPENS if presses and not np.any(forces[-1]) else STICKS
     after = np.array(_states_after(kinds) or [never])
     state = after[np.searchsorted(event, points[place], side="right") - 1]
-    return History(points[place], *joined, state)
+    displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
+    return History(points[place], displacement, force, joined(limit, limits), state)
 
 
 def _wrapped(values: FloatArray) -> FloatArray:
@@ -178,12 +179,10 @@ def _of_motions(dataset: xr.Dataset, contact: Contact) -> Histories:
         dataset = dataset.swap_dims(point=parameter.name)
     each = contact.relative(dataset["coefficient"])
     dims = [str(dim) for dim in each[0].dims if dim not in ("harmonic", "component")]
-    parts = []
-    for coefficient in each:
-        values = coefficient.transpose(*dims, "harmonic", "component").values
-        basis, motions = motions_of(dataset, values.reshape(-1, *values.shape[-2:]))
-        parts.append(motions)
-    motion, shape = np.concatenate(parts, axis=1), values.shape[:-2]
+    tables = [one.transpose(*dims, "harmonic", "component").values for one in each]
+    shape, inner = tables[0].shape[:-2], tables[0].shape[-2:]
+    found_of = [motions_of(dataset, table.reshape(-1, *inner)) for table in tables]
+    basis, motion = found_of[0][0], np.concatenate([motions for _, motions in found_of], axis=1)
     like = each[0].isel(harmonic=0, component=0, drop=True)
 
     def flat(value: xr.DataArray) -> Any:

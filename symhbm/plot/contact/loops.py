@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import OPENS, SLIPS, STICKS, History
 from symhbm.numerics import FloatArray, check
+from symhbm.plot.contact.histories import Histories, contact_of, histories
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     OUTSIDE,
@@ -22,7 +23,6 @@ from symhbm.plot.drawing import (
     nothing_to_draw,
     scaled,
 )
-from symhbm.plot.histories import Histories, contact_of, histories
 
 _EVENTS = {
     "onset of slip": ((STICKS, OPENS), (SLIPS,), dict(marker="^")),
@@ -149,7 +149,7 @@ def normal_force(
     if "normal" not in which.law.directions:
         raise ValueError(
             f"contact={contact}: expected one with a normal direction, it is of "
-            f"{type(which.law).__name__} in the group {which.group!r}, whose normal load is constant"
+            f"{type(which.law).__name__} in the group {which.group!r}, whose load is constant"
         )
     found = histories(dataset, which)
     drawn = _drawn(found)
@@ -244,8 +244,8 @@ def _from_zero(history: History) -> History:
     order = np.concatenate([order[-1:], order, order[:1]])
     angle = turned[order] - period * (np.arange(len(order)) == 0)
     angle[-1] += period
-    parts = history.displacement, history.force, history.limit, history.state
-    return History(angle, *(part[..., order] for part in parts))
+    sides = history.displacement[:, order], history.force[:, order]
+    return History(angle, *sides, history.limit[order], history.state[order])
 
 
 def _left_out(found: Histories, drawn: list[History]) -> list[str]:
