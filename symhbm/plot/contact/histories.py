@@ -151,7 +151,7 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
         return np.concatenate([_wrapped(np.asarray(around)), here], axis=-1)[..., place]
 
     never = OPENS if presses and not np.any(forces[-1]) else STICKS
-    after = np.array(_states_after(kinds) or [never])
+    after = np.array(_states_after(kinds, rubs) or [never])
     state = after[np.searchsorted(event, points[place], side="right") - 1]
     displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
     return History(points[place], displacement, force, joined(limit, limits), state)
@@ -162,11 +162,11 @@ def _wrapped(values: FloatArray) -> FloatArray:
     return np.concatenate([values, values[..., :1]], axis=-1)
 
 
-def _states_after(kinds: list[str]) -> list[int]:
+def _states_after(kinds: list[str], rubs: bool) -> list[int]:
     """What a contact does after each of its events, which are cyclic."""
     following = kinds[1:] + kinds[:1]
-    # What closes and then opens, or ends to slip, has slipped in between.
-    closing = [STICKS if kind == "onset of slip" else SLIPS for kind in following]
+    # What closes and then opens, or ends to slip, has slipped in between where it rubs.
+    closing = [SLIPS if rubs and kind != "onset of slip" else STICKS for kind in following]
     return [_AFTER.get(kind, state) for kind, state in zip(kinds, closing, strict=True)]
 
 

@@ -25,7 +25,7 @@ from symhbm.plot.drawing import (
 )
 
 _EVENTS = {
-    "onset of slip": ((STICKS, OPENS), (SLIPS,), dict(marker="^")),
+    "onset of slip": ((STICKS,), (SLIPS,), dict(marker="^")),
     "end of slip": ((SLIPS,), (STICKS,), dict(marker="o", markerfacecolor="white")),
     "opening": ((STICKS, SLIPS), (OPENS,), dict(marker="s", markerfacecolor="white")),
     "closing": ((OPENS,), (STICKS, SLIPS), dict(marker="D")),
