@@ -9,6 +9,7 @@ import xarray as xr
 
 from symhbm.cli.blocks import ALIKE, completeness, largest, moving, read, set_dimensions
 from symhbm.continuation import Status
+from symhbm.model.contacts import Behaviour
 from symhbm.results import LARGEST_OF, Description
 
 Lines = Iterator[tuple[str, str]]
@@ -152,19 +153,26 @@ def _peaks(dataset: xr.Dataset) -> Lines:
 def _contacts(dataset: xr.Dataset) -> Lines:
     if "contact_state" in dataset.variables and dataset.sizes.get("contact"):
         labels = dataset["contact"].values
-        slips, sticks = np.zeros(len(labels), dtype=bool), np.zeros(len(labels), dtype=bool)
-        slipping = points = 0
+        did = np.zeros((4, len(labels)), dtype=bool)
+        slipping = opening = points = 0
         for _, state in read(dataset, "contact_state", ("contact",)):
             state = state.reshape(-1, len(labels))
-            slips |= (state == 1).any(axis=0)
-            sticks |= (state == 0).any(axis=0)
-            slipping += int(np.count_nonzero((state == 1).any(axis=1)))
+            did |= [(state == kind).any(axis=0) for kind in range(len(did))]
+            slipping += int(np.count_nonzero((state == Behaviour.SLIPS).any(axis=1)))
+            opening += int(np.count_nonzero((state == Behaviour.OPENS).any(axis=1)))
             points += int(np.count_nonzero((state >= 0).any(axis=1)))
-        kinds = {"slipping somewhere": slips, "always stuck": sticks & ~slips}
-        kinds["no known state"] = ~(slips | sticks)
+        moves = did[Behaviour.SLIPS] | did[Behaviour.OPENS]
+        kinds = {
+            "slipping somewhere": did[Behaviour.SLIPS],
+            "opening somewhere": did[Behaviour.OPENS],
+        }
+        kinds["always stuck"] = did[Behaviour.STICKS] & ~moves
+        kinds["never touching"] = did[Behaviour.NEVER_TOUCHES] & ~moves & ~did[Behaviour.STICKS]
+        kinds["no known state"] = ~did.any(axis=0)
         words = [f"{w}: {_ranges(labels[k])}" for w, k in kinds.items() if k.any()]
         if points > 1:
             words.append(f"some contact slips at {slipping} of {points} points")
+            words += [f"some contact opens at {opening}"] if opening else []
         yield "contacts", "; ".join(words)
     if "contact_model_valid" in dataset.variables:
         blocks = _solved(dataset, "contact_model_valid")

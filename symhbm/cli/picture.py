@@ -15,7 +15,10 @@ from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
 
-_FIRST = ("response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model")
+_FIRST = (
+    *("response", "envelope", "disk", "blades"),
+    *("hysteresis", "normal-force", "states", "stick-map", "model"),
+)
 """The order in which kinds are listed; others follow by name."""
 
 

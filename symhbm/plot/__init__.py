@@ -1,6 +1,6 @@
 """Figures from datasets, and drawings of models."""
 
-from symhbm.plot.contact import hysteresis
+from symhbm.plot.contact import hysteresis, normal_force, states
 from symhbm.plot.curves import response
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
@@ -18,7 +18,9 @@ __all__ = [
     "envelope",
     "hysteresis",
     "model",
+    "normal_force",
     "nothing_to_draw",
     "response",
+    "states",
     "stick_map",
 ]

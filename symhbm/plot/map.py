@@ -38,16 +38,16 @@ def stick_map(
 ) -> Figure:
     """Draw the share of the period that contacts stick, over the moving and a swept parameter.
 
-    Each cell is one value. A line divides cells that slip from those that do not. Hatched cells
-    hold nothing: their points did not converge, or the path does not reach them. Paths are read
-    off a common grid of 600 values, linearly between their points.
+    Each cell is one value. A line divides cells that slip or open from those that do not. Hatched
+    cells hold nothing: their points did not converge, or the path does not reach them. Paths are
+    read off a common grid of 600 values, linearly between their points.
 
     Parameters
     ----------
     dataset
         A result of `symhbm.frf` or `symhbm.follow`, over a grid (``at=``) or paths.
     contact
-        One contact, or the ``"mean"`` or the ``"least"`` of all that have a friction element.
+        One contact, or the ``"mean"`` or the ``"least"`` of all that have friction.
     over
         The swept parameter or dimension; by default the only one there is.
     ax
@@ -136,6 +136,9 @@ def _chosen(dataset: xr.Dataset, contact: int | str) -> tuple[xr.DataArray, str]
         rubs = (stiffness > 0).any(others)
         if "contact" in rubs.dims and rubs.any():
             fraction = fraction.isel(contact=rubs.values)
+    told = fraction.notnull().any([dim for dim in fraction.dims if dim != "contact"])
+    if told.any():
+        fraction = fraction.isel(contact=told.values)
     name = names[contact] if fraction.sizes["contact"] > 1 else "contact 0"
     reduced = fraction.mean if contact == "mean" else fraction.min
     return reduced("contact", skipna=False), name

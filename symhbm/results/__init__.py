@@ -3,7 +3,14 @@
 from symhbm.results import schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description, records_of_problem
-from symhbm.results.provenance import DRAWN, LARGEST_OF, MATRICES, SCHEMA_VERSION, with_provenance
+from symhbm.results.provenance import (
+    DRAWN,
+    LARGEST_OF,
+    MATRICES,
+    SCHEMA_VERSION,
+    law_of_library,
+    with_provenance,
+)
 from symhbm.results.request import (
     OF_PEAKS,
     Angles,
@@ -40,6 +47,7 @@ __all__ = [
     "check_parameter",
     "check_present",
     "consecutive_blocks",
+    "law_of_library",
     "meaning",
     "parse",
     "recall",

@@ -331,12 +331,10 @@ def _contacts_of(
     result, missing = {}, []
     for group, entry in groups.items():
         shown = _shown(entry["law"], entry.get("attributes", {}))
-        library = shown not in known and entry["law"] in _LAWS
-        if not library and shown not in known:
+        law, expected = known.get(shown) or law_of_library(entry), [*entry["parameters"]]
+        if law is None:
             missing.append(f"{shown} (group {group!r})")
             continue
-        law = _of_library(entry) if library else known[shown]
-        expected = [*entry["parameters"]]
         if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
             raise MissingLawError(
                 f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "
@@ -358,13 +356,16 @@ def _contacts_of(
     }
 
 
-def _of_library(entry: dict[str, Any]) -> ContactLaw:
-    """A law of the library; one of the user's is told whole, as plain operations."""
-    kind, attributes = _LAWS[entry["law"]], entry.get("attributes", {})
+def law_of_library(entry: dict[str, Any]) -> ContactLaw | None:
+    """The law of a described group of contacts, None for one of the user's own class.
+
+    One of the user's expressions is told whole, as plain operations.
+    """
+    kind, attributes = _LAWS.get(entry["law"]), entry.get("attributes", {})
     if kind is SmoothForce:
         records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
         return SmoothForce(**attributes, parameters=records)
-    return kind(**attributes)
+    return None if kind is None else kind(**attributes)
 
 
 def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:

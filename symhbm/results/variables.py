@@ -36,7 +36,10 @@ class Variable(NamedTuple):
     attributes: Mapping[str, Any] = MappingProxyType({})
 
 
-_STATES = {"flag_values": np.array([-1, 0, 1], dtype=np.int8), "flag_meanings": "none stick slip"}
+_STATES = {
+    "flag_values": np.array([-1, 0, 1, 2, 3], dtype=np.int8),
+    "flag_meanings": "none stick slip open apart",
+}
 _STABILITY = {
     "flag_values": np.array([-1, 0, 1], dtype=np.int8),
     "flag_meanings": "unknown unstable stable",
@@ -54,7 +57,7 @@ VARIABLES = {
     "amplitude_slope_before": Variable(
         ("dof",), "m", "derivative of the amplitude by the moving parameter, before the point"
     ),
-    "contact_state": Variable(("contact",), "1", "whether the contact slips", _STATES),
+    "contact_state": Variable(("contact",), "1", "what the contact does in the period", _STATES),
     "theta_0": Variable(("contact",), "rad", "angle of the largest relative displacement"),
     "theta_star": Variable(("contact",), "rad", "angle of the onset of slip after theta_0"),
     "stick_fraction": Variable(("contact",), "1", "share of the period spent sticking"),

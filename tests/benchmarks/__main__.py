@@ -8,12 +8,14 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, own  # noqa: E402
+from tests.benchmarks import comparison, contacts, own  # noqa: E402
 from tests.benchmarks.table import machine, write  # noqa: E402
 
 MEASUREMENTS = {
     "blade": comparison.blade,
     "ring": comparison.ring,
+    "contacts": contacts.contacts,
+    "penalty": contacts.penalty,
     "step": own.step,
     "ensemble": own.ensemble,
     "processes": own.processes,

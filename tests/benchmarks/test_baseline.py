@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from tests.benchmarks import clock, problems
+from symhbm.numerics import FourierBasis
+from tests.benchmarks import clock, contacts, problems
 
 SAMPLES = 2080
 
@@ -60,3 +61,34 @@ def test_compiled_loop_agrees(problem, band):
     assert error.max() < tolerance * float(at.amplitude.max())
     peak = sh.frf(problem, band, progress=False)
     assert found.peak_amplitude == pytest.approx(float(peak.peak_amplitude.max()), rel=tolerance)
+
+
+@pytest.mark.slow  # numba compiles for some 20 s
+def test_sampled_contacts_agree():
+    """Both loops are one law, their error is of first order, their Jacobian is exact."""
+    pytest.importorskip("numba", reason="numba, which compiles the loops, is not installed")
+    from tests.benchmarks import pressing
+
+    basis = FourierBasis((0, 1, 2, 3))
+    motions = contacts.motions_of(basis, 20)
+    exact = contacts.whole(basis, contacts.located(basis, motions)()[0])
+    values = np.column_stack([contacts.values_of(20)[name] for name in contacts.VALUES])
+    error = []
+    for n in (256, 4096):
+        samples, found = pressing.samples_of(basis, n), []
+        for loop in (pressing.by_samples, pressing.by_runs):
+            force, slope = np.empty(motions.shape), np.empty((*motions.shape, motions.shape[1]))
+            loop(samples, motions, values, force, slope)
+            found.append((force, slope))
+        (force, slope), other = found
+        np.testing.assert_allclose(other[0], force, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(other[1], slope, rtol=0, atol=1e-13)
+        error.append(np.abs(force - exact).max())
+    assert error[0] < 5e-3
+    assert error[1] < error[0] / 8
+    step = 1e-7 * np.random.default_rng(3).normal(size=motions.shape)
+    sides = np.empty((2, *motions.shape))
+    for side, at in zip(sides, (motions + step, motions - step), strict=True):
+        pressing.by_runs(samples, at, values, side, slope.copy())
+    expected = 2 * np.einsum("nij,nj->ni", found[1][1], step)
+    np.testing.assert_allclose(sides[0] - sides[1], expected, rtol=0, atol=1e-10)

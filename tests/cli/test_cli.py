@@ -397,7 +397,9 @@ def test_plot(archive, tmp_path, monkeypatch):
     np.testing.assert_array_equal(calls[-1][1], largest)
 
 
-@pytest.mark.parametrize("kind", ["envelope", "disk", "blades", "hysteresis", "stick-map"])
+@pytest.mark.parametrize(
+    "kind", ["envelope", "disk", "blades", "hysteresis", "states", "stick-map"]
+)
 def test_every_kind_is_drawn(archive, kind):
     path = archive("grid")
     chosen = ("--select", "sample=5") if kind in ("disk", "hysteresis") else ()
@@ -552,7 +554,8 @@ def test_every_file_of_verbs_is_a_command():
 
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
-    expected = ["response", "envelope", "disk", "blades", "hysteresis", "stick-map", "model"]
+    expected = ["response", "envelope", "disk", "blades"]
+    expected += ["hysteresis", "normal-force", "states", "stick-map", "model"]
     assert kinds() == expected
     monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
     monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])

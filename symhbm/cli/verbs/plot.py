@@ -59,13 +59,15 @@ def plot(
     """Draw a picture of ARCHIVE and print its path.
 
     \b
-      response    amplitude over the frequency (or what was followed), a line per parameter set
-      envelope    an ensemble of responses as bands
-      disk        the response around the disk
-      blades      the response of every blade
-      hysteresis  friction force over relative displacement
-      stick-map   where contacts stick and where they slip
-      model       the structure and the force on it
+      response      amplitude over the frequency (or what was followed), a line per parameter set
+      envelope      an ensemble of responses as bands
+      disk          the response around the disk
+      blades        the response of every blade
+      hysteresis    friction force over relative displacement
+      normal-force  normal force over the period
+      states        where contacts stick, slip, open or never touch, each of them
+      stick-map     where contacts stick and where they slip, over a swept parameter
+      model         the structure and the force on it
 
     \b
     Examples:

@@ -2,9 +2,7 @@
 
 from symhbm.model.contacts.coulomb import (
     Coulomb,
-    HysteresisLoop,
     Loop,
-    hysteresis_loops,
     located_of,
     loops_near_limit,
     on_loop,
@@ -24,6 +22,7 @@ from symhbm.model.contacts.directions import (
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
+from symhbm.model.contacts.history import Behaviour, History
 from symhbm.model.contacts.law import (
     FREE,
     ContactLaw,
@@ -33,7 +32,7 @@ from symhbm.model.contacts.law import (
     graph_of,
 )
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.normal import Behaviour, NormalLaw
+from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.polynomial import PolynomialLaw
@@ -51,7 +50,7 @@ __all__ = [
     "Friction",
     "Gap",
     "Group",
-    "HysteresisLoop",
+    "History",
     "Instants",
     "Located",
     "Loop",
@@ -70,7 +69,6 @@ __all__ = [
     "check_directions",
     "from_stored",
     "graph_of",
-    "hysteresis_loops",
     "is_name",
     "located_of",
     "loops_near_limit",

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.group import Contacts
+from symhbm.model.contacts.history import Behaviour, History
 from symhbm.model.contacts.law import Located, Values
-from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw, Preload, given_of
+from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload, given_of
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -151,6 +152,20 @@ class UnilateralSpring(NormalLaw):
         of_friction = _FRICTION.period_figures(located.details)
         named = {name: of_friction[name] for name in self.variables}
         return named | dict(contact_state=np.where(touches, state, Behaviour.NEVER_TOUCHES))
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """The normal side of a contact without friction."""
+        both = _FRICTION.history(basis, *self._as_friction(motion, frequency, values), n_angles)
+        return [
+            one._replace(displacement=one.displacement[1:], force=one.force[1:]) for one in both
+        ]
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_n`` and ``N0``."""

@@ -23,6 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.history import History
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
@@ -370,6 +371,20 @@ class ContactLaw(ABC):
         work = np.einsum("cri,cri->cr", force.reshape(shape), velocity)
         return {"dissipation": work.sum(axis=1)}
 
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History] | None:
+        """What contacts do over a period, as it is drawn; None for a law that does not tell.
+
+        ``n_angles`` points beside the events; the other arguments as of `locate`.
+        """
+        return None
+
     def sliders(self, frequency: Any, values: Values) -> Sliders | None:
         """Contacts as springs in series with sliders, None where they are something else."""
         return None
@@ -418,11 +433,10 @@ class Graph:
         force = law.force(basis, motion, frequency, by_name, events)
         sizes = law.terms(basis, motion, travel, frequency, by_name, events)
         slope = ca.jacobian(force, motion)
-        self.force = ca.Function(
-            "contact_force",
-            [motion, travel, frequency, values, events],
-            [ca.densify(force), *sizes, slope],
-        )
+        inputs = [motion, travel, frequency, values, events]
+        # Sizes of terms and derivatives have operations of the force again.
+        outputs = ca.cse([ca.densify(force), *map(ca.SX, sizes), slope])
+        self.force = ca.Function("contact_force", inputs, outputs)
         stiffness, loss = law.springs(basis, motion, frequency, by_name, events)
         parts = [ca.densify(ca.vertcat(*map(ca.vec, part))) for part in (stiffness, loss)]
         self.springs = ca.Function("springs", [motion, frequency, values, events], parts)

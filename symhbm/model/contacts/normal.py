@@ -6,7 +6,6 @@ with a gap ``g``.
 """
 
 from collections.abc import Mapping
-from enum import IntEnum
 from functools import lru_cache
 from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
@@ -16,13 +15,6 @@ import numpy as np
 from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, check
-
-
-class Behaviour(IntEnum):
-    """What a contact does within a period: values of ``contact_state``."""
-
-    STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
-
 
 Given = Literal["normal_load", "gap"]
 """What is a parameter and stays as it is where the normal stiffness changes."""

@@ -31,7 +31,13 @@ class Loop:
         except ImportError:
             return self._function
         # A division by zero gives what numpy gives, and no exception.
-        compiled = numba.njit(self._function, error_model="numpy")
+        options: Any = dict(error_model="numpy", no_cfunc_wrapper=True)
+        compiled: Any = numba.njit(self._function, **options)
+        # Else numba compiles a loop again for each number that is written where it is called.
+        template = compiled.get_call_template
+        compiled.get_call_template = lambda arguments, names: template(
+            tuple(map(numba.types.unliteral, arguments)), names
+        )
         with suppress(RuntimeError):  # nowhere to write
             compiled.enable_caching()
             kept: Any = compiled

@@ -12,12 +12,12 @@ import numpy as np
 from symhbm.numerics.loops.loop import Loop
 
 _CELLS = 4
-"""First cells per period of the highest harmonic."""
+"""First cells per period of the highest harmonic: a multiple of four, see `on_grid`."""
 _CLOSEST = 1e-8
 """Width [rad] of a cell below which a pair of zeros does not count."""
 _STEPS = 60
 """Most steps to a zero, each at least a bisection."""
-_LAST_STEP = 1e-12
+_LAST_STEP = 1e-9
 """Last step to a zero, relative to the angle."""
 
 
@@ -41,12 +41,78 @@ def derive(cosine: Any, sine: Any, of_cosine: Any, of_sine: Any) -> None:
 
 
 @Loop
+def on_grid(cosine: Any, sine: Any, values: Any) -> None:
+    """Write values and slopes (2, 4 n) of a series at equidistant angles of a period.
+
+    Four angles that mirror each other in both axes share their cosines and sines.
+    """
+    n_angles = values.shape[1]
+    half = n_angles // 2
+    for i in range(n_angles // 4 + 1):
+        angle = 2 * math.pi * i / n_angles
+        turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
+        c, s = 1.0, 0.0
+        even, even_turned, odd, odd_turned = 0.0, 0.0, 0.0, 0.0
+        rate, rate_turned, odd_rate, odd_rate_turned = 0.0, 0.0, 0.0, 0.0
+        for h in range(len(cosine)):
+            if h % 2 == 0:
+                even += cosine[h] * c
+                even_turned += sine[h] * s
+                rate += h * sine[h] * c
+                rate_turned -= h * cosine[h] * s
+            else:
+                odd += cosine[h] * c
+                odd_turned += sine[h] * s
+                odd_rate += h * sine[h] * c
+                odd_rate_turned -= h * cosine[h] * s
+            c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
+        opposite, mirrored, last = i + half, half - i, n_angles - i if i else 0
+        values[0, i] = even + odd + even_turned + odd_turned
+        values[1, i] = rate + odd_rate + rate_turned + odd_rate_turned
+        values[0, opposite] = even - odd + even_turned - odd_turned
+        values[1, opposite] = rate - odd_rate + rate_turned - odd_rate_turned
+        values[0, mirrored] = even - odd - even_turned + odd_turned
+        values[1, mirrored] = rate - odd_rate - rate_turned + odd_rate_turned
+        values[0, last] = even + odd - even_turned - odd_turned
+        values[1, last] = rate + odd_rate - rate_turned - odd_rate_turned
+
+
+@Loop
 def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool) -> float:
     """Where a series passes a level between two angles, between which it is monotone."""
-    low, high = at(cosine, sine, left)[0] - level, at(cosine, sine, right)[0] - level
+    low, low_slope = at(cosine, sine, left)
+    high, high_slope = at(cosine, sine, right)
+    low, high = low - level, high - level
     if low * high >= 0 and (low >= 0) == rises:
         return left
-    root = left + (right - left) * low / (low - high) if low * high < 0 else 0.5 * (left + right)
+    root = 0.5 * (left + right)
+    if low * high < 0:
+        root = _start(left, right, low, low_slope, high, high_slope)
+    return _zero(cosine, sine, level, left, right, root, rises)
+
+
+@Loop
+def _start(
+    left: float, right: float, low: float, low_slope: float, high: float, high_slope: float
+) -> float:
+    """About where a monotone function is 0: the angle as a cubic of the value, or a secant."""
+    rise, width = high - low, right - left
+    share = -low / rise
+    root = left + share * width
+    if low_slope * high_slope > 0:
+        rest = 1 - share
+        bow = rest * (rise / low_slope - width) - share * (rise / high_slope - width)
+        bent = root + share * rest * bow
+        if left <= bent <= right:
+            root = bent
+    return root
+
+
+@Loop
+def _zero(
+    cosine: Any, sine: Any, level: float, left: float, right: float, root: float, rises: bool
+) -> float:
+    """Where a monotone series passes a level, from a ``root`` nearby: Newton's method, guarded."""
     for _ in range(_STEPS):
         value, slope = at(cosine, sine, root)
         value -= level
@@ -68,6 +134,40 @@ def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, ri
 
 
 @Loop
+def _of_one_harmonic(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
+    """As `sign_changes`, in closed form."""
+    size, mean = math.hypot(cosine[1], sine[1]), cosine[0]
+    if size - abs(mean) <= noise:
+        return 0
+    top = math.atan2(sine[1], cosine[1])
+    half = math.atan2(math.sqrt((size - mean) * (size + mean)), -mean)
+    if 2 * min(half, math.pi - half) <= _CLOSEST:
+        return 0
+    falls, rises_at = (top + half) % (2 * math.pi), (top - half) % (2 * math.pi)
+    first = 0 if rises_at < falls else 1
+    angles[first], rises[first] = rises_at, True
+    angles[1 - first], rises[1 - first] = falls, False
+    return 2
+
+
+@Loop
+def _put(
+    stack: Any,
+    depth: int,
+    left: float,
+    right: float,
+    first: float,
+    first_slope: float,
+    last: float,
+    last_slope: float,
+) -> None:
+    """Write a cell: its ends, and values and slopes there."""
+    stack[depth, 0], stack[depth, 1] = left, right
+    stack[depth, 2], stack[depth, 3] = first, first_slope
+    stack[depth, 4], stack[depth, 5] = last, last_slope
+
+
+@Loop
 def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
     """Changes of sign of a series in ``[0, 2 pi)``, ascending.
 
@@ -84,21 +184,24 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
         bound += amplitude * float(h * h) ** 2
     if size <= noise:
         return 0
+    if highest == 1:
+        return _of_one_harmonic(cosine, sine, noise, angles, rises)
     cells = _CELLS * max(highest, 2)
+    ends = np.empty((2, cells))
+    on_grid(cosine, sine, ends)
     count = 0
     stack = np.empty((40, 6))
-    start = at(cosine, sine, 0.0)
-    before = start
     for i in range(cells):
         left, right = 2 * math.pi * i / cells, 2 * math.pi * (i + 1) / cells
         # The end of the last cell is the begin of the first: a zero there counts once.
-        after = at(cosine, sine, right) if i < cells - 1 else start
-        stack[0] = left, right, before[0], before[1], after[0], after[1]
-        before = after
+        after = (i + 1) % cells
+        _put(stack, 0, left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after])
         depth = 1
         while depth:
             depth -= 1
-            left, right, first, first_slope, last, last_slope = stack[depth]
+            left, right = stack[depth, 0], stack[depth, 1]
+            first, first_slope = stack[depth, 2], stack[depth, 3]
+            last, last_slope = stack[depth, 4], stack[depth, 5]
             width = right - left
             error = bound * width**4 / 384 + noise
             # Coefficients of the cubic in the Bernstein basis bound it, and those of its slope.
@@ -113,11 +216,12 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
             if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
                 middle = 0.5 * (left + right)
                 value, slope = at(cosine, sine, middle)
-                stack[depth] = middle, right, value, slope, last, last_slope
-                stack[depth + 1] = left, middle, first, first_slope, value, slope
+                _put(stack, depth, middle, right, value, slope, last, last_slope)
+                _put(stack, depth + 1, left, middle, first, first_slope, value, slope)
                 depth += 2
             elif (first > 0) != (last > 0) and count < len(angles):
-                angles[count] = crossing(cosine, sine, 0.0, left, right, last > 0)
+                start = _start(left, right, first, first_slope, last, last_slope)
+                angles[count] = _zero(cosine, sine, 0.0, left, right, start, last > 0)
                 rises[count] = last > 0
                 count += 1
     return count

@@ -1,6 +1,5 @@
 """Dry friction with a constant normal load: a spring and a Coulomb slider."""
 
-from symhbm.model.contacts.coulomb.hysteresis import HysteresisLoop, hysteresis_loops
 from symhbm.model.contacts.coulomb.law import Coulomb, SampledCoulomb, leading, located_of, travel
 from symhbm.model.contacts.coulomb.located import locate, on_loop, stick_intervals
 from symhbm.model.contacts.coulomb.loops import Loop, loops_near_limit
@@ -9,10 +8,8 @@ from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
 __all__ = [
     "ContactState",
     "Coulomb",
-    "HysteresisLoop",
     "Loop",
     "SampledCoulomb",
-    "hysteresis_loops",
     "leading",
     "locate",
     "located_of",

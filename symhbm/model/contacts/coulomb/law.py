@@ -11,12 +11,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.coulomb.history import histories_of
 from symhbm.model.contacts.coulomb.limit import limit_moves, limit_slopes
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.model.contacts.coulomb.moving_angles import moving_angles
 from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
 from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
+from symhbm.model.contacts.history import History
 from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
@@ -310,6 +312,17 @@ class Coulomb(ContactLaw):
             contact_state=np.where(rubs, state.slip, -1),
             reversals=state.reversals,
         )
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """Of the slider on its own motion, located."""
+        return histories_of(basis, motion, *self.sliders(frequency, values), n_angles)
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The spring's, of contacts that slip: those that stick are linear."""

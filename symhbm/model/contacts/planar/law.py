@@ -19,8 +19,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.history import Behaviour
 from symhbm.model.contacts.law import Located, Switch, Values
-from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw, Preload
+from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.expansion import margin_by_variables

@@ -82,14 +82,11 @@ def estimate(
 def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> float:
     """Write ``k_t u``, ``p`` and both walls of a contact; gives their round-off."""
     size, highest = len(order), int(order[len(order) - 1])
-    cosine, sine = np.zeros((2, highest + 1)), np.zeros((2, highest + 1))
+    parts = np.zeros((2, 2, highest + 1))
     for i in range(size):
         for k in range(2):
-            if is_sine[i]:
-                sine[k, int(order[i])] = motion[k * size + i]
-            else:
-                cosine[k, int(order[i])] = motion[k * size + i]
-    return walls(cosine, sine, values, waves)
+            parts[1 if is_sine[i] else 0, k, int(order[i])] = motion[k * size + i]
+    return walls(parts[0], parts[1], values, waves)
 
 
 @Loop
@@ -102,7 +99,8 @@ def wall_slope(
     """
     size = len(functions)
     stiffness, normal = values[0], values[1]
-    slope[:] = 0.0
+    for i in range(2 * size, 2 * size + 4):
+        slope[i] = 0.0
     for i in range(size):
         slope[i] = pull * stiffness * functions[i]
         slope[size + i] = press * normal * functions[i]
@@ -144,7 +142,8 @@ def _margins(
     for k in range(3):
         square = pull + friction * friction * press if k == 0 else press
         margins[k] = -np.inf
-        slopes[k, :] = 0.0
+        for i in range(2 * size + 4):
+            slopes[k, i] = 0.0
         if k == 0 and friction == 0.0:
             margins[k] = np.inf
         elif k > 0 and normal == 0.0:
@@ -158,7 +157,8 @@ def _margins(
                 functions_at(order, is_sine, turning[1, 1], 0, functions)
                 wall_slope(motion, values, functions, 1.0, friction, other)
                 other[2 * size + 2] = value_of(functions, motion, size, normal, load)
-                slopes[k] -= other
+                for i in range(2 * size + 4):
+                    slopes[k, i] -= other[i]
                 value = turning[0, 0] - turning[1, 0]
             else:
                 sign = -1.0 if k == 1 else 1.0
@@ -187,7 +187,8 @@ def _figures(
     waves: Any, stiffness: float, pieces: Any, count: int, turning: Any, figures: Any
 ) -> None:
     """Shares of the period, normal forces and path of the slider of one contact."""
-    figures[:] = 0.0
+    for i in range(len(figures)):
+        figures[i] = 0.0
     press, highest = waves[1], waves.shape[2] - 1
     of_piece = np.empty((2, highest + 1))
     mean = press[0, 0]

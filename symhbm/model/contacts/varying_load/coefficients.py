@@ -23,7 +23,7 @@ from symhbm.model.contacts.varying_load.march import (
     PUSHED_DOWN,
     PUSHED_UP,
     SHARE,
-    STICK_CLOSED,
+    STICK_HIGH,
     STICK_LOW,
     WEIGHT,
 )
@@ -90,11 +90,13 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
     area = size * size
     matrices = events[: 4 * area].reshape((4, size, size))
     vectors = events[4 * area :].reshape((3, size))
-    events[:] = 0.0
+    for i in range(len(events)):
+        events[i] = 0.0
     n_moments = 2 * int(order[size - 1]) + 1
-    of_piece, sticking = np.zeros((2, n_moments)), np.zeros((2, n_moments))
-    signed, closed = np.zeros((2, n_moments)), np.zeros((2, n_moments))
-    row, share = np.empty(size), np.empty(size)
+    sums = np.zeros((4, 2, n_moments))
+    of_piece, sticking, signed, closed = sums[0], sums[1], sums[2], sums[3]
+    rows = np.empty((2, size))
+    share, row = rows[0], rows[1]
     for k in range(count):
         kind, weight = int(pieces[k, KIND]), pieces[k, WEIGHT]
         if kind == APART:
@@ -102,29 +104,34 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
         moments(pieces[k, BEGIN], pieces[k, END], of_piece)
         if kind == LIFTED:
             weight = -1.0
-        closed += weight * of_piece
+        sticks = kind >= STICK_LOW and kind != LIFTED
+        sign = 0.0
+        if kind in (PUSHED_UP, STICK_LOW):
+            sign = -1.0
+        elif kind in (PUSHED_DOWN, STICK_HIGH):
+            sign = 1.0
+        for c in range(2):
+            for h in range(n_moments):
+                part = weight * of_piece[c, h]
+                closed[c, h] += part
+                if sticks:
+                    sticking[c, h] += part
+                else:
+                    signed[c, h] += sign * part
+        alpha = pieces[k, SHARE] if sticks else 0.0
         for i in range(size):
             share[i] = weight * norm[i] * of_piece[1 if is_sine[i] else 0, int(order[i])]
-        vectors[2] += share
-        if kind in (PUSHED_UP, PUSHED_DOWN):
-            sign = -1.0 if kind == PUSHED_UP else 1.0
-            signed += sign * of_piece
-            vectors[1] += sign * share
-        elif kind != LIFTED:
-            sticking += weight * of_piece
+            vectors[0, i] += alpha * share[i]
+            vectors[1, i] += sign * share[i]
+            vectors[2, i] += share[i]
+        if sticks:
             functions_at(order, is_sine, pieces[k, ANCHOR], 0, row)
-            sign = 0.0
-            if kind != STICK_CLOSED:
-                sign = -1.0 if kind == STICK_LOW else 1.0
-            alpha = pieces[k, SHARE]
             for i in range(size):
                 for j in range(size):
                     product = share[i] * row[j]
                     matrices[0, j, i] -= product
                     matrices[1, j, i] += alpha * product
                     matrices[2, j, i] += sign * product
-            vectors[0] += alpha * share
-            vectors[1] += sign * share
     _add_products(sticking, order, is_sine, norm, matrices[0])
     _add_products(signed, order, is_sine, norm, matrices[2])
     _add_products(closed, order, is_sine, norm, matrices[3])

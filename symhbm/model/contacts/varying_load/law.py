@@ -19,8 +19,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.history import Behaviour, History
 from symhbm.model.contacts.law import Located, Switch, Values
-from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw
+from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
     LARGEST,
@@ -36,6 +37,7 @@ from symhbm.model.contacts.varying_load.batch import (
     locate,
     most_pieces,
 )
+from symhbm.model.contacts.varying_load.history import history_of
 from symhbm.model.contacts.varying_load.moving_events import moving_events
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
@@ -112,18 +114,43 @@ class VariableLoadFriction(NormalLaw):
         self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
     ) -> Any:
         """``T`` and ``N`` less the share of the preload that the equilibrium holds."""
-        size = basis.n_components
+        by_pull, by_press, by_normal, rest = self._linear(basis, frequency, values, events)
+        u, v = ca.vertsplit(motion, basis.n_components)
+        tangential = ca.mtimes(by_pull, u) + ca.mtimes(by_press, v)
+        return ca.vertcat(tangential, ca.mtimes(by_normal, v)) + rest
+
+    def terms(
+        self,
+        basis: FourierBasis,
+        motion: Any,
+        travel: Any,
+        frequency: Any,
+        values: Values,
+        events: Any,
+    ) -> tuple[Any, Any]:
+        """Those of the force, which is linear in the motion."""
+        *slopes, rest = self._linear(basis, frequency, values, events)
+        by_pull, by_press, by_normal = map(ca.fabs, slopes)
+        u, v = ca.vertsplit(travel, basis.n_components)
+        tangential = ca.mtimes(by_pull, u) + ca.mtimes(by_press, v)
+        return ca.vertcat(tangential, ca.mtimes(by_normal, v)) + ca.fabs(rest), 0
+
+    def _linear(
+        self, basis: FourierBasis, frequency: Any, values: Values, events: Any
+    ) -> tuple[Any, Any, Any, Any]:
+        """Derivatives of ``T`` by ``u`` and ``v`` and of ``N`` by ``v``, and what else they are."""
+        size, load = basis.n_components, self.load(frequency, values)
         parts = [events[k * size * size : (k + 1) * size * size] for k in range(4)]
-        by_pull, by_anchor, by_wall, by_press = (ca.reshape(part, size, size) for part in parts)
+        by_pull, by_anchor, by_wall, by_normal = (ca.reshape(part, size, size) for part in parts)
         anchor, wall, closed = (events[(4 * size + k) * size :][:size] for k in range(3))
-        u, v = motion[:size], values["normal_stiffness"] * motion[size:]
-        load, friction = self.load(frequency, values), values["friction_coefficient"]
-        tangential = values["contact_stiffness"] * ca.mtimes(by_pull, u)
-        tangential -= ca.mtimes(by_anchor, v) + load * anchor
-        tangential -= friction * (ca.mtimes(by_wall, v) + load * wall)
-        normal = ca.mtimes(by_press, v) + load * closed
+        normal, friction = values["normal_stiffness"], values["friction_coefficient"]
         held = ca.DM((basis.order == 0).astype(float)) * self.balanced_load(frequency, values)
-        return ca.vertcat(tangential, normal - held)
+        return (
+            values["contact_stiffness"] * by_pull,
+            -normal * (by_anchor + friction * by_wall),
+            normal * by_normal,
+            ca.vertcat(-load * (anchor + friction * wall), load * closed - held),
+        )
 
     def locate(
         self,
@@ -170,9 +197,11 @@ class VariableLoadFriction(NormalLaw):
     def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
         """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4)."""
         names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
-        columns = [np.asarray(values[name], dtype=float) for name in names]
-        load = np.broadcast_to(self.load(frequency, values), columns[0].shape)
-        return np.column_stack([*columns, load])
+        result = np.empty((len(values[names[0]]), 4))
+        for column, name in enumerate(names):
+            result[:, column] = values[name]
+        result[:, 3] = self.load(frequency, values)
+        return result
 
     def by_parameters(
         self, frequency: float, values: Values
@@ -256,6 +285,22 @@ class VariableLoadFriction(NormalLaw):
             slip_distance=SLIP_DISTANCE,
         )
         return {name: periods.figures[:, column] for name, column in columns.items()}
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """From the pieces that `locate` finds."""
+        periods = self.locate(basis, motion, frequency, values).details
+        given, counts = self.physical(frequency, values), periods.counts.tolist()
+        return [
+            history_of(basis, motion[j], given[j], periods.pieces[j, :count], n_angles)
+            for j, count in enumerate(counts)
+        ]
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_t``, ``k_n``, ``mu`` and ``N0``."""

@@ -1,0 +1,221 @@
+"""What a contact of a dataset does over the period, point by point."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicHermiteSpline
+
+from symhbm.model.contacts import (
+    Behaviour,
+    ContactLaw,
+    Coulomb,
+    Ends,
+    History,
+    from_stored,
+    named,
+    weights_of,
+)
+from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.plot.drawing import check_variables, motions_of, moving
+from symhbm.results import Description, law_of_library
+
+N_ANGLES = 512
+"""Points of a period beside its events: more than a figure resolves."""
+_PER_HARMONIC = 128
+"""Points per period of the highest harmonic, for areas of loops to four digits."""
+_AFTER = {
+    "onset of slip": Behaviour.SLIPS,
+    "end of slip": Behaviour.STICKS,
+    "opening": Behaviour.OPENS,
+}
+"""What a contact does after an event of a stored motion; after closing the next event tells."""
+
+
+class Contact(NamedTuple):
+    """One contact of a dataset: its law and where that has its parameters and displacements.
+
+    ``parameters`` is what the dataset calls those of the law, ``number`` that of the contact among
+    all, ``within`` that within its ``group``.
+    """
+
+    law: ContactLaw
+    group: str
+    number: int
+    within: int
+    parameters: dict[str, str]
+    directions: list[Ends]
+
+    def of_group(self, value: xr.DataArray) -> xr.DataArray:
+        """A parameter of this contact, of that of all contacts of its group."""
+        dims = [dim for dim in value.dims if dim == "contact" or str(dim).endswith("_contact")]
+        return value.isel(dict.fromkeys(dims, self.within), drop=True)
+
+    def relative(self, values: xr.DataArray) -> list[xr.DataArray]:
+        """Its displacements, of those of all degrees of freedom."""
+        return [_weighted(values, ends) for ends in self.directions]
+
+
+class Histories(NamedTuple):
+    """Histories by their indices along ``dims``, None where a point did not converge.
+
+    ``dataset`` is without the padding of its paths.
+    """
+
+    of: dict[tuple[int, ...], History | None]
+    dataset: xr.Dataset
+    dims: list[str]
+    contact: Contact
+
+
+def contact_of(dataset: xr.Dataset, contact: int) -> Contact:
+    """A contact by its number; raises for a dataset without it, or a law that is not known."""
+    check_variables(dataset, "frequency")
+    check.known("problem", dataset.attrs, "attribute of the dataset")
+    for dim in ("dof", "contact"):
+        check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
+    about = Description(dataset).problem
+    contact = check.integer("contact", contact, 0, len(about["contacts"]) - 1)
+    groups = about.get("groups")
+    if groups is None:
+        names = {name: name for name in Coulomb.parameters}
+        ends = [from_stored(about["contacts"][contact])]
+        return Contact(Coulomb(), "friction", contact, contact, names, ends)
+    owners = [(name, i) for name, each in groups.items() for i in range(len(each["pairs"][0]))]
+    name, within = owners[contact]
+    law = law_of_library(groups[name])
+    if law is None or type(law).history is ContactLaw.history:
+        raise ValueError(
+            f"contact={contact}: expected one of friction or a gap, it is of "
+            f"{groups[name]['law']} in the group {name!r}"
+        )
+    called = named({group: each["parameters"] for group, each in groups.items()})[name]
+    ends = [from_stored(each[within]) for each in groups[name]["pairs"]]
+    return Contact(law, name, contact, within, called, ends)
+
+
+def histories(dataset: xr.Dataset, contact: Contact) -> Histories:
+    """What it does over the period at all points; raises KeyError for what is missing."""
+    check_variables(dataset, *contact.parameters.values())
+    if "angle" in dataset.dims:
+        return Histories({(): _stored(dataset, contact)}, dataset, [], contact)
+    check_variables(dataset, "coefficient", "harmonic")
+    return _of_motions(dataset, contact)
+
+
+def _weighted(values: xr.DataArray, ends: Ends) -> xr.DataArray:
+    each = zip(*weights_of(ends), strict=True)
+    return sum(weight * values.isel(dof=dof, drop=True) for dof, weight in each)  # type: ignore
+
+
+def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
+    """Of a motion stored over its period, with its events among the points."""
+    law, rubs = contact.law, "tangential" in contact.law.directions
+    presses = "normal" in law.directions
+    needed = ["friction_force"] * rubs + ["normal_force"] * presses
+    check_variables(dataset, "displacement", "velocity", "event_angle", *needed)
+    angle, period = dataset["angle"].values, 2 * np.pi
+    omega = RADIANS * float(dataset["frequency"])
+    y = np.array([each.values for each in contact.relative(dataset["displacement"])])
+    slope = np.array([each.values for each in contact.relative(dataset["velocity"])]) / omega
+    if not np.isfinite(y).all():
+        return None
+    chosen = dataset["event_contact"].values == contact.number
+    event = angle[0] + (dataset["event_angle"].values[chosen] - angle[0]) % period
+    order = np.argsort(event, kind="stable")
+    event, kinds = event[order], dataset["event_kind"].values[chosen][order].tolist()
+    closed = np.append(angle, angle[0] + period)
+    motion = CubicHermiteSpline(closed, _wrapped(y).T, _wrapped(slope).T)
+
+    def at_events(name: str) -> FloatArray:
+        return np.interp(event, closed, _wrapped(dataset[name].isel(contact=contact.number).values))
+
+    forces, at = [], []
+    borders = np.isin(kinds, ("opening", "closing"))
+    if presses:
+        forces.append(dataset["normal_force"].isel(contact=contact.number).values)
+        at.append(np.where(borders, 0.0, at_events("normal_force")))
+    values = {own: contact.of_group(dataset[n]).values for own, n in contact.parameters.items()}
+    limit, limits = np.zeros(len(angle)), np.zeros(len(event))
+    if rubs and presses:
+        limit, limits = (values["friction_coefficient"] * part for part in (forces[0], at[0]))
+    elif rubs:
+        constant = values["friction_coefficient"] * values["normal_load"]
+        limit, limits = limit + constant, limits + constant
+    if rubs:
+        forces.insert(0, dataset["friction_force"].isel(contact=contact.number).values)
+        # At its events the slider is at its limit, on the side of the force nearby.
+        at.insert(0, np.sign(at_events("friction_force")) * limits)
+    points = np.concatenate([closed, event])
+    place = np.argsort(points, kind="stable")
+
+    def joined(around: Any, here: Any) -> FloatArray:
+        return np.concatenate([_wrapped(np.asarray(around)), here], axis=-1)[..., place]
+
+    never = Behaviour.OPENS if presses and not np.any(forces[-1]) else Behaviour.STICKS
+    after = np.array(_states_after(kinds, rubs) or [never])
+    state = after[np.searchsorted(event, points[place], side="right") - 1]
+    displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
+    return History(points[place], displacement, force, joined(limit, limits), state)
+
+
+def _wrapped(values: FloatArray) -> FloatArray:
+    """Values over a period, the first once more at its end."""
+    return np.concatenate([values, values[..., :1]], axis=-1)
+
+
+def _states_after(kinds: list[str], rubs: bool) -> list[int]:
+    """What a contact does after each of its events, which are cyclic."""
+    following = kinds[1:] + kinds[:1]
+    # What closes and then opens, or ends to slip, has slipped in between where it rubs.
+    closing = [
+        Behaviour.SLIPS if rubs and kind != "onset of slip" else Behaviour.STICKS
+        for kind in following
+    ]
+    return [_AFTER.get(kind, state) for kind, state in zip(kinds, closing, strict=True)]
+
+
+def _of_motions(dataset: xr.Dataset, contact: Contact) -> Histories:
+    parameter = moving(dataset)
+    if dataset.sizes.get("solution") == 1:
+        dataset = dataset.isel(solution=0)
+    if "point" in dataset["coefficient"].dims and dataset[parameter.name].dims == ("point",):
+        dataset = dataset.isel(point=np.isfinite(dataset[parameter.name].values))
+        dataset = dataset.swap_dims(point=parameter.name)
+    each = contact.relative(dataset["coefficient"])
+    dims = [str(dim) for dim in each[0].dims if dim not in ("harmonic", "component")]
+    tables = [one.transpose(*dims, "harmonic", "component").values for one in each]
+    shape, inner = tables[0].shape[:-2], tables[0].shape[-2:]
+    found_of = [motions_of(dataset, table.reshape(-1, *inner)) for table in tables]
+    basis, motion = found_of[0][0], np.concatenate([motions for _, motions in found_of], axis=1)
+    like = each[0].isel(harmonic=0, component=0, drop=True)
+
+    def flat(value: xr.DataArray) -> Any:
+        return value.broadcast_like(like).transpose(*dims).values.ravel()
+
+    given = {own: flat(_of_contact(dataset, n, contact)) for own, n in contact.parameters.items()}
+    frequency = RADIANS * flat(dataset["frequency"])
+    is_solution = dataset[parameter.name].notnull()
+    if "solution" in dims and "n_solutions" in dataset:
+        number = xr.DataArray(np.arange(dataset.sizes["solution"]), dims="solution")
+        is_solution = is_solution & (number < dataset["n_solutions"])
+    finite = np.flatnonzero(np.isfinite(motion).all(axis=1))
+    values = {own: value[finite] for own, value in given.items()}
+    n_angles = max(N_ANGLES, _PER_HARMONIC * basis.highest)
+    at = basis, motion[finite], frequency[finite], values, n_angles
+    found: list[History | None] = [None] * len(motion)
+    for number, history in zip(finite, contact.law.history(*at) or [], strict=True):
+        found[number] = history
+    # The padding of a table is no point.
+    every = zip(np.ndindex(*shape), found, flat(is_solution), strict=True)
+    of = {index: history for index, history, point in every if point}
+    return Histories(of, dataset, dims, contact)
+
+
+def _of_contact(dataset: xr.Dataset, name: str, contact: Contact) -> xr.DataArray:
+    """A parameter of the contact, as it is where another contact's is followed."""
+    followed = Description(dataset).request
+    value = dataset[name]
+    if followed.get("name") == name and followed["index"] not in (None, contact.within):
+        value = dataset[f"{name}_nominal"]
+    return contact.of_group(value)

@@ -1,0 +1,278 @@
+"""Hysteresis loops of contacts, and their normal forces."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from symhbm.model.contacts import Behaviour, History
+from symhbm.numerics import FloatArray, check
+from symhbm.plot.contact.histories import Histories, contact_of, histories
+from symhbm.plot.drawing import (
+    MOST_LEGEND_ENTRIES,
+    OUTSIDE,
+    Family,
+    Member,
+    canvas,
+    figure_of,
+    nothing_to_draw,
+    scaled,
+)
+
+_EVENTS = {
+    "onset of slip": ((Behaviour.STICKS,), (Behaviour.SLIPS,), dict(marker="^")),
+    "end of slip": (
+        (Behaviour.SLIPS,),
+        (Behaviour.STICKS,),
+        dict(marker="o", markerfacecolor="white"),
+    ),
+    "opening": (
+        (Behaviour.STICKS, Behaviour.SLIPS),
+        (Behaviour.OPENS,),
+        dict(marker="s", markerfacecolor="white"),
+    ),
+    "closing": ((Behaviour.OPENS,), (Behaviour.STICKS, Behaviour.SLIPS), dict(marker="D")),
+}
+"""What a contact does before and after its events, and their marks."""
+_LIMIT: Any = dict(color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
+_OPEN: Any = dict(linewidth=1.0, linestyle=(0, (2, 2)), alpha=0.6)
+"""Lines of limits, and of contacts that are open."""
+
+
+class Loop(NamedTuple):
+    """The tangential side of a contact over a period.
+
+    ``displacement`` (n,) [m], ``force`` (n,) and ``limit`` (n,) [N] at angles (n,) [rad]; ``onset``
+    and ``end`` number the points where slip begins and ends.
+    """
+
+    angle: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    limit: FloatArray
+    onset: NDArray[np.intp]
+    end: NDArray[np.intp]
+
+    @property
+    def area(self) -> float:
+        """Enclosed area [J], the force linear in the displacement from point to point."""
+        middle = (self.force[1:] + self.force[:-1]) / 2
+        return float((middle * np.diff(self.displacement)).sum())
+
+
+def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
+    """Draw the friction force of a contact over its relative displacement through a period.
+
+    The area of a loop is the energy dissipated per cycle. Triangles are onsets of slip, circles its
+    ends, squares openings and diamonds closings; where a contact is open the line is broken. Dotted
+    lines are the limits of slip ``mu N``, which move with the normal force. Of a result of the
+    balance it is the force located on the motion, not the few terms of its series that the balance
+    sees. Several points or parameter sets are a family; points that did not converge are left out,
+    and the title tells how many.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.periodic_motion`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
+    contact
+        The contact to show.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset without the motion, one without a converged point, a contact without friction,
+        and bad arguments.
+    """
+    found = _of_friction(dataset, contact)
+    drawn = _drawn(found)
+    factor, unit = scaled(max(float(np.abs(h.displacement[0]).max()) for h in drawn), "m")
+    with canvas(ax) as ax:
+        for member, history in _members(found):
+            x = factor * history.displacement[0]
+            _line(ax, x, history.force[0], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
+        notes = []
+        if len(found.of) == 1:
+            loop = _loop(drawn[0])
+            x = factor * loop.displacement
+            ax.fill(x, loop.force, color="0.94", zorder=0)
+            for sign in (-1, 1):
+                if np.ptp(loop.limit):
+                    ax.plot(x, sign * loop.limit, **_LIMIT)
+                else:
+                    ax.axhline(sign * loop.limit[0], **_LIMIT)
+            lost, joule = scaled(loop.area, "J")
+            notes.append(f"contact {contact}: {lost * loop.area:.4g} {joule} per cycle")
+        ax.set_title("\n".join([*notes, *_left_out(found, drawn)]))
+        ax.set_xlabel(f"relative displacement [{unit}]")
+        ax.set_ylabel("friction force [N]")
+        _explain(ax, found, drawn, r"limit $\pm\mu N$")
+    return figure_of(ax)
+
+
+def normal_force(
+    dataset: xr.Dataset, *, contact: int = 0, over: str = "angle", ax: Axes | None = None
+) -> Figure:
+    """Draw the normal force of a contact over the period, or over its normal displacement.
+
+    Squares are openings and diamonds closings; where a contact is open the line is broken. Of
+    contacts with friction, triangles are onsets of slip and circles its ends.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.periodic_motion`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
+    contact
+        The contact to show.
+    over
+        ``"angle"`` of the period, or ``"displacement"``, positive where the contact closes.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For a dataset without the motion, one without a converged point, a contact without a normal
+        direction, and bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.Model(
+    ...     [[1.0]], [[2.0]], [[1e4]],
+    ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=15.0), (0, 1, 2, 3))
+    >>> figure = sh.plot.normal_force(sh.solve(problem, 17))
+    >>> figure.savefig("normal_force.png")
+    """
+    over = check.one_of("over", over, ("angle", "displacement"))
+    which = contact_of(dataset, contact)
+    if "normal" not in which.law.directions:
+        raise ValueError(
+            f"contact={contact}: expected one with a normal direction, it is of "
+            f"{type(which.law).__name__} in the group {which.group!r}, whose load is constant"
+        )
+    found = histories(dataset, which)
+    drawn = _drawn(found)
+    factor, unit = scaled(max(float(np.abs(h.displacement[-1]).max()) for h in drawn), "m")
+    with canvas(ax) as ax:
+        for member, history in _members(found):
+            if over == "angle":
+                history = _from_zero(history)
+            x = history.angle if over == "angle" else factor * history.displacement[-1]
+            _line(ax, x, history.force[-1], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
+        title = [f"contact {contact}"] if len(found.of) == 1 else []
+        ax.set_title("\n".join([*title, *_left_out(found, drawn)]))
+        if over == "angle":
+            ax.set_xlim(0, 2 * np.pi)
+            ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
+            ax.set_xticks(np.arange(5) * np.pi / 2, ticks)
+            ax.set_xlabel(r"angle of the period $\omega t$ [rad]")
+        else:
+            ax.set_xlabel(f"normal displacement, positive where it closes [{unit}]")
+        ax.set_ylabel("normal force [N]")
+        _explain(ax, found, drawn)
+    return figure_of(ax)
+
+
+def loops_of(
+    dataset: xr.Dataset, contact: int = 0
+) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
+    """Loops by their indices along the listed dimensions, None where a point did not converge.
+
+    Also returns the dataset without the padding of its paths. Arguments and errors as of
+    `hysteresis`.
+    """
+    found = _of_friction(dataset, contact)
+    loops = {index: history and _loop(history) for index, history in found.of.items()}
+    return loops, found.dataset, found.dims
+
+
+def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
+    which = contact_of(dataset, contact)
+    if "tangential" not in which.law.directions:
+        raise ValueError(
+            f"contact={contact}: expected one with friction, it is of {type(which.law).__name__} "
+            f"in the group {which.group!r}; symhbm.plot.normal_force draws its force"
+        )
+    return histories(dataset, which)
+
+
+def _loop(history: History) -> Loop:
+    onset, end = (history.changes(*_EVENTS[name][:2]) for name in ("onset of slip", "end of slip"))
+    sides = history.displacement[0], history.force[0], history.limit
+    return Loop(history.angle, *sides, onset, end)
+
+
+def _drawn(found: Histories) -> list[History]:
+    """Those of converged points; ValueError where there is none."""
+    drawn = [history for history in found.of.values() if history is not None]
+    if not drawn:
+        raise nothing_to_draw(found.dataset)
+    return drawn
+
+
+def _members(found: Histories) -> Iterator[tuple[Member, History]]:
+    for member in Family(found.dataset, found.dims):
+        history = found.of.get(tuple(member.position[dim] for dim in found.dims))
+        if history is not None:
+            yield member, history
+
+
+def _line(
+    ax: Axes, x: FloatArray, y: FloatArray, history: History, member: Member, few: bool
+) -> None:
+    """A line over a period, broken where the contact is open, and marks of events where few."""
+    apart = history.state == Behaviour.OPENS
+    closed = ~apart | np.append(False, ~apart[:-1])
+    open_too = apart | np.append(False, apart[:-1])
+    look: Any = dict(color=member.color, linestyle=member.style, linewidth=1.4 if few else 0.8)
+    ax.plot(x, np.where(closed, y, np.nan), **look)
+    if open_too.any():
+        ax.plot(x, np.where(open_too, y, np.nan), color=member.color, **_OPEN)
+    if few:
+        for before, after, mark in _EVENTS.values():
+            at = history.changes(before, after)
+            mark: Any = dict(color=member.color, linestyle="", markersize=5, zorder=3) | mark
+            ax.plot(x[at], y[at], **mark)
+
+
+def _from_zero(history: History) -> History:
+    """The same with points that lie around one period from 0 on."""
+    period = 2 * np.pi
+    turned = history.angle[:-1] % period
+    order = np.argsort(turned, kind="stable")
+    order = np.concatenate([order[-1:], order, order[:1]])
+    angle = turned[order] - period * (np.arange(len(order)) == 0)
+    angle[-1] += period
+    sides = history.displacement[:, order], history.force[:, order]
+    return History(angle, *sides, history.limit[order], history.state[order])
+
+
+def _left_out(found: Histories, drawn: list[History]) -> list[str]:
+    if len(drawn) == len(found.of):
+        return []
+    missing = len(found.of) - len(drawn)
+    return [f"left out, not converged: {missing} of {len(found.of)} points"]
+
+
+def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None = None) -> None:
+    """The legend of a family, or that of the marks of the only contact that opens or closes."""
+    if len(found.of) > 1 or "normal" not in found.contact.law.directions:
+        Family(found.dataset, found.dims).explain(ax)
+        return
+    handles = [Line2D([], [], label=limit, **_LIMIT)] if limit is not None else []
+    if (drawn[0].state == Behaviour.OPENS).any():
+        handles.append(Line2D([], [], color="black", label="open", **_OPEN))
+    for name, (before, after, mark) in _EVENTS.items():
+        if len(drawn[0].changes(before, after)):
+            mark: Any = dict(color="black", linestyle="", markersize=5, label=name) | mark
+            handles.append(Line2D([], [], **mark))
+    ax.legend(handles=handles, **OUTSIDE)
