@@ -301,6 +301,10 @@ class ContactLaw(ABC):
         """Values of parameters with which contacts slide freely, empty where there are none."""
         return {}
 
+    def closed(self) -> dict[str, float]:
+        """Values of parameters with which contacts touch where nothing moves, under no force."""
+        return {}
+
     def forces(
         self,
         basis: FourierBasis,

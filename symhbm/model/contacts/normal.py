@@ -32,6 +32,7 @@ NORMAL = {
     "largest_normal_force": ("N", "largest normal force over the period"),
 }
 """Units and meaning of what datasets tell of normal forces."""
+_TOUCHES = 1e-100
 STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
 """Values of ``contact_state``."""
 
@@ -96,6 +97,10 @@ class NormalLaw(ContactLaw):
         held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
         held[:, self.directions.index("normal")] = stiffness > 0
         return held
+
+    def closed(self) -> dict[str, float]:
+        """They touch, with a load or a gap that is nothing but its sign."""
+        return {self.given: -_TOUCHES if self.given == "gap" else _TOUCHES}
 
     def load_slopes(
         self, frequency: float, values: Values
