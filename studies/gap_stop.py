@@ -12,6 +12,7 @@ of the force. Folds are where that frequency is largest and smallest over the sh
 """
 
 from functools import partial
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -88,7 +89,8 @@ def excess(omega: float, share: float) -> float:
 def exact_share(frequency: float, near: float) -> float:
     """Share of the period that the exact motion is open, next to that of a balance."""
     around = partial(excess, 2 * np.pi * frequency)
-    return float(brentq(around, near - NEAR, near + NEAR, xtol=1e-14))
+    share: Any = brentq(around, near - NEAR, near + NEAR, xtol=1e-14)
+    return float(share)
 
 
 def exact_fold(frequency: float, share: float) -> float:
@@ -101,10 +103,11 @@ def exact_fold(frequency: float, share: float) -> float:
 
     def extreme(at: float) -> float:
         objective = lambda one: -sign * excess(2 * np.pi * at, one)  # noqa: E731
-        found = minimize_scalar(objective, bounds=ends, method="bounded", options=XATOL)
+        found: Any = minimize_scalar(objective, bounds=ends, method="bounded", options=XATOL)
         return -sign * float(found.fun)
 
-    return float(brentq(extreme, frequency - NEAR, frequency + NEAR, xtol=1e-12))
+    found: Any = brentq(extreme, frequency - NEAR, frequency + NEAR, xtol=1e-12)
+    return float(found)
 
 
 def compute(progress: bool = True) -> xr.Dataset:
@@ -114,7 +117,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     several = sh.frf(problem(), BAND, at=[SEVERAL], progress=progress, throw=True)
     several = several.isel(frequency=0)
     units = {"units": "m", "long_name": "largest displacement, harmonics 0 and 1"}
-    added = {
+    added: dict[str, tuple] = {
         "rough_frequency": (
             "rough_point",
             rough.frequency.values,

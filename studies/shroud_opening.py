@@ -10,6 +10,8 @@ So it opens where the linear response has `k_n |y1 - y2| = N0`, a closed form. T
 first harmonics at three frequencies are those of exact motions in time.
 """
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -80,8 +82,9 @@ def openings(preload: float) -> list[float]:
 
     grid = np.linspace(*BAND, 500)
     signs = np.sign([excess(one) for one in grid])
-    pairs = zip(grid[:-1], grid[1:], np.diff(signs), strict=True)
-    return [float(brentq(excess, a, b, xtol=1e-13)) for a, b, changes in pairs if changes]
+    changes = np.flatnonzero(np.diff(signs))
+    found: list[Any] = [brentq(excess, grid[i], grid[i + 1], xtol=1e-13) for i in changes]
+    return found
 
 
 def compute(progress: bool = True) -> xr.Dataset:
@@ -93,15 +96,14 @@ def compute(progress: bool = True) -> xr.Dataset:
     )
     loop = sh.solve(problem(), LOOP, throw=True)
     motion = loop.coefficient.values.reshape(4, HIGHEST + 1, 2)
-    history = dict(zip(("sliding", "friction_force", "normal_force"), march(motion), strict=True))
-    described = {
-        "sliding": ("m", "tangential displacement x1 - x2"),
-        "friction_force": ("N", "friction force of the slider on this motion"),
-        "normal_force": ("N", "normal force of the contact on this motion"),
-    }
-    added = {
-        name: ("angle", history[name], {"units": units, "long_name": long_name})
-        for name, (units, long_name) in described.items()
+    described = (
+        ("sliding", "m", "tangential displacement x1 - x2"),
+        ("friction_force", "N", "friction force of the slider on this motion"),
+        ("normal_force", "N", "normal force of the contact on this motion"),
+    )
+    added: dict[str, tuple] = {
+        name: ("angle", values, {"units": units, "long_name": long_name})
+        for (name, units, long_name), values in zip(described, march(motion), strict=True)
     }
     added["loop_dissipation"] = ((), loop.dissipation.item(), loop.dissipation.attrs)
     added["first_harmonic"] = (

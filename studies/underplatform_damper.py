@@ -13,13 +13,15 @@ while it pulls it inwards. So a light damper acts on the blade like one slider w
 blade; its peaks and its best mass are closed forms with one harmonic. Load and inertia both grow
 with the mass, but a lighter damper lets the blade move more: where its inertia exceeds its load it
 lifts off from the blade, and not from the wall. Once it flies for longer it bounces, on springs
-that hardly lose energy; that takes many harmonics, and is left out.
+that hardly lose energy; that takes many harmonics, and is left out. What is
+shown is the largest displacement, with that in the mean, which is small.
 
 Reference: J. H. Griffin, Friction damping of resonant stresses in gas turbine engine airfoils, J.
 Eng. Power 102 (1980), 329-333, for the slider.
 """
 
 from importlib.metadata import version
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -182,9 +184,11 @@ def compute(progress: bool = True) -> xr.Dataset:
         return float(np.log(peak(response(float(np.exp(logarithm))))[0]))
 
     ends = tuple(np.log(SEARCHED))
-    lowest = minimize_scalar(level, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    lowest: Any = minimize_scalar(level, bounds=ends, method="bounded", options={"xatol": 1e-3})
     best_mass = float(np.exp(lowest.x))
-    return _dataset(rows, curves, best_mass, peak(response(best_mass, FINER))[0], lowest.fun)
+    amplitude, frequency = peak(response(best_mass))
+    finer = sh.solve(problem(best_mass, FINER), frequency, throw=True).amplitude.values.ravel()[0]
+    return _dataset(rows, curves, best_mass, amplitude, float(finer))
 
 
 def _at(found: xr.Dataset, frequency: float) -> float:
@@ -193,7 +197,7 @@ def _at(found: xr.Dataset, frequency: float) -> float:
 
 
 def _dataset(
-    rows: list[dict], curves: list[FloatArray], best_mass: float, finer: float, lowest: float
+    rows: list[dict], curves: list[FloatArray], best_mass: float, lowest: float, finer: float
 ) -> xr.Dataset:
     described = {
         "peak_amplitude": ("m", "highest peak of the blade"),
@@ -222,8 +226,8 @@ def _dataset(
         variables[name] = dims, values, {"units": units, "long_name": long_name}
     for name, value, units, long_name in (
         ("best_mass", best_mass, "kg", "mass of the lowest peak"),
-        ("best_amplitude", float(np.exp(lowest)), "m", "lowest peak"),
-        ("finer_amplitude", finer, "m", f"that peak with harmonics up to {FINER}"),
+        ("best_amplitude", lowest, "m", "lowest peak"),
+        ("finer_amplitude", finer, "m", f"at its frequency, harmonics up to {FINER}"),
     ):
         variables[name] = (), value, {"units": units, "long_name": long_name}
     mass = {"units": "kg", "long_name": "mass of the damper"}
@@ -346,7 +350,7 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     ):
         rows.append(Landmark(name, found, value, unit, Source.CLOSED_FORM, LIGHT))
     finer = float(dataset.finer_amplitude)
-    name = f"lowest peak, against harmonics up to {FINER}"
+    name = f"lowest peak, against harmonics up to {FINER} at its frequency"
     rows.append(Landmark(name, float(dataset.best_amplitude), finer, "m", Source.EXACT, TRUNCATION))
     opens = dataset.contact_state.values[0] == 2
     name = "displacement at which the lightest damper begins to lift off from the blade"

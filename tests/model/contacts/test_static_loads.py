@@ -67,7 +67,9 @@ def test_a_load_that_pulls_apart_closes_nothing():
 def test_vibrations_grow_about_the_place_of_rest():
     problem, omega = wedge(amplitude=8.0), 2 * np.pi * 22.5
     stuck = linear_response(problem, omega)
+    assert stuck is not None
     grown = _grow_force(problem, stuck, omega)
+    assert grown is not None
     assert problem.evaluate(grown, omega).norm < 1e-9
     rest = position_at_rest(problem, omega)
     still = problem.with_parameters(force_amplitude=0.0)
