@@ -28,13 +28,24 @@ from symhbm.model.contacts import (
     Gap,
     Located,
     Parameter,
+    PlanarFriction,
+    PolynomialLaw,
     SmoothLaw,
     Switch,
     UnilateralSpring,
     VariableLoadFriction,
 )
 from symhbm.peaks import peak_curve, sensitivity
-from symhbm.response import follow, frf, periodic_motion, recover, resume, solve, verify
+from symhbm.response import (
+    follow,
+    frf,
+    periodic_motion,
+    recover,
+    resume,
+    solve,
+    static_states,
+    verify,
+)
 from symhbm.results.archive import ArchiveError, load, rebuild, save
 
 if TYPE_CHECKING:
@@ -57,7 +68,9 @@ __all__ = [
     "Located",
     "Model",
     "Parameter",
+    "PlanarFriction",
     "PointForce",
+    "PolynomialLaw",
     "SmoothLaw",
     "SolveError",
     "StaticLoad",
@@ -84,6 +97,7 @@ __all__ = [
     "sensitivity",
     "single_blade",
     "solve",
+    "static_states",
     "statistics",
     "verify",
 ]

@@ -150,7 +150,7 @@ class Equations:
         self.assemble = Assembly(jacobian.sparsity())
         graphs = [graph_of(group.law, basis).events for group in self.groups]
         self.closed = all(
-            graph is not None or not group.law.switches
+            graph is not None or not group.law.n_events(basis)
             for graph, group in zip(graphs, self.groups, strict=True)
         )
         if self.closed:

@@ -74,7 +74,7 @@ def follow_with(
         return solution if solution and solution.converged else solve_from_scratch(value)
 
     solution = solved(guess, start)
-    if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD):
+    if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD, Status.UNDEFINED_FORCE):
         status = solution.status
     while solution.converged and (end - start) * heading > 0:
         # Without a solution beyond its pole the branch keeps the status of the path.

@@ -44,6 +44,8 @@ def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> N
     unknowns = np.array(start, dtype=float)
     evaluation = evaluate(unknowns)
     last_step = np.inf
+    if np.isnan(evaluation.norm):
+        return NewtonResult(unknowns, evaluation, 0, Status.UNDEFINED_FORCE)
     for iteration in range(MAX_ITERATIONS):
         if evaluation.norm <= TOLERANCE and last_step <= PRECISION:
             return NewtonResult(unknowns, evaluation, iteration, Status.SUCCESS)
@@ -51,17 +53,19 @@ def newton(evaluate: Callable[[FloatArray], Evaluation], start: FloatArray) -> N
         if step is None:
             return NewtonResult(unknowns, evaluation, iteration + 1, Status.SYSTEM_SINGULAR)
         merit = np.linalg.norm(evaluation.residual)
-        length = 1.0
+        length, defined = 1.0, True
         while length >= SMALLEST_STEP:
             # A step that overflows is too long.
             with contextlib.suppress(ArithmeticError):
                 trial = evaluate(unknowns + length * step)
                 decrease = (1 - 1e-4 * length) * merit
+                defined &= not np.isnan(trial.norm)
                 if trial.norm <= TOLERANCE or np.linalg.norm(trial.residual) <= decrease:
                     break
             length /= 2
         else:
-            return NewtonResult(unknowns, evaluation, iteration + 1, Status.NO_CONVERGENCE)
+            status = Status.NO_CONVERGENCE if defined else Status.UNDEFINED_FORCE
+            return NewtonResult(unknowns, evaluation, iteration + 1, status)
         unknowns, evaluation = unknowns + length * step, trial
         last_step = np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0)
     status = Status.SUCCESS if evaluation.norm <= TOLERANCE else Status.NO_CONVERGENCE

@@ -116,10 +116,12 @@ class Path:
                     attempt, step = self._cross_corner(point, max(usual, SMALLEST_CORNER_STEP))
             if attempt is None:
                 if step < SMALLEST_STEP:
-                    self.status = Status.MINIMUM_STEP
+                    known = self.corrector.defined
+                    self.status = Status.MINIMUM_STEP if known else Status.UNDEFINED_FORCE
                     return
                 continue
             base, (point, error) = point, attempt
+            self.corrector.defined = True
             yield from folds or ()
             accepted += len(folds or ())
             self._predictor = Predictor.through(base, point)

@@ -86,10 +86,13 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     if not results:
         at_rest = np.zeros(problem.n_unknowns)
         evaluation = problem.evaluate(at_rest, frequency)
-        return NewtonResult(at_rest, evaluation, 1, Status.SYSTEM_SINGULAR)
+        singular = np.isfinite(evaluation.norm)
+        status = Status.SYSTEM_SINGULAR if singular else Status.UNDEFINED_FORCE
+        return NewtonResult(at_rest, evaluation, 1, status)
     # The equations may be singular at an iterate although the structure is regular.
     last = results[-1]
-    return last if last.converged else replace(last, status=Status.NO_CONVERGENCE)
+    known = last.converged or last.status == Status.UNDEFINED_FORCE
+    return last if known else replace(last, status=Status.NO_CONVERGENCE)
 
 
 def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:

@@ -13,6 +13,11 @@ class Status(StrEnum):
         "Newton's method did not converge; try frf over a band that ends here, as its path may "
         "lead to the response, or check the parameters for values many orders of magnitude apart"
     )
+    UNDEFINED_FORCE = (
+        "the force of a contact law is no number, or jumps at a break point, at motions that were "
+        "tried from here on; the points before are valid; check its expression and its parameters "
+        "there"
+    )
     NO_START = (
         "no response was found at the start of the band; try a band that starts elsewhere, or "
         "check the parameters for values many orders of magnitude apart"

@@ -27,7 +27,12 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.structure import SliderContacts, Structure, weighted
+from symhbm.model.structure import (
+    SliderContacts,
+    SpringSliderContacts,
+    Structure,
+    weighted,
+)
 
 __all__ = [
     "BLADE_PARAMETERS",
@@ -42,6 +47,7 @@ __all__ = [
     "Model",
     "PointForce",
     "SliderContacts",
+    "SpringSliderContacts",
     "StaticLoad",
     "Structure",
     "Symmetry",

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Ends, Group, Parameter, weights_of
+from symhbm.model.contacts import Ends, Group, Parameter, SpringSliders, weights_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -55,6 +55,19 @@ class SliderContacts(NamedTuple):
     row: NDArray[np.intp]
     stiffness: FloatArray
     limit: FloatArray
+
+
+class SpringSliderContacts(NamedTuple):
+    """Contacts that are springs and sliders, (n,) each.
+
+    Their numbers ``contact`` among all contacts, those of their ``tangential`` and ``normal``
+    displacements among all, -1 without one, and what they are, as `SpringSliders`.
+    """
+
+    contact: NDArray[np.intp]
+    tangential: NDArray[np.intp]
+    normal: NDArray[np.intp]
+    sliders: SpringSliders
 
 
 class Structure(ABC):
@@ -214,6 +227,26 @@ class Structure(ABC):
         contact, row = np.zeros((2, 0), dtype=int)
         joined = [(contact, row, *np.zeros((2, 0))), *parts]
         return SliderContacts(*(np.concatenate(each) for each in zip(*joined, strict=True)))
+
+    def spring_sliders(self, frequency: float) -> SpringSliderContacts:
+        """All contacts that are springs and sliders, at a frequency [rad/s]."""
+        parts, values = [np.zeros((3, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
+        for group in self.groups:
+            sliders = group.law.spring_sliders(frequency, self.values_of(group))
+            if sliders is None:
+                continue
+            names = group.law.directions
+            if "normal" not in names:
+                names = ("tangential",)
+            rows = [
+                group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
+                for name in ("tangential", "normal")
+            ]
+            parts.append(np.array([group.contacts, *rows]))
+            values.append(np.array(sliders))
+        contact, tangential, normal = np.concatenate(parts, axis=1)
+        joined = SpringSliders(*np.concatenate(values, axis=1))
+        return SpringSliderContacts(contact, tangential, normal, joined)
 
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]

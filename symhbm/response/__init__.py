@@ -6,6 +6,7 @@ from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
 from symhbm.response.run import resume
 from symhbm.response.solve import solve
+from symhbm.response.static_states import static_states
 from symhbm.response.verify import summary, verify
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "recover",
     "resume",
     "solve",
+    "static_states",
     "summary",
     "verify",
 ]

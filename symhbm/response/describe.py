@@ -77,7 +77,7 @@ def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -
     kinds: dict[str, type] = dict.fromkeys(("coefficient", "amplitude"), float)
     kinds |= dict.fromkeys(("theta_0", "theta_star", "stick_fraction", "dissipation"), float)
     kinds["residual_norm"] = float
-    if problem.samples is not None:
+    if _sums_samples(problem):
         kinds["sampling_error"] = float
     if stability:
         kinds |= dict(growth_rate=float, stability=np.int8)
@@ -109,7 +109,7 @@ def _described(
         **{name: of for name, of in contacts.items() if name not in _COUNTS},
     )
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
-    if first.samples is not None:
+    if _sums_samples(first):
         table["sampling_error"] = np.array([_sampling_error(*point) for point in arguments])
     if not converged.all():
         table = {name: _where(converged, values, np.nan) for name, values in table.items()}
@@ -222,10 +222,30 @@ def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
     return table | spread
 
 
+def _sums_samples(problem: HarmonicBalance) -> bool:
+    return problem.samples is not None or any(group.law.sums_samples for group in problem.groups)
+
+
 def _sampling_error(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
-    """Relative error by sampled friction: one Newton step with located switching angles."""
-    exact = problem.located().evaluate(unknowns, frequency)
-    step = Factorisation(exact.jacobian).solve(exact.residual)
+    """Relative error by samples: one Newton step of the error of the forces of contacts.
+
+    Where there may be folds it is that of response and frequency together.
+    """
+    located = problem.located()
+    exact = located.evaluate(unknowns, frequency)
+    error = exact.residual if problem.samples is not None else np.zeros(len(unknowns))
+    for group in located.contacts.groups:
+        if group.law.sums_samples:
+            of_force = group.law.sampling_errors(exact.states.groups[group.name])
+            error = error + located.compiled[0].spreads(group)[0].T @ of_force.ravel()
+    factors, size = Factorisation(exact.jacobian), float(np.linalg.norm(unknowns)) or 1.0
+    step = factors.solve(error)
     if step is None:
         return np.nan
-    return float(np.linalg.norm(step) / (np.linalg.norm(unknowns) or 1.0))
+    if not problem.single_valued:
+        # At a fold the error at one frequency is unbounded: the nearest point of the curve counts.
+        along = factors.solve(exact.by_parameter * frequency / size)
+        assert along is not None
+        share = float(step @ along / (1 + along @ along))
+        return float(np.hypot(np.linalg.norm(step - share * along), share)) / size
+    return float(np.linalg.norm(step)) / size

@@ -124,7 +124,8 @@ def _marched(
     dissipation, scale = np.zeros((2, problem.n_contacts))
     contact, rows, stiffness, limit = problem.contacts.sliders(frequency)
     others = np.setdiff1d(np.arange(problem.n_contacts), contact)
-    dissipation[others] = scale[others] = results["dissipation"][others]
+    dissipation[others] = results["dissipation"][others]
+    scale[others] = _work_of_contacts(problem, unknowns, frequency)[others]
     if not len(contact):
         return dissipation, scale
     points = turning_points(problem.basis, problem.layout.relative(unknowns)[rows])
@@ -143,6 +144,22 @@ def _marched(
     dissipation[contact] = marched
     scale[contact] = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
     return dissipation, scale
+
+
+def _work_of_contacts(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float
+) -> FloatArray:
+    """Sum of the absolute work terms of each contact (n_contacts,) [J]."""
+    result, relative = np.zeros(problem.n_contacts), problem.layout.relative(unknowns)
+    states = problem.locate(unknowns, frequency)
+    for group in problem.contacts.groups:
+        motion = problem.contacts.motions(group, relative)
+        at = motion, frequency, problem.contacts.values_of(group)
+        force = group.law.forces(problem.basis, states.groups[group.name], *at)
+        turned = problem.basis.derivative_matrix.T / problem.basis.norm
+        rate = motion.reshape(group.n, -1, problem.basis.n_components) @ turned
+        result[group.contacts] += np.abs(force.reshape(rate.shape) * rate).sum(axis=(1, 2))
+    return result
 
 
 def _contact_mismatch(

@@ -7,6 +7,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
+from symhbm.model.contacts import Behaviour
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -20,7 +21,8 @@ from symhbm.numerics import (
 from symhbm.results import check_dataset, schema
 from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of
 
-_KINDS = {"slip": "onset of slip", "stick": "end of slip"}
+_NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
+_KINDS = {"slip": "onset of slip", "stick": "end of slip", "apart": "opening"}
 
 
 def periodic_motion(
@@ -34,9 +36,10 @@ def periodic_motion(
 ) -> xr.Dataset:
     """Find the periodic motion at one ``frequency`` [Hz], of Eqs. (1)-(2), not truncated.
 
-    Newton's method with exact derivatives finds the motion that repeats itself. With friction
-    alone it is linear between events and known to round-off, as its events are. With cubic springs
-    it is integrated step by step, to the relative tolerance ``integration_tolerance``.
+    Newton's method with exact derivatives finds the motion that repeats itself. With springs and
+    sliders alone, whose normal load may move and which may open, it is linear between events and
+    known to round-off, as its events are. With cubic springs it is integrated step by step, to the
+    relative tolerance ``integration_tolerance``.
 
     Parameters
     ----------
@@ -50,8 +53,9 @@ def periodic_motion(
         Number of equidistant angles of the period at which the motion is given.
     start
         A response nearby: one point of a result of `frf`, `follow`, `solve` or `periodic_motion`.
-        Cubic springs make several motions, stable or not, and the start chooses among them; by
-        default it is what `solve` finds. Friction alone makes one.
+        Cubic springs and contacts that open make several motions, stable or not, and the start
+        chooses among them; by default it is what `solve` finds, of contacts that open on harmonics
+        0 to 7. Friction with a constant load makes one.
     throw
         Raise SolveError where no periodic motion was found.
 
@@ -59,8 +63,9 @@ def periodic_motion(
     -------
     Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
     coefficients, the changes of contact states along ``event``, Floquet multipliers, the work of
-    the exciting force and where it goes. Where nothing converged, ``converged`` is False, the
-    values are NaN and ``status`` says why.
+    the exciting force and where it goes; with contacts that have a normal direction also their
+    normal force, its mean and extremes, and how long they are open. Where nothing converged,
+    ``converged`` is False, the values are NaN and ``status`` says why.
 
     Raises
     ------
@@ -127,9 +132,6 @@ def _describe(
     response, force = motion.coefficients(harmonics)
     neutral = np.zeros(problem.model.n_contacts, dtype=bool)
     neutral[motion.neutral_contacts] = True
-    contact, _, stiffness, _ = problem.model.sliders(motion.frequency)
-    rubs = np.zeros(problem.model.n_contacts, dtype=bool)
-    rubs[contact] = stiffness > 0
     values = dict(
         displacement=displacement,
         velocity=velocity,
@@ -144,17 +146,25 @@ def _describe(
         viscous_dissipation=np.float64(motion.damping_loss),
         stick_fraction=motion.stick_fraction,
     )
+    laws = [group.law for group in problem.model.groups]
+    if any("normal" in law.directions for law in laws):
+        values["normal_force"] = motion.normal_force(angle)
+        told = {name for law in laws for name in law.variables}
+        values |= {name: getattr(motion, name) for name in _NORMAL if name in told}
     if curved(problem):
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}
-    state = np.where(rubs, ~neutral, -1)
-    kinds = np.array([_KINDS[kind] for kind in motion.event_kind], dtype=object)
+    state = np.where(motion.sprung, np.where(neutral, Behaviour.STICKS, Behaviour.SLIPS), -1)
+    presses = np.isfinite(motion.mean_normal_force)
+    state[presses & ~motion.sprung] = Behaviour.STICKS
+    state[motion.open_fraction > 0] = Behaviour.OPENS
+    state[motion.open_fraction == 1] = Behaviour.NEVER_TOUCHES
     return values | dict(
         angle=angle,
         event_angle=motion.event_angle,
         event_contact=motion.event_contact.astype(np.int32),
-        event_kind=kinds,
+        event_kind=_event_kinds(motion),
         contact_state=np.where(motion.converged, state, -1).astype(np.int8),
         neutral=neutral,
         reversals=np.where(motion.converged, motion.reversals, -1).astype(np.int32),
@@ -162,3 +172,12 @@ def _describe(
         iterations=np.int32(motion.iterations),
         converged=np.bool_(motion.converged),
     )
+
+
+def _event_kinds(motion: ExactMotion) -> np.ndarray:
+    """Words of the dataset for the changes of states, (n_events,)."""
+    words, before = [], motion.states(0.0).tolist()
+    for kind, j in zip(motion.event_kind.tolist(), motion.event_contact.tolist(), strict=True):
+        words.append("closing" if before[j] == "apart" else _KINDS[kind])
+        before[j] = kind
+    return np.array(words, dtype=object)

@@ -205,7 +205,7 @@ class StoredPoints:
         try:
             problem, omega = self.problem_at(index)
             nearby = None
-            if curved(problem):
+            if curved(problem) or not problem.model.unique:
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
                 nearby = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
             motion = exact_motion_of(problem, omega, nearby)

@@ -28,6 +28,9 @@ from symhbm.model.contacts import (
     Contacts,
     Coulomb,
     CubicSpring,
+    Parameter,
+    PlanarFriction,
+    SmoothForce,
     UnilateralSpring,
     VariableLoadFriction,
     from_stored,
@@ -54,8 +57,16 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
-_LAWS = {
-    kind.__name__: kind for kind in (Coulomb, CubicSpring, UnilateralSpring, VariableLoadFriction)
+_LAWS: dict[str, Any] = {
+    kind.__name__: kind
+    for kind in (
+        Coulomb,
+        CubicSpring,
+        PlanarFriction,
+        SmoothForce,
+        UnilateralSpring,
+        VariableLoadFriction,
+    )
 }
 
 
@@ -319,14 +330,13 @@ def _contacts_of(
     known = {_shown(type(law).__name__, _attributes_of(law)): law for law in laws}
     result, missing = {}, []
     for group, entry in groups.items():
-        attributes = entry.get("attributes", {})
-        shown = _shown(entry["law"], attributes)
-        if shown not in known and entry["law"] in _LAWS:
-            known[shown] = _LAWS[entry["law"]](**attributes)
-        if shown not in known:
+        shown = _shown(entry["law"], entry.get("attributes", {}))
+        library = shown not in known and entry["law"] in _LAWS
+        if not library and shown not in known:
             missing.append(f"{shown} (group {group!r})")
             continue
-        law, expected = known[shown], [*entry["parameters"]]
+        law = _of_library(entry) if library else known[shown]
+        expected = [*entry["parameters"]]
         if [*law.parameters] != expected or len(law.directions) != len(entry["pairs"]):
             raise MissingLawError(
                 f"laws: expected {entry['law']} with the parameters {', '.join(expected)} and "
@@ -346,6 +356,15 @@ def _contacts_of(
         )
         for group, (law, pairs) in result.items()
     }
+
+
+def _of_library(entry: dict[str, Any]) -> ContactLaw:
+    """A law of the library; one of the user's is told whole, as plain operations."""
+    kind, attributes = _LAWS[entry["law"]], entry.get("attributes", {})
+    if kind is SmoothForce:
+        records = {name: Parameter(*record) for name, record in entry["parameters"].items()}
+        return SmoothForce(**attributes, parameters=records)
+    return kind(**attributes)
 
 
 def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:

@@ -158,6 +158,12 @@ def label_point(
     return parts.dataset()
 
 
+def label_static(problem: HarmonicBalance, states: Table, status: str) -> xr.Dataset:
+    """Dataset of states of rest, along ``solution``."""
+    variables = _of_one_set(states, status, "solution", records_of_problem(problem))
+    return with_provenance(variables, {}, problem, _NO_SWEEP).dataset()
+
+
 def label_peak_curve(
     problem: HarmonicBalance,
     request: Request,

@@ -1,7 +1,7 @@
 """Names, dimensions, units and meanings of all variables of a dataset: the archive's contract."""
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -68,7 +68,7 @@ VARIABLES = {
     ),
     "iterations": Variable((), "1", "linear solves spent on the point"),
     "sampling_error": Variable(
-        (), "1", "error of the response by sampling the friction law, to first order, relative"
+        (), "1", "error of the response by samples of contact forces, to first order, relative"
     ),
     "growth_rate": Variable((), "s-1", "largest real part of the Floquet exponents"),
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
@@ -122,12 +122,16 @@ VARIABLES = {
         (), "1", "share of the band followed with the switching angles as unknowns"
     ),
     "status": Variable((), "1", "why the computation ended"),
+    "static_displacement": Variable(("dof",), "m", "displacement at rest under static loads"),
     "angle": Variable((), "rad", "angle of the period, omega t"),
     "displacement": Variable(("dof",), "m", "displacement"),
     "velocity": Variable(("dof",), "m s-1", "velocity"),
     "friction_force": Variable(("contact",), "N", "friction force"),
     "friction_force_coefficient": Variable(
         ("contact", "harmonic", "component"), "N", "Fourier coefficient of the friction force"
+    ),
+    "normal_force": Variable(
+        ("contact",), "N", "normal force, of contacts that have a normal direction"
     ),
     "event_angle": Variable((), "rad", "angle at which a contact changes its state"),
     "multiplier_real": Variable((), "1", "Floquet multiplier of the period, real part"),
@@ -216,9 +220,9 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
 def derivative(name: str, parameter: str, records: Records = PARAMETERS) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
     of, by = VARIABLES[name], meaning(parameter, records)
-    powers: Counter[str] = Counter()
+    powers: defaultdict[str, float] = defaultdict(float)
     for variable, sign in ((of, 1), (by, -1)):
-        for symbol, power in re.findall(r"([A-Za-z]+)(-?\d*)", variable.units):
-            powers[symbol] += sign * int(power or 1)
-    units = " ".join(f"{s}{'' if p == 1 else p}" for s, p in powers.items() if p)
+        for symbol, power in re.findall(r"([A-Za-z]+)(-?[\d.]*)", variable.units):
+            powers[symbol] += sign * float(power or 1)
+    units = " ".join(f"{s}{'' if p == 1 else f'{p:g}'}" for s, p in powers.items() if p)
     return Variable((), units or "1", f"derivative of the {of.long_name} by the {by.long_name}")

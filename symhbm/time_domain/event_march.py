@@ -1,118 +1,36 @@
-"""Event-driven integration of the motion with friction, with exact derivatives.
+"""Event-driven integration of the motion with contacts, with exact derivatives.
 
-A sticking contact begins to slip when its force reaches ``+-g``, a slipping one sticks when its
-relative velocity vanishes. Acceleration is a continuous function of displacement, velocity and
-friction forces: a shift of an event in time changes none of their derivatives but one, that of the
-force of a contact that begins to slip, which becomes constant.
+A sticking contact begins to slip when its friction force reaches ``+-mu N``, a slipping one sticks
+when the wall that pushes its slider turns back; it opens when its normal force vanishes, before
+which it slips, and when it closes it slips if the tangential motion is faster than the wall.
+Acceleration is a continuous function of displacement, velocity and friction forces, and these are
+continuous in time: a shift of an event changes none of their derivatives but one, that of the
+friction force. Of a contact that begins to slip or opens it becomes that of the wall or 0; of one
+that closes and sticks it is that of the displacement since the contact closed.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearMotion, alternates, crossings
+from symhbm.time_domain.cells import Cells
+from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearMotion, crossings
+from symhbm.time_domain.normal_springs import APART, STICK, slip
 
 _POWER = np.arange(DEGREE + 1)
+_ALWAYS = np.eye(DEGREE + 1)[0]
+"""Powers of a margin that is always positive."""
 _INSTANT = 1e-13
 """Distance of events [rad] below which they share one state."""
 _SHORTEST = 1e-15
 """Shortest interval between events [rad]: the round-off of an angle."""
 _OUTSIDE = 1e-9
 """Share of a cell over which a contact may exceed its limit by round-off alone."""
-_REST = 1e-12
-"""Share of the largest velocity below which the sign of a relative velocity is round-off."""
+_NOISE = 1e-13
+"""Share of the terms of a margin below which it is round-off: walls that move with the slider."""
 _EVENTS_PER_CONTACT = 2000
 """Events per contact above which contacts change their states without end."""
-
-
-@dataclass(frozen=True)
-class Cells:
-    """A motion as polynomials on consecutive cells; no contact changes its state within one.
-
-    Attributes
-    ----------
-    start, width : (n_cells,)
-        In rad.
-    displacement : (n_cells, DEGREE + 1, n_dof)
-        Powers of the share of the cell [m].
-    friction : (n_cells, n_active)
-        Forces at the start of the cell [N].
-    slip : (n_cells, n_active)
-        Direction of slip, 0 while the contact sticks.
-    """
-
-    start: FloatArray
-    width: FloatArray
-    displacement: FloatArray
-    friction: FloatArray
-    slip: np.ndarray
-
-    def evaluate(
-        self, linear: LinearMotion, tau: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Displacement, its derivative by ``tau`` and friction, (n, n_dof or n_active)."""
-        cell = np.clip(np.searchsorted(self.start, tau, side="right") - 1, 0, None)
-        return self.inside(linear, cell, (tau - self.start[cell]) / self.width[cell])
-
-    def inside(
-        self, linear: LinearMotion, cell: np.ndarray, share: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """As `evaluate`, at shares (n,) of given cells (n,)."""
-        powers = share[:, None] ** _POWER
-        rates = np.zeros_like(powers)
-        rates[:, 1:] = _POWER[1:] * powers[:, :-1] / self.width[cell, None]
-        values = self.displacement[cell]
-        slope = np.einsum("nk,nkd->nd", rates, values)
-        travel = np.einsum("nk,nkd->nd", powers[:, 1:], values[:, 1:])
-        spring = np.where(self.slip[cell] == 0, linear.contact_stiffness, 0.0)
-        friction = self.friction[cell] + spring * (travel @ linear.directions.T)
-        return values[:, 0] + travel, slope, friction
-
-    def quadrature(self, linear: LinearMotion, highest: int):
-        """Gauss quadrature over all cells, exact to round-off up to the harmonic ``highest``.
-
-        Angles (n,), weights (n,), and the motion there as `evaluate` gives it.
-        """
-        # Products of two motions have twice the degree; a wave over a cell has its phase more.
-        count = DEGREE + 2 + int(np.ceil(highest * self.width.max()))
-        nodes, weights = np.polynomial.legendre.leggauss(count)
-        cell = np.repeat(np.arange(len(self.width)), count)
-        share = np.tile((nodes + 1) / 2, len(self.width))
-        tau = self.start[cell] + share * self.width[cell]
-        weight = np.outer(self.width, weights / 2).ravel()
-        return tau, weight, self.inside(linear, cell, share)
-
-    def work(self, linear: LinearMotion) -> tuple[float, float]:
-        """Done by the force and dissipated by the damping matrix [J]."""
-        highest = int(linear.orders.max(initial=0))
-        tau, weight, (_, slope, _) = self.quadrature(linear, highest)
-        phase = tau[:, None] * linear.orders
-        force = np.cos(phase) @ linear.cosine.T + np.sin(phase) @ linear.sine.T + linear.static
-        viscous = linear.frequency * slope @ linear.damping.T
-        done, lost = (weight @ (part * slope).sum(axis=1) for part in (force, viscous))
-        return float(done), float(lost)
-
-    def reversals(self, linear: LinearMotion) -> np.ndarray:
-        """Changes of sign of all relative velocities over the period, (n_contacts,)."""
-        rates = np.zeros_like(self.displacement)
-        rates[:, :-1] = _POWER[1:, None] * self.displacement[:, 1:] / self.width[:, None, None]
-        noise = _REST * np.abs(rates[:, 0]).max()
-        rates = rates @ linear.all_directions.T
-        result = np.zeros(linear.n_contacts, dtype=int)
-        for j in range(linear.n_contacts):
-            samples = []
-            bends = alternates(rates[:, :, j])
-            for powers, bent in zip(rates[:, :, j], bends, strict=True):
-                zeros = [zero for zero, _ in crossings(powers)] if bent else []
-                zeros = np.array([0.0, *zeros, 1.0])
-                # Half-way between its zeros a velocity has a sign, unless it is round-off.
-                samples.append(polyval((zeros[1:] + zeros[:-1]) / 2, powers))
-            samples = np.concatenate(samples)
-            positive = samples[np.abs(samples) > noise] > 0
-            result[j] = np.count_nonzero(positive != np.roll(positive, 1))
-        return result
 
 
 @dataclass(frozen=True)
@@ -122,9 +40,9 @@ class March:
     Attributes
     ----------
     cells
-        The motion; ``slipped`` (n_active,) tells which contacts slipped in it.
-    event_angle, event_contact, event_slip : (n_events,)
-        Where [rad], which active contact, and its direction of slip (0: it sticks).
+        The motion; ``slipped`` (n_active,) tells which contacts slipped or opened in it.
+    event_angle, event_contact, event_state : (n_events,)
+        Where [rad], which active contact, and its state that begins.
     end : (2 n_dof + n_active,)
         Displacement, derivative by ``tau`` and friction force at the end.
     jacobian : (2 n_dof + n_active, 2 n_dof + n_active)
@@ -135,7 +53,7 @@ class March:
     slipped: np.ndarray
     event_angle: FloatArray
     event_contact: np.ndarray
-    event_slip: np.ndarray
+    event_state: FloatArray
     end: FloatArray
     jacobian: FloatArray
 
@@ -146,7 +64,8 @@ class March:
         """
         n = linear.n_dof
         stuck = 2 * n + np.flatnonzero(~self.slipped)
-        kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(self.slipped)])
+        slipped = 2 * n + np.flatnonzero(self.slipped & linear.rubs)
+        kept = np.concatenate([np.arange(2 * n), slipped])
         matrix = self.jacobian[np.ix_(kept, kept)]
         # The forces of stuck contacts follow the displacement through their springs alone.
         spring = (linear.contact_stiffness[:, None] * linear.directions)[~self.slipped]
@@ -162,107 +81,235 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     forces [N], which are put between their limits. Raises ArithmeticError for a motion that is not
     finite, or where events follow each other without end.
     """
-    n, limit, stiffness = linear.n_dof, linear.limit, linear.contact_stiffness
+    n, count = linear.n_dof, len(linear.active)
     x, slope = state[:n].copy(), state[n : 2 * n].copy()
+    limit = linear.limits(x)
     friction = np.clip(state[2 * n :], -limit, limit)
-    outward = linear.directions @ slope
-    slip = np.where((np.abs(friction) >= limit) & (friction * outward > 0), np.sign(outward), 0.0)
+    of_contact, touching = _states_at(linear, x, slope, friction, limit)
+    friction = np.where(of_contact == STICK, friction, slip(of_contact) * limit)
+    slipped = (of_contact != STICK) | ~linear.rubs
     variation = np.eye(len(state))
-    variation[2 * n :][slip != 0] = 0.0
-    ended_slip = np.zeros(len(limit))
-    slipped = slip != 0
+    _follow_walls(linear, of_contact, np.flatnonzero(slipped), variation)
+    ended_slip = np.zeros(count)
     tau, cells, events = 0.0, [], []
     while tau < length:
-        stick = slip == 0
-        flow = linear.flow(stick)
-        powers = linear.expand(flow, tau, x, slope, friction)
+        flow = linear.flow(of_contact)
+        powers = linear.expand(flow, tau, x, slope, linear.constant(x, friction, of_contact))
         if not np.all(np.isfinite(powers)):
             raise ArithmeticError("the motion is not finite")
         share = min(1.0, (length - tau) / flow.width)
         powers *= share ** _POWER[:, None]
-        at, changing = _first_event(linear, powers, friction, slip, ended_slip)
+        margin = _margins(linear, powers, friction, limit, of_contact, ended_slip, touching)
+        at, changing, side = _first_event(margin)
         width = share * at * flow.width
         if width > _SHORTEST:
             powers = powers * at ** _POWER[:, None]
-            cells.append((tau, width, powers, friction.copy(), slip.copy()))
-            variation = _carry(linear, flow.transition(share * at), stick, variation)
+            cells.append((tau, width, powers, friction.copy(), of_contact.copy()))
+            variation = _carry(linear, flow.transition(share * at), of_contact, variation)
+            stick = of_contact == STICK
             x = powers.sum(axis=0)
             slope = _POWER @ powers / width
             travel = linear.directions @ powers[1:].sum(axis=0)
-            friction = friction + np.where(stick, stiffness * travel, 0.0)
+            friction = friction + np.where(stick, linear.contact_stiffness * travel, 0.0)
+            if len(linear.normal):
+                limit = linear.limits(x)
+                friction = np.where(stick, friction, slip(of_contact) * limit)
             tau = length if at == 1.0 and share < 1.0 else tau + width
             if width > _INSTANT:
-                ended_slip = np.zeros(len(limit))
-        if len(changing):
-            begins = changing[stick[changing]]
-            ended_slip[changing] = slip[changing]
-            slip[changing] = 0.0
-            slip[begins] = np.where(friction[begins] > 0, 1.0, -1.0)
-            friction[begins] = slip[begins] * limit[begins]
-            slipped[begins] = True
-            variation[2 * n + begins] = 0.0
-            events += [(tau, j, slip[j]) for j in changing]
-            if len(events) > _EVENTS_PER_CONTACT * len(limit):
-                raise ArithmeticError("the contacts change their states without end")
-    angle, contact, direction = zip(*events, strict=True) if events else ([], [], [])
+                ended_slip, touching = np.zeros(count), np.zeros(count, dtype=bool)
+        for j, of_side in zip(changing.tolist(), side.tolist(), strict=True):
+            before, ended_slip[j] = of_contact[j], 0.0
+            if before == APART:
+                of_contact[j], touching[j] = _closing(linear, slope, j), True
+            elif before == STICK and linear.rubs[j]:
+                of_contact[j] = 1.0 - 2.0 * of_side
+            elif before != STICK and of_side == 0:
+                of_contact[j], ended_slip[j] = STICK, before
+            else:
+                of_contact[j], touching[j] = APART, True
+            if of_contact[j] != STICK:
+                friction[j] = slip(of_contact[j]) * limit[j]
+                slipped[j] = True
+                _follow_walls(linear, of_contact, np.array([j]), variation)
+            elif before == APART:
+                friction[j] = 0.0
+                variation[2 * n + j] = _since_closing(linear, slope, j) @ variation[:n]
+            events.append((tau, j, of_contact[j]))
+        if len(events) > _EVENTS_PER_CONTACT * count:
+            raise ArithmeticError("the contacts change their states without end")
+    angle, contact, begins = zip(*events, strict=True) if events else ([], [], [])
     return March(
         Cells(*map(np.array, zip(*cells, strict=True))),
         slipped,
         np.array(angle, dtype=float),
         np.array(contact, dtype=int),
-        np.array(direction, dtype=int),
+        np.array(begins, dtype=float),
         np.concatenate([x, slope, friction]),
         variation,
     )
 
 
+def _states_at(
+    linear: LinearMotion, x: FloatArray, slope: FloatArray, friction: FloatArray, limit: FloatArray
+) -> tuple[FloatArray, np.ndarray]:
+    """States of the contacts (n_active,), and which of them just touch."""
+    normal, pushes = linear.normal, np.sign(friction) * (linear.directions @ slope)
+    closes, least = normal.directions @ slope, limit.copy()
+    pushes[normal.contact] -= normal.ratio * closes
+    # A limit that moves is that of the state but for round-off.
+    least[normal.contact] -= _NOISE * (
+        limit[normal.contact] + normal.friction * np.abs(normal.load)
+    )
+    state = np.where((np.abs(friction) >= least) & (pushes > 0), np.sign(friction), STICK)
+    touching = np.zeros(len(limit), dtype=bool)
+    if len(normal):
+        pressure = normal.pressure(x)
+        touching[normal.contact] = pressure == 0
+        state[normal.contact[(pressure < 0) | (pressure == 0) & (closes <= 0)]] = APART
+        for j in normal.contact[(pressure == 0) & (closes > 0)].tolist():
+            state[j] = _closing(linear, slope, j)
+    return state, touching
+
+
+def _closing(linear: LinearMotion, slope: FloatArray, contact: int) -> float:
+    """State of an active contact that closes: it slips if it moves faster than the wall."""
+    normal, outward = linear.normal, float(linear.directions[contact] @ slope)
+    k = np.searchsorted(normal.contact, contact)
+    wall = float(normal.ratio[k] * (normal.directions[k] @ slope))
+    return float(np.sign(outward)) if abs(outward) * (1 - _NOISE) > wall else STICK
+
+
+def _since_closing(linear: LinearMotion, slope: FloatArray, contact: int) -> FloatArray:
+    """Derivative by displacement (n_dof,) of the friction of a contact that closed and sticks.
+
+    Closing earlier by ``k_n dv / p'`` adds ``k_t u'`` times that: a spring beside the normal one.
+    """
+    direction = linear.normal.directions[np.searchsorted(linear.normal.contact, contact)]
+    outward, closes = linear.directions[contact] @ slope, direction @ slope
+    return direction * (linear.contact_stiffness[contact] * outward / closes if closes > 0 else 0.0)
+
+
+def _follow_walls(
+    linear: LinearMotion, state: FloatArray, contacts: np.ndarray, variation: FloatArray
+) -> None:
+    """Make the friction of contacts that slip vary as their limit does, of open ones not at all."""
+    n, normal = linear.n_dof, linear.normal
+    variation[2 * n + contacts] = 0.0
+    for k in np.flatnonzero(np.isin(normal.contact, contacts)).tolist():
+        row = normal.along_wall(state)[k] * normal.by_displacement(state)[k]
+        variation[2 * n + normal.contact[k]] = row @ variation[:n]
+
+
 def _carry(
-    linear: LinearMotion, transition: FloatArray, stick: np.ndarray, variation: FloatArray
+    linear: LinearMotion, transition: FloatArray, state: FloatArray, variation: FloatArray
 ) -> FloatArray:
     """Derivative by the initial state after one more cell."""
-    n = linear.n_dof
+    n, normal, stick = linear.n_dof, linear.normal, state == STICK
     friction = variation[2 * n :].copy()
-    moved = transition @ np.concatenate([variation[: 2 * n], -linear.push @ friction])
+    pressing, constant = normal.by_displacement(state), -linear.push @ friction
+    if len(normal):
+        constant -= normal.push @ (pressing @ variation[:n])
+    moved = transition @ np.concatenate([variation[: 2 * n], constant])
     travel = linear.directions[stick] @ (moved[:n] - variation[:n])
     friction[stick] += linear.contact_stiffness[stick, None] * travel
+    if len(normal):
+        walls = normal.along_wall(state)[:, None] * pressing
+        friction[normal.contact] += walls @ (moved[:n] - variation[:n])
     return np.concatenate([moved, friction])
 
 
-def _first_event(
+def _margins(
     linear: LinearMotion,
     powers: FloatArray,
     friction: FloatArray,
-    slip: FloatArray,
+    limit: FloatArray,
+    state: FloatArray,
     ended_slip: FloatArray,
-) -> tuple[float, np.ndarray]:
-    """Share of the cell at the first event, 1 without one, and the contacts that have it."""
-    count = len(slip)
+    touching: np.ndarray,
+) -> FloatArray:
+    """Powers of what is positive until a contact changes its state, (DEGREE + 1, 2, n_active).
+
+    Distances to the upper and the lower limit while it sticks; along the slip, the velocity less
+    that of the limit, and the normal force. Zeros at the start of the cell that belong to the last
+    event are divided out.
+    """
     motion = powers @ linear.directions.T
-    # Distances to the upper and the lower limit, or the velocity along the slip: all positive.
-    margin = np.zeros((DEGREE + 1, 2, count))
+    margin = np.zeros((DEGREE + 1, 2, len(state)))
     force = linear.contact_stiffness * motion
     force[0] = friction
     margin[:, 0], margin[:, 1] = -force, force
-    margin[0] += linear.limit
-    slides = slip != 0
-    margin[:-1, 0, slides] = (_POWER[1:, None] * motion[1:])[:, slides] * slip[slides]
+    margin[0] += limit
+    slides = np.abs(state) == 1
+    margin[:-1, 0, slides] = (_POWER[1:, None] * motion[1:])[:, slides] * state[slides]
     margin[-1, 0, slides] = 0.0
-    margin[:, 1, slides] = 0.0
+    margin[:, 1, slides] = _ALWAYS[:, None]
+    if len(linear.normal):
+        _press(linear, powers, margin, state, touching)
     # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
     for j in np.flatnonzero((ended_slip != 0) & ~slides):
         side = 0 if ended_slip[j] > 0 else 1
         margin[:-2, side, j] = margin[2:, side, j]
         margin[-2:, side, j] = 0.0
+    return margin
+
+
+def _press(
+    linear: LinearMotion,
+    powers: FloatArray,
+    margin: FloatArray,
+    state: FloatArray,
+    touching: np.ndarray,
+) -> None:
+    """Make the limits of `_margins` move with the normal force, and contacts open and close."""
+    normal, contact = linear.normal, linear.normal.contact
+    pressure = normal.stiffness * (powers @ normal.directions.T)
+    walls = normal.friction * pressure
+    rates = normal.ratio * _POWER[:, None] * (powers @ normal.directions.T)
+    pressure[0] += normal.load
+    for k, j in enumerate(contact.tolist()):
+        if touching[j]:
+            pressure[:, k] = _divided(pressure[:, k])
+        if state[j] == APART:
+            margin[:, 0, j], margin[:, 1, j] = -pressure[:, k], _ALWAYS
+        elif not linear.rubs[j]:
+            margin[:, 0, j], margin[:, 1, j] = pressure[:, k], _ALWAYS
+        elif state[j] == STICK:
+            terms = np.abs(margin[:, 0, j]).max() + np.abs(walls[:, k]).max()
+            margin[1:, :, j] += walls[1:, k, None]
+            for side in range(2):
+                margin[:, side, j] = _above_noise(margin[:, side, j], terms)
+                if touching[j]:
+                    margin[:, side, j] = _divided(margin[:, side, j])
+        else:
+            terms = np.abs(margin[:, 0, j]).max() + np.abs(rates[:, k]).max()
+            margin[:-1, 0, j] -= rates[1:, k]
+            margin[:, 0, j] = _above_noise(margin[:, 0, j], terms)
+            margin[:, 1, j] = pressure[:, k]
+
+
+def _divided(powers: FloatArray) -> FloatArray:
+    """A polynomial that is 0 at 0 over its variable."""
+    return np.append(powers[1:], 0.0)
+
+
+def _above_noise(margin: FloatArray, terms: float) -> FloatArray:
+    """The margin, or what never changes its sign where it is a difference of equal terms."""
+    return margin if np.abs(margin).max() > _NOISE * terms else _ALWAYS
+
+
+def _first_event(margin: FloatArray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Share of the cell at the first event, 1 without one, the contacts that have it, and sides."""
+    count = margin.shape[2]
     lowest = np.einsum("ik,kc->ic", BERNSTEIN, margin.reshape(DEGREE + 1, -1)).min(axis=0)
-    lowest = lowest.reshape(2, count)
-    lowest[1, slides] = 1.0
-    first = np.full(count, np.inf)
-    for side, j in zip(*np.nonzero(lowest <= 0), strict=True):
-        first[j] = min(first[j], _first_exit(margin[:, side, j]))
-    at = first.min(initial=np.inf)
+    first = np.full((2, count), np.inf)
+    for side, j in zip(*np.nonzero(lowest.reshape(2, count) <= 0), strict=True):
+        first[side, j] = _first_exit(margin[:, side, j])
+    soonest = first.min(axis=0)
+    at = float(soonest.min(initial=np.inf))
     if at > 1:
-        return 1.0, np.array([], dtype=int)
-    return at, np.flatnonzero(first <= at + np.finfo(float).eps)
+        return 1.0, np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    changing = np.flatnonzero(soonest <= at + np.finfo(float).eps)
+    return at, changing, first[:, changing].argmin(axis=0)
 
 
 def _first_exit(margin: FloatArray) -> float:

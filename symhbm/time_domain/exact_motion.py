@@ -1,4 +1,4 @@
-"""The exact periodic motion with dry friction: an independent reference for harmonic balance.
+"""The exact periodic motion with contacts, an independent reference for harmonic balance.
 
 Between events the motion is linear and known to round-off (`symhbm.time_domain.linear_motion`),
 events are located to round-off (`symhbm.time_domain.event_march`), and the periodic one is found by
@@ -15,12 +15,16 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
-from symhbm.time_domain.event_march import Cells, march
-from symhbm.time_domain.linear_motion import LinearMotion, extremes
+from symhbm.time_domain.cells import Cells
+from symhbm.time_domain.event_march import march
+from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
+from symhbm.time_domain.normal_springs import APART
+from symhbm.time_domain.normal_springs import slip as slip_of
 from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     balanced_starts,
     energy_scale,
+    is_rigid,
     periodic_state,
 )
 
@@ -43,22 +47,28 @@ class ExactMotion:
     event_contact : (n_events,)
         The contact.
     event_kind : (n_events,)
-        ``"slip"`` or ``"stick"``, which begins.
+        ``"slip"``, ``"stick"`` or ``"apart"``, which begins. A closed contact without
+        friction slips if it has a tangential spring, else it sticks.
+    event_slip : (n_events,)
+        The direction of the slip that begins, 1 or -1, 0 of other kinds.
     amplitude : (n_dof,)
         Largest ``|x|`` over the period [m].
     multipliers : (2 n_dof + n_states,)
         Floquet multipliers of the period, largest first, without the neutral ones; ``n_states``
-        counts the contacts that slip.
+        counts the contacts with friction that slip or open.
     neutral_contacts : (n_neutral,)
-        Contacts that never slip: each has one more multiplier, exactly 1, of its static force.
+        Contacts with friction that never slip or open: each has one more multiplier, exactly 1, of
+        its static force.
     work : float
         Done by the force per period [J].
     friction_loss : (n_contacts,)
         Dissipated by the contacts per period [J], those of smooth laws among them.
     damping_loss : float
         Dissipated by the damping matrix per period [J].
-    stick_fraction : (n_contacts,)
-        Share of the period spent sticking.
+    stick_fraction, open_fraction : (n_contacts,)
+        Shares of the period spent sticking and open; the rest is slip.
+    mean_normal_force, least_normal_force, largest_normal_force : (n_contacts,)
+        Over the period [N], NaN for contacts without a normal direction.
     reversals : (n_contacts,)
         Changes of sign of the relative velocity per period.
     periodicity : float
@@ -74,6 +84,7 @@ class ExactMotion:
     event_angle: FloatArray
     event_contact: np.ndarray
     event_kind: np.ndarray
+    event_slip: np.ndarray
     amplitude: FloatArray
     multipliers: np.ndarray
     neutral_contacts: np.ndarray
@@ -81,6 +92,10 @@ class ExactMotion:
     friction_loss: FloatArray
     damping_loss: float
     stick_fraction: FloatArray
+    open_fraction: FloatArray
+    mean_normal_force: FloatArray
+    least_normal_force: FloatArray
+    largest_normal_force: FloatArray
     reversals: np.ndarray
     periodicity: float
     iterations: int
@@ -104,6 +119,35 @@ class ExactMotion:
         parts = x, self.frequency * slope, _spread(self._linear, friction)
         dof, _, contact = (part.reshape(*tau.shape, part.shape[1]) for part in parts)
         return dof, parts[1].reshape(dof.shape), contact
+
+    def normal_force(self, tau: ArrayLike) -> FloatArray:
+        """Normal forces (..., n_contacts) [N] at the angles ``tau`` (...) [rad].
+
+        NaN for contacts without a normal direction. Raises as `symhbm.numerics.check.array`.
+        """
+        tau, linear, cells = check.array("tau", tau), self._linear, self._cells
+        angle = tau.ravel() % (2 * np.pi)
+        x, state = cells.evaluate(linear, angle)[0], cells.state[cells.cell(angle)]
+        result = np.tile(np.maximum(linear.load, 0.0), (len(angle), 1))
+        result[:, linear.active[linear.normal.contact]] = linear.normal.force(x, state)
+        return result.reshape(*tau.shape, linear.n_contacts)
+
+    @property
+    def sprung(self) -> np.ndarray:
+        """Which contacts (n_contacts,) have a tangential spring, whatever their limit."""
+        return self._linear.sprung
+
+    def states(self, tau: ArrayLike) -> np.ndarray:
+        """States (..., n_contacts) at the angles ``tau`` (...) [rad], in words of `event_kind`.
+
+        Raises as `symhbm.numerics.check.array`.
+        """
+        tau, linear, cells = check.array("tau", tau), self._linear, self._cells
+        state = cells.state[cells.cell(tau.ravel() % (2 * np.pi))]
+        idle = np.where(linear.sprung, "slip", "stick")
+        result = np.tile(np.where(linear.load < 0, "apart", idle), (len(state), 1))
+        result[:, linear.active] = _words(linear, state, np.arange(len(linear.active)))
+        return result.reshape(*tau.shape, linear.n_contacts)
 
     def quadrature(self, highest: int) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
         """Angles (n,), weights (n,), and displacement, slope and active friction there."""
@@ -132,11 +176,12 @@ def exact_motion(
     """Find the exact periodic motion at an angular ``frequency`` [rad/s].
 
     ``start`` (2 n_dof + n_contacts,) is a state as in `ExactMotion`; by default, and where Newton's
-    method fails from it, it comes from the balance of a few harmonics. Friction is that of the
-    model, whatever law the problem computes with. A contact that never slips is centred between its
+    method fails from it, it comes from the balance of a few harmonics. Contacts are those of the
+    model, whatever law the problem computes with. Where they open or their normal load moves there
+    may be several motions: the start selects one. A contact that never slips is centred between its
     limits.
 
-    Raises TypeError or ValueError for bad values, cubic springs, and a mass matrix that is not
+    Raises TypeError or ValueError for bad values, other contacts, and a mass matrix that is not
     positive definite; ArithmeticError where contacts change their states without end.
     """
     frequency = check.scalar("frequency", frequency, "positive")
@@ -161,6 +206,24 @@ def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:
     return result
 
 
+def _words(linear: LinearMotion, state: FloatArray, contact: np.ndarray) -> np.ndarray:
+    """Words for states of active contacts."""
+    slides = (np.abs(state) == 1) | ~(linear.rubs | ~linear.sprung[linear.active])[contact]
+    return np.where(state == APART, "apart", np.where(slides, "slip", "stick"))
+
+
+def _normal_forces(linear: LinearMotion, cells: Cells) -> FloatArray:
+    """Mean, least and largest normal forces (3, n_contacts) [N]."""
+    result = np.tile(np.maximum(linear.load, 0.0), (3, 1))
+    if len(linear.normal):
+        powers = cells.pressure(linear)
+        high, low = extremes(powers)
+        mean = cells.width @ np.einsum("ckn,k->cn", powers, 1 / np.arange(1, DEGREE + 2))
+        values = mean / (2 * np.pi), np.maximum(low, 0.0), high
+        result[:, linear.active[linear.normal.contact]] = values
+    return result
+
+
 def describe_motion(
     linear: LinearMotion, state: FloatArray, iterations: int, status: Status
 ) -> ExactMotion:
@@ -177,25 +240,38 @@ def describe_motion(
         status = Status.SYSTEM_SINGULAR
     elif status == Status.SUCCESS and periodicity > 2 * PERIODIC_TOLERANCE:
         status = Status.NO_MOTION
+    apart_always = len(linear.normal) > 0 and bool(np.all(cells.state == APART))
+    if status != Status.SUCCESS and apart_always and is_rigid(linear):
+        status = Status.NOT_HELD
     relative = cells.displacement @ linear.all_directions.T
     travel = relative[:, 1:, active].sum(axis=1)
-    loss, slip = np.zeros(linear.n_contacts), np.where(linear.sprung, 1.0, 0.0)
-    loss[active] = np.where(cells.slip != 0, cells.friction * travel, 0.0).sum(axis=0)
-    slip[active] = cells.width @ (cells.slip != 0) / (2 * np.pi)
+    loss, apart = np.zeros(linear.n_contacts), np.where(linear.load < 0, 1.0, 0.0)
+    loss[active] = np.where(np.abs(cells.state) == 1, cells.friction * travel, 0.0).sum(axis=0)
+    loss[active[linear.normal.contact]] += cells.pressed_loss(linear)
+    slip, words = 1 - apart, _words(linear, cells.state, np.arange(len(active)))
+    slip[~linear.sprung] = 0.0
+    slip[active] = cells.width @ (words == "slip") / (2 * np.pi)
+    apart[active] = cells.width @ (words == "apart") / (2 * np.pi)
+    normal_force = _normal_forces(linear, cells)
     work, damping_loss = cells.work(linear)
     return ExactMotion(
         frequency=omega,
         state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :])[0]]),
         event_angle=run.event_angle,
         event_contact=active[run.event_contact],
-        event_kind=np.where(run.event_slip != 0, "slip", "stick"),
+        event_kind=_words(linear, run.event_state, run.event_contact),
+        event_slip=slip_of(run.event_state).astype(int),
         amplitude=amplitude,
         multipliers=run.multipliers(linear),
         neutral_contacts=active[~run.slipped],
         work=work,
         friction_loss=loss,
         damping_loss=damping_loss,
-        stick_fraction=1 - slip,
+        stick_fraction=1 - slip - apart,
+        open_fraction=apart,
+        mean_normal_force=normal_force[0],
+        least_normal_force=normal_force[1],
+        largest_normal_force=normal_force[2],
         reversals=cells.reversals(linear),
         periodicity=periodicity,
         iterations=iterations,

@@ -4,19 +4,23 @@ A given motion determines the angles at which its contacts begin to stick and to
 stiffness of its smooth laws. Acceleration is continuous at all events: of a small
 perturbation nothing jumps but the friction force of a contact that begins to slip, which becomes
 constant. Between events the power series of the perturbation is summed to round-off, so that the
-only error is that of the given motion.
+only error is that of the given motion. Beside forces that are no polynomials of the displacement it
+is integrated from break point to break point, to a tolerance of 1e-11.
 """
 
 import math
 
 import numpy as np
-import scipy.linalg
+import scipy
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import SmoothLaw, stick_intervals
+from symhbm.model.contacts import Group, MemorylessLaw, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.event_march import march
+from symhbm.time_domain.linear_motion import LinearMotion, curved
+from symhbm.time_domain.normal_springs import STICK
+from symhbm.time_domain.periodic_orbit import state_of
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -24,6 +28,10 @@ _GROWTH = 12.0
 """Logarithm of the growth over the disk around a cell, whose radius is three cells."""
 _MOST_WORK = 3e8
 """Cells times the cube of the size of the state: a second."""
+_TOLERANCE = 1e-11
+"""Error of a step of the integrator over the perturbation."""
+_BESIDE = 1e-11
+"""Distance [rad] from a break point at which the slopes beside it are taken."""
 _LEAST_CUBE = 3e4
 """Work of a cell that does not depend on the size of the state."""
 
@@ -35,11 +43,16 @@ def multipliers(
 
     ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
     velocity and the friction forces of the contacts that slip; one that never slips is a spring,
-    whose neutral multiplier is left out. Friction is located, whatever law the problem has.
+    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Where
+    contacts open or their normal load moves they are those of the period that follows the state at
+    ``tau = 0``.
 
     Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
-    ArithmeticError for a structure too stiff and too large to follow its oscillations.
+    ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
+    smooth laws beside normal loads that move.
     """
+    if moving_loads(problem):
+        return _of_march(problem, frequency, unknowns)
     model = problem.model
     _, row, stiffness, limit = model.sliders(frequency)
     carries = (stiffness > 0) & (limit > 0)
@@ -51,7 +64,8 @@ def multipliers(
     size = 2 * model.n_dof + len(slipping)
     odd = all(group.law.odd for group in curved(problem))
     repeats = _repeats(problem.harmonics, odd)
-    edge, stick = _intervals(contact, begin, end, len(slipping), 2 * np.pi / repeats)
+    length = 2 * np.pi / repeats
+    edge, stick = _intervals(contact, begin, end, len(slipping), length, motion.breaks)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
     variation = np.eye(size)
@@ -61,6 +75,33 @@ def multipliers(
     return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
 
 
+def moving_loads(problem: HarmonicBalance) -> bool:
+    """Whether contacts open or their normal load moves."""
+    model = problem.model
+    return any(
+        group.law.sliders(0.0, values) is None
+        and group.law.spring_sliders(0.0, values) is not None
+        and bool(group.law.acts(values).any())
+        for group in model.groups
+        if group.n
+        for values in [model.values_of(group)]
+    )
+
+
+def _of_march(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> NDArray[np.complex128]:
+    """Multipliers of the exact motion over a period from the state of a solution."""
+    if curved(problem):
+        raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
+    linear = LinearMotion(problem, frequency)
+    width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
+    if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:
+        raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
+    state = linear.of_active(state_of(problem.located(), unknowns, frequency))
+    return march(linear, state, 2 * np.pi).multipliers(linear).astype(complex)
+
+
 def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:
     """Number of periods of the perturbation equations in one: of ``odd`` laws they see no sign."""
     common = math.gcd(*harmonics)
@@ -68,10 +109,15 @@ def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:
 
 
 def _intervals(
-    contact: np.ndarray, begin: FloatArray, end: FloatArray, n_contacts: int, length: float
+    contact: np.ndarray,
+    begin: FloatArray,
+    end: FloatArray,
+    n_contacts: int,
+    length: float,
+    breaks: FloatArray,
 ) -> tuple[FloatArray, np.ndarray]:
     """Ends (n + 1,) of intervals between events [rad], and what sticks there (n, n_contacts)."""
-    event = np.concatenate([begin, end]) % (2 * np.pi)
+    event = np.concatenate([begin, end, breaks]) % (2 * np.pi)
     edge = np.unique(np.concatenate([[0.0, length], event[event < length]]))
     middle = (edge[1:] + edge[:-1]) / 2
     inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
@@ -108,6 +154,10 @@ class _Perturbation:
         spring = springs[:, None] * directions
         stiffness = stiffness + directions[stuck].T @ spring[stuck]
         pushed, bent, waves = _stiffening(problem, frequency, relative)
+        self._given = problem, frequency, relative
+        self._factor, self._rows = (factor, True), directions
+        self._others = [g for g in curved(problem) if not isinstance(g.law, PolynomialLaw)]
+        self.breaks = np.concatenate([np.zeros(0), *map(self._breaks, self._others)])
         self.spring, self.bent = spring[slipping], directions[bent]
         parts = stiffness, directions[slipping].T, directions[pushed].T
         parts = (scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts)
@@ -135,11 +185,72 @@ class _Perturbation:
         self, variation: FloatArray, left: float, right: float, stick: np.ndarray
     ) -> FloatArray:
         """The variation (2 n_dof + n_slipping, n) after an interval without an event."""
+        if self._others:
+            return self._integrated(variation, left, right, stick)
         n_cells = math.ceil((right - left) / self.longest_cell)
         width = (right - left) / n_cells
         for i in range(n_cells):
             variation = self._cell(variation, left + i * width, width, stick)
         return variation
+
+    def _breaks(self, group: Group) -> FloatArray:
+        """Angles at which the slopes of a group jump [rad]."""
+        problem, frequency, relative = self._given
+        assert isinstance(group.law, MemorylessLaw)
+        motion = relative[group.rows.ravel()].reshape(group.n, -1)
+        found = group.law.breaks(problem.basis, motion, frequency, problem.model.values_of(group))
+        return np.concatenate(found)
+
+    def _slopes(self, tau: float) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping of all groups at an angle, over inertia, (n_dof, n_dof) each."""
+        problem, frequency, relative = self._given
+        waves = (self.waves @ np.exp(1j * self.order * tau)).real
+        elastic, viscous = self.bend * waves @ self.bent, np.zeros((self.n_dof, self.n_dof))
+        functions, rates = (problem.basis.values(tau, derivative) for derivative in (0, 1))
+        for group in self._others:
+            assert isinstance(group.law, MemorylessLaw)
+            rows = group.rows.ravel()
+            shape = group.rows.shape
+            at = (
+                (relative[rows] @ functions).reshape(shape),
+                (relative[rows] @ rates).reshape(shape),
+            )
+            values = problem.model.values_of(group)
+            found = group.law.at_instants(at[0], frequency * at[1], frequency, values)
+            for total, each, power in ((elastic, found[1], 2), (viscous, found[2], 1)):
+                matrix = self._rows[rows].T @ scipy.linalg.block_diag(*each) @ self._rows[rows]
+                total += scipy.linalg.cho_solve(self._factor, matrix) / frequency**power
+        return elastic, viscous
+
+    def _integrated(
+        self, variation: FloatArray, left: float, right: float, stick: np.ndarray
+    ) -> FloatArray:
+        """The variation after an interval without an event, by an integrator."""
+        n, spring, push = self.n_dof, self.spring[stick], self.push[:, stick]
+        offset = variation[2 * n :][stick] - spring @ variation[:n]
+        held, inside = self.elastic + push @ spring, min(_BESIDE, (right - left) / 4)
+
+        def rates(tau: float, state: FloatArray) -> FloatArray:
+            x, slope = state.reshape(2, n, -1)
+            elastic, viscous = self._slopes(min(max(tau, left + inside), right - inside))
+            force = (held + elastic) @ x + (self.viscous + viscous) @ slope + push @ offset
+            return np.concatenate([slope, -force], axis=None)
+
+        found = scipy.integrate.solve_ivp(
+            rates,
+            (left, right),
+            variation[: 2 * n].ravel(),
+            "DOP853",
+            t_eval=[right],
+            rtol=_TOLERANCE,
+            atol=_TOLERANCE * max(np.abs(variation).max(), 1e-3),
+        )
+        if not found.success:
+            raise ArithmeticError("the perturbation cannot be integrated")
+        result = np.zeros_like(variation)
+        result[: 2 * n] = found.y[:, -1].reshape(2 * n, -1)
+        result[2 * n :][stick] = offset + spring @ result[:n]
+        return result
 
     def _cell(
         self, variation: FloatArray, start: float, width: float, stick: np.ndarray
@@ -195,22 +306,24 @@ def _stiffening(
     basis, groups = problem.basis, curved(problem)
     degree = 1
     for group in groups:
-        if not isinstance(group.law, SmoothLaw):
+        if not isinstance(group.law, MemorylessLaw):
             raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
-        degree = max(degree, group.law.degree)
+        if isinstance(group.law, PolynomialLaw):
+            degree = max(degree, group.law.degree)
     # More samples than twice the harmonics of the stiffness.
     count = 2 * (degree - 1) * basis.highest + 1
     at_sample = basis.values(2 * np.pi * np.arange(count) / count)
     pushed, bent = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
     waves = [np.zeros((0, count // 2 + 1), dtype=complex)]
     for group in groups:
+        if not isinstance(group.law, PolynomialLaw):
+            continue
         n, m = group.rows.shape
         values = problem.model.values_of(group)
         instants = relative[group.rows.ravel()] @ at_sample.T
         instants = instants.reshape(n, m, count).transpose(2, 0, 1).reshape(count * n, m)
         along = {name: np.tile(value, count) for name, value in values.items()}
-        assert isinstance(group.law, SmoothLaw)
-        slope = group.law.at_instants(instants, frequency, along)[1]
+        slope = group.law.at_instants(instants, 0 * instants, frequency, along).by_displacement
         pairs = slope.reshape(count, n * m * m).T
         waves.append(np.fft.rfft(pairs) / count)
         pushed.append(np.repeat(group.rows, m, axis=1).ravel())

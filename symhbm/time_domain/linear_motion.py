@@ -1,24 +1,27 @@
 """Linear motion between two events of the contacts, and all zeros of its polynomials.
 
 While no contact changes its state the motion is linear: ``M x'' + C x' + K x`` with the springs of
-the sticking contacts, under harmonic and constant forces. Its exponential series is summed to
-round-off on short cells, which requires neither distinct eigenvalues nor a regular dynamic
-stiffness: critical damping, bodies without springs and resonances are no exceptions. In the
+the sticking contacts and of the closed ones, under harmonic and constant forces. The friction of a
+contact that slips grows with its normal force: the stiffness need not be symmetric. The exponential
+series is summed to round-off on short cells, which requires neither distinct eigenvalues nor a
+regular dynamic stiffness: critical damping, bodies without springs and resonances are no
+exceptions. In the
 Bernstein basis of a cell the signs of the coefficients bound the number of zeros (variation
 diminishing): none is missed, however close the next one is.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import force_coefficients, positive_definite
+from symhbm.model import Structure, force_coefficients, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
+from symhbm.time_domain.normal_springs import STICK, NormalSprings
 
 DEGREE = 24
 """Degree of the polynomials of a cell."""
@@ -39,7 +42,7 @@ _RIGHT = _LEFT[::-1, ::-1].copy()
 
 @dataclass(frozen=True)
 class LinearFlow:
-    """Series of the motion with one set of sticking contacts.
+    """Series of the motion in one state of the contacts.
 
     ``width`` is the length of a cell [rad]; ``series`` (DEGREE + 1, n_dof, 3 n_dof + n_waves) maps
     displacement, its derivative by ``tau``, constant acceleration and the waves of the force at
@@ -67,10 +70,17 @@ class LinearMotion:
         Dense matrices [kg, N s/m, N/m].
     active : (n_active,)
         Contacts that can carry a force.
+    rubs : (n_active,)
+        Which of them have friction.
     directions : (n_active, n_dof)
-        Their directions ``w_j``.
+        Their directions ``w_j``, 0 without friction.
     contact_stiffness, limit : (n_active,)
-        Their ``k_d`` [N/m] and ``mu F_n`` [N].
+        Their ``k_d`` [N/m] and ``mu F_n`` [N] at rest, 0 without friction.
+    normal
+        Those of them whose normal force acts or moves.
+    sprung, load : (n_contacts,)
+        Whether contacts have a tangential spring, and their ``N0`` [N], NaN without a normal
+        direction.
     orders : (n_orders,), cosine, sine : (n_dof, n_orders)
         Harmonics of the force and their coefficients [N]; ``static`` (n_dof,) is its mean.
 
@@ -86,17 +96,12 @@ class LinearMotion:
             np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
             for name in ("mass", "damping", "stiffness")
         )
-        contact, _, stiffness, limit = model.sliders(frequency)
-        self.sprung = np.zeros(self.n_contacts, dtype=bool)
-        self.sprung[contact] = stiffness > 0
-        carries = (stiffness > 0) & (limit > 0)
-        self.active = contact[carries]
-        first_rows = [rows[0] for rows in model.contact_rows]
-        self.all_directions = model.directions.toarray()[first_rows]
-        self.directions = self.all_directions[self.active]
-        self.contact_stiffness, self.limit = stiffness[carries], limit[carries]
+        self._set_contacts(model)
         self._set_force(problem)
         factor = positive_definite(self.mass)
+        if len(self.normal):
+            push = scipy.linalg.cho_solve((factor, True), self.normal.directions.T) / frequency**2
+            self.normal = replace(self.normal, push=push)
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
         parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
         self._elastic, self.push, self._static, self._cosine, self._sine = parts
@@ -114,8 +119,37 @@ class LinearMotion:
         if laws:
             raise ValueError(
                 f"problem: expected contacts that are springs or sliders, got {', '.join(laws)}; "
-                "the exact motion is of friction contacts only"
+                "the motion is linear between events with these alone"
             )
+
+    def _set_contacts(self, model: Structure) -> None:
+        contact, tangential, normal, sliders = model.spring_sliders(self.frequency)
+        stiffness, normal_stiffness, friction, load, offset = sliders
+        rows = model.directions.toarray()
+        self.all_directions = rows[[of_contact[0] for of_contact in model.contact_rows]]
+        rubs = (stiffness > 0) & (friction > 0) & ((normal_stiffness > 0) | (load > 0))
+        presses = (normal >= 0) & ((normal_stiffness > 0) | (np.maximum(load, 0.0) != offset))
+        carries = rubs | presses
+        self.sprung = np.zeros(self.n_contacts, dtype=bool)
+        self.load = np.full(self.n_contacts, np.nan)
+        self.sprung[contact] = stiffness > 0
+        self.load[contact] = np.where(normal >= 0, load, np.nan)
+        self.active, self.rubs = contact[carries], rubs[carries]
+        self.directions = np.where(self.rubs[:, None], rows[tangential[carries]], 0.0)
+        self.contact_stiffness = np.where(rubs, stiffness, 0.0)[carries]
+        self.limit = np.where(rubs, friction * np.maximum(load, 0.0), 0.0)[carries]
+        friction = np.where(rubs, friction, 0.0)
+        spring = np.where(rubs, stiffness, 1.0)
+        self.normal = NormalSprings(
+            np.flatnonzero(presses[carries]),
+            rows[normal[presses]],
+            normal_stiffness[presses],
+            load[presses],
+            offset[presses],
+            friction[presses],
+            (friction * normal_stiffness / spring)[presses],
+            np.zeros((self.n_dof, 0)),
+        )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
@@ -126,31 +160,69 @@ class LinearMotion:
         self.cosine, self.sine = np.moveaxis(force[:, acts], -1, 0).copy()
         self.static = force[:, order == 0, 0].sum(axis=1)
         self.largest_force = float(np.abs(force).max())
-        self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and not self.static.any()
+        odd = not (self.static.any() or len(self.normal))
+        self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and odd
+
+    def limits(self, x: FloatArray) -> FloatArray:
+        """Largest friction forces (n_active,) [N] at a displacement."""
+        if not len(self.normal):
+            return self.limit
+        limit, normal = self.limit.copy(), self.normal
+        limit[normal.contact] = normal.friction * np.maximum(normal.pressure(x), 0.0)
+        return limit
+
+    def springs(self, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Springs of the contacts in a ``state`` (n_active,).
+
+        Directions (n, n_dof) of their forces, the accelerations (n_dof, n) that these take away,
+        and their stiffness times the directions of what moves them, (n, n_dof).
+        """
+        stick, normal = state == STICK, self.normal
+        directions, push = self.directions[stick], self.push[:, stick]
+        springs = directions * self.contact_stiffness[stick, None]
+        if not len(normal):
+            return directions, push, springs
+        # The friction of a contact that slips acts with its normal force.
+        share, closed = normal.along_wall(state), normal.closed(state)
+        pressed = normal.directions + share[:, None] * self.directions[normal.contact]
+        pushed = normal.push + share * self.push[:, normal.contact]
+        return (
+            np.concatenate([directions, pressed[closed]]),
+            np.concatenate([push, pushed[:, closed]], axis=1),
+            np.concatenate([springs, normal.by_displacement(state)[closed]]),
+        )
+
+    def constant(self, x: FloatArray, friction: FloatArray, state: FloatArray) -> FloatArray:
+        """Acceleration (n_dof,) by static and contact forces at a displacement."""
+        result = self._static[:, 0] - self.push @ friction
+        if len(self.normal):
+            result -= self.normal.push @ (self.normal.force(x, state) - self.normal.offset)
+        return result
 
     def of_active(self, state: FloatArray) -> FloatArray:
         """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
         return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
 
-    def flow(self, stick: np.ndarray) -> LinearFlow:
-        """Series with the contacts ``stick`` (n_active,) sticking."""
-        key = stick.tobytes()
+    def flow(self, state: FloatArray) -> LinearFlow:
+        """Series in a ``state`` (n_active,) of the contacts."""
+        # With a constant load both directions of slip have the same stiffness.
+        key = (np.abs(state) if not len(self.normal) else state).tobytes()
         if key not in self._flows:
-            flow = self._build(stick)
+            flow = self._build(state)
             if len(self._flows) * flow.series.size > _KEPT_NUMBERS:
                 self._flows.clear()
             self._flows[key] = flow
         return self._flows[key]
 
-    def _build(self, stick: np.ndarray) -> LinearFlow:
+    def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        springs = self.directions[stick] * self.contact_stiffness[stick, None]
-        whole = self.stiffness + self.directions[stick].T @ springs
+        directions, push, springs = self.springs(state)
+        whole = self.stiffness + directions.T @ springs
         norm = np.linalg.solve(self._factor, whole)
         norm = np.linalg.solve(self._factor, norm.T)
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
-        elastic = (self._elastic + self.push[:, stick] @ springs) * width**2
+        elastic = (self._elastic + push @ springs) * width**2
         viscous = self._viscous * width
         series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
         series[0, :, :n] = np.eye(n)
@@ -172,26 +244,25 @@ class LinearMotion:
         return LinearFlow(width, series, _transition(series, width, 1.0))
 
     def expand(
-        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
     ) -> FloatArray:
         """Powers of the share of a cell that starts at ``tau``, (DEGREE + 1, n_dof) [m].
 
         ``x`` and ``slope`` (n_dof,) are displacement and its derivative by ``tau`` [m],
-        ``friction`` (n_active,) the forces of the contacts [N], all at ``tau``.
+        ``constant`` is that of `LinearMotion.constant`, all at ``tau``.
         """
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
-        constant = self._static[:, 0] - self.push @ friction
         return flow.series @ np.concatenate([x, slope, constant, *waves])
 
 
 def curved(problem: HarmonicBalance) -> list[Group]:
-    """The groups whose contacts do something and are no springs with sliders."""
+    """The groups whose contacts do something and are no springs and sliders."""
     model = problem.model
     return [
         group
         for group in model.groups
         if group.n
-        and group.law.sliders(0.0, values := model.values_of(group)) is None
+        and group.law.spring_sliders(0.0, values := model.values_of(group)) is None
         and group.law.acts(values).any()
     ]
 

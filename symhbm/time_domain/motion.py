@@ -1,4 +1,4 @@
-"""The periodic motion in time: event-driven for friction alone, by shooting with cubic springs."""
+"""The periodic motion in time: event-driven for springs and sliders, by shooting with others."""
 
 from functools import partial
 
@@ -17,10 +17,10 @@ Balanced = tuple[HarmonicBalance, FloatArray]
 def exact_motion_of(
     problem: HarmonicBalance, frequency: float, near: Balanced | None = None
 ) -> ExactMotion:
-    """Find the periodic motion at an angular ``frequency`` [rad/s], exact for friction alone.
+    """Find the periodic motion at an angular ``frequency`` [rad/s], exact for springs and sliders.
 
-    With other contacts there may be several: it is the one close to the response ``near``, by
-    default to one that is solved for. Raises as `exact_motion` and `shoot`.
+    There may be several, but with friction of a constant load alone: it is the one close to the
+    response ``near``, by default to one that is solved for. Raises as `exact_motion` and `shoot`.
     """
     if not curved(problem):
         return exact_motion(

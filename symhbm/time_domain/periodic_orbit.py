@@ -12,6 +12,7 @@ from symhbm.continuation import NewtonResult, Status, linear_response, newton, s
 from symhbm.numerics import Factorisation, FloatArray
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, extremes
+from symhbm.time_domain.normal_springs import APART, STICK
 
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
@@ -21,6 +22,10 @@ _SHARES = tuple(0.5**k for k in range(4))
 """Shares of a Newton step that are tried: shorter ones end at a corner, a new start is cheaper."""
 _PERIODS = 10
 """Periods that are marched where Newton's method fails: each approaches the response."""
+_BRIEF = 1e-5
+"""Slip [rad] over a period that what is left of the residual may cause: its root."""
+_SAMPLES = 4096
+"""Angles among which the extremes of a force are searched: its derivative there is zero."""
 _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
 
@@ -29,16 +34,41 @@ def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[
     """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
 
     Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
-    without slip for the exact one; the path along a growing force passes that corner.
+    without slip for the exact one; the path along a growing force passes that corner. Contacts that
+    may open have more starts: the linear motions with all of them closed, and apart.
     """
-    for highest, solve in ((7, _from_stuck), (1, solve_point)):
-        harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest)
+    opens = len(linear.normal) > 0
+    solved = [(7, _from_stuck), *[(7, solve_point)] * opens, (1, solve_point)]
+    for highest, solve in solved:
+        harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest + opens)
         harmonics = {1, *harmonics, *linear.orders.tolist()}
         balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
         unknowns = np.zeros(balance.n_unknowns)
         with contextlib.suppress(ArithmeticError):
             unknowns = solve(balance, linear.frequency).unknowns
         yield linear.of_active(state_of(balance, unknowns, linear.frequency))
+    if opens:
+        for state in (STICK, APART):
+            yield _linear_state(linear, np.full(len(linear.active), state))
+
+
+def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
+    """State at ``tau = 0`` of the motion whose contacts stay as they are."""
+    omega, normal = linear.frequency, linear.normal
+    directions, _, springs = linear.springs(of_contact)
+    stiffness = linear.stiffness + directions.T @ springs
+    force = normal.force(np.zeros(linear.n_dof), of_contact) - normal.offset
+    still = linear.static - normal.directions.T @ force
+    x, slope = np.linalg.lstsq(stiffness, still, rcond=None)[0], np.zeros(linear.n_dof)
+    for k, n in enumerate(linear.orders * omega):
+        dynamic = stiffness - n**2 * linear.mass + 1j * n * linear.damping
+        wave = linear.cosine[:, k] - 1j * linear.sine[:, k]
+        wave = np.linalg.lstsq(dynamic, wave, rcond=None)[0]
+        x, slope = x + wave.real, slope - linear.orders[k] * wave.imag
+    friction = np.where(of_contact == STICK, linear.contact_stiffness, 0.0) * (
+        linear.directions @ x
+    )
+    return np.concatenate([x, slope, friction])
 
 
 def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
@@ -51,16 +81,16 @@ def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
 def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
     """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
     located, relative = balance.locate(unknowns, frequency), balance.layout.relative(unknowns)
-    friction = np.zeros((balance.n_contacts, balance.basis.n_components))
+    size = balance.basis.n_components
+    friction = np.zeros((balance.n_contacts, size))
     for group in balance.groups:
-        if (
-            group.n
-            and group.law.sliders(frequency, values := balance.contacts.values_of(group))
-            is not None
-        ):
+        law, values = group.law, balance.contacts.values_of(group)
+        rubs = "normal" not in law.directions or "tangential" in law.directions
+        if group.n and rubs and law.spring_sliders(frequency, values) is not None:
             motion, states = balance.contacts.motions(group, relative), located.groups[group.name]
-            at = motion, frequency, values
-            friction[group.contacts] = group.law.forces(balance.basis, states, *at)
+            force = law.forces(balance.basis, states, motion, frequency, values)
+            first = law.directions.index("tangential") * size if len(law.directions) > 1 else 0
+            friction[group.contacts] = force[:, first : first + size]
     x, slope = (
         balance.layout.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1)
     )
@@ -71,7 +101,13 @@ def energy_scale(linear: LinearMotion) -> FloatArray:
     """Roots of the energies of unit states (2 n_dof + n_active,)."""
     inertia = linear.frequency**2 * np.diag(linear.mass)
     elastic = np.diag(linear.stiffness)
-    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / linear.contact_stiffness]))
+    spring = np.where(linear.rubs, linear.contact_stiffness, 1.0)
+    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / spring]))
+
+
+def is_rigid(linear: LinearMotion) -> bool:
+    """Whether something moves without stiffness where contacts do not hold it."""
+    return bool(np.linalg.matrix_rank(linear.stiffness) < linear.n_dof)
 
 
 @dataclass(frozen=True)
@@ -120,7 +156,8 @@ def shot(linear: LinearMotion, state: FloatArray) -> Shot:
     """March from a state whose friction forces are put between their limits."""
     length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
     n, state = 2 * linear.n_dof, state.copy()
-    state[n:] = np.clip(state[n:], -linear.limit, linear.limit)
+    limit = linear.limits(state[: linear.n_dof])
+    state[n:] = np.clip(state[n:], -limit, limit)
     run = march(linear, state, length)
     assert run.jacobian is not None
     matrix = sign * run.jacobian - np.eye(len(state))
@@ -142,7 +179,10 @@ def periodic_state(
         trial = shot(linear, state)
         if linear.antiperiodic:
             return trial
-        return replace(trial, state=_centred(linear, trial.run, trial.state))
+        if len(linear.normal):
+            return with_centres(linear, trial)
+        stuck = np.flatnonzero(~trial.run.slipped)
+        return replace(trial, state=_centred(linear, trial.run, trial.state, stuck))
 
     def begin(state: FloatArray) -> Shot:
         try:
@@ -150,17 +190,19 @@ def periodic_state(
         except ArithmeticError:
             return attempt(np.zeros_like(state))
 
-    current = begin(next(starts))
+    current, was_on_edge = begin(next(starts)), False
     for iteration in range(_ITERATIONS):
-        near = current.is_near(PERIODIC_TOLERANCE)
-        if current.norm == 0:
-            return current.state, iteration, Status.SUCCESS
-        step = _newton_step(linear, current)
-        if step is None:
-            return current.state, iteration, Status.SYSTEM_SINGULAR
-        trial = current.improved(step, near, _SHARES, attempt)
+        near, trial = current.is_near(PERIODIC_TOLERANCE), None
+        if current.norm > 0:
+            step = _newton_step(linear, current)
+            if step is None:
+                return current.state, iteration, Status.SYSTEM_SINGULAR
+            trial = current.improved(step, near, _SHARES, attempt)
         if trial is None and near:
-            return current.state, iteration, Status.SUCCESS
+            trial = None if was_on_edge else _off_edges(linear, current, attempt)
+            if trial is None:
+                return current.state, iteration, Status.SUCCESS
+            was_on_edge = True
         start = next(starts, None) if trial is None else None
         if trial is not None:
             current = trial
@@ -172,10 +214,31 @@ def periodic_state(
     return current.state, _ITERATIONS, Status.NO_MOTION
 
 
+def _off_edges(
+    linear: LinearMotion, current: Shot, attempt: Callable[[FloatArray], Shot]
+) -> Shot | None:
+    """A shot without slip that is round-off, None where there is none or it would slip again.
+
+    The static force of a contact that never slips is free between two edges, to which Newton's
+    method comes from beyond.
+    """
+    run = current.run
+    slips = np.abs(run.cells.state) == 1
+    brief = linear.rubs & run.slipped & (run.cells.width @ slips < _BRIEF)
+    brief &= ~np.any(run.cells.state == APART, axis=0)
+    if linear.antiperiodic or not brief.any():
+        return None
+    try:
+        trial = attempt(_centred(linear, run, current.state, np.flatnonzero(brief)))
+    except ArithmeticError:
+        return None
+    return None if trial.run.slipped[brief].any() else trial
+
+
 def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     scale, matrix, right = current.scale, current.matrix.copy(), -current.residual
-    rigid = not linear.antiperiodic and np.linalg.matrix_rank(linear.stiffness) < linear.n_dof
-    if not linear.antiperiodic and not rigid:
+    rigid = not linear.antiperiodic and is_rigid(linear)
+    if not (linear.antiperiodic or rigid or len(linear.normal)):
         # The static force of a contact that never slips is free: no step changes it.
         free = 2 * linear.n_dof + np.flatnonzero(~current.run.slipped)
         matrix[free], right[free] = np.eye(len(scale))[free], 0.0
@@ -188,12 +251,12 @@ def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     return None if step is None else step / scale
 
 
-def _centred(linear: LinearMotion, run: March, state: FloatArray) -> FloatArray:
-    """The same motion with the forces of contacts that never slip between their limits.
+def _centred(linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndarray) -> FloatArray:
+    """The same motion with the forces of contacts ``stuck`` between their limits.
 
-    Static forces of such contacts shift the whole motion and change no other force.
+    They never slip: their static forces shift the whole motion and change no other constant
+    limit.
     """
-    stuck = np.flatnonzero(~run.slipped)
     directions = linear.directions[stuck]
     force = linear.contact_stiffness[stuck] * (run.cells.displacement @ directions.T)
     force[:, 0] = run.cells.friction[:, stuck]
@@ -206,3 +269,45 @@ def _centred(linear: LinearMotion, run: March, state: FloatArray) -> FloatArray:
     shift[: linear.n_dof] = move
     shift[2 * linear.n_dof + stuck] = -(high + low) / 2
     return state + shift
+
+
+def with_centres(linear: LinearMotion, trial: Shot) -> Shot:
+    """The shot with one more condition: forces of contacts that never slip are centred."""
+    residual, matrix, n = trial.residual.copy(), trial.matrix.copy(), 2 * linear.n_dof
+    if not linear.antiperiodic:
+        for contact in np.flatnonzero(~trial.run.slipped):
+            middle = _middle(linear, trial.run, trial.state, int(contact))
+            residual[n + contact], matrix[n + contact] = middle
+    if not np.all(np.isfinite(matrix)):
+        raise ArithmeticError("the derivative of the motion is not finite")
+    return replace(trial, residual=residual, matrix=matrix)
+
+
+def _middle(
+    linear: LinearMotion, run: March, state: FloatArray, contact: int
+) -> tuple[float, FloatArray]:
+    """How far the force of a contact that sticks is from the middle of its limits; derivative.
+
+    Periodicity does not determine the static force of such a contact. What it comes nearest to are
+    the upper limit at one instant and the lower one at another.
+    """
+    n, normal = linear.n_dof, linear.normal
+    force = run.cells.displacement @ (
+        linear.contact_stiffness[contact] * linear.directions[contact]
+    )
+    force[:, 0] = run.cells.friction[:, contact]
+    tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
+    x, _, samples = run.cells.evaluate(linear, tau)
+    wall, by_displacement = np.zeros_like(force), np.zeros(n)
+    limit = np.zeros(_SAMPLES)
+    for k in np.flatnonzero(normal.contact == contact).tolist():
+        wall = normal.friction[k] * run.cells.pressure(linear)[:, :, k]
+        by_displacement = normal.friction[k] * normal.stiffness[k] * normal.directions[k]
+        limit = normal.friction[k] * normal.pressure(x)[:, k]
+    high, low = extremes(np.stack([force - wall, force + wall], axis=2))
+    instants = np.argmax(samples[:, contact] - limit), np.argmin(samples[:, contact] + limit)
+    gradient = np.zeros(len(state))
+    for sign, instant in zip((-1, 1), instants, strict=True):
+        jacobian = march(linear, state, tau[instant]).jacobian
+        gradient += (jacobian[2 * n + contact] + sign * by_displacement @ jacobian[:n]) / 2
+    return float((high[0] + low[1]) / 2), gradient

@@ -14,18 +14,12 @@ import scipy
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.model.contacts import SmoothLaw
+from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
-from symhbm.time_domain.linear_motion import (
-    DEGREE,
-    LinearFlow,
-    LinearMotion,
-    curved,
-    extremes,
-)
-from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of
+from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
+from symhbm.time_domain.normal_springs import STICK
+from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of, with_centres
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -47,8 +41,6 @@ _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
 _HIGHEST = 32
 """Harmonic up to which the power of smooth contacts is integrated exactly, beside the cells'."""
-_SAMPLES = 4096
-"""Angles among which the extremes of a force are searched: its derivative there is zero."""
 
 # Accelerations along a step, at the nodes of Gauss, become the higher powers of its polynomial:
 # integrated twice they are more accurate than the integrator's own interpolation.
@@ -61,9 +53,9 @@ _RATES = np.arange(DEGREE + 1.0)
 
 @dataclass(frozen=True)
 class _Step(LinearFlow):
-    """A step of the integrator: `IntegratedMotion.expand` fills all but ``stick`` (n_active,)."""
+    """A step of the integrator: `IntegratedMotion.expand` fills all but ``state`` (n_active,)."""
 
-    stick: np.ndarray
+    state: FloatArray
 
 
 class IntegratedMotion(LinearMotion):
@@ -87,12 +79,16 @@ class IntegratedMotion(LinearMotion):
         n_columns = 1 + 3 * self.n_dof
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
-        flow = super().flow(np.ones(len(self.active), dtype=bool))
+        if any(law.has_kinks for law, *_ in self._smooth):
+            # Where slopes jump, derivatives need not be that exact, and the motion is.
+            self._tolerance[:, 1:] = np.inf
+        self.antiperiodic &= all(law.odd for law, *_ in self._smooth)
+        flow = super().flow(np.full(len(self.active), STICK))
         self._width = _FIRST * flow.width
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
         """Raise ValueError for contacts that are neither smooth nor sliders."""
-        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, SmoothLaw)}
+        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, MemorylessLaw)}
         if laws:
             raise ValueError(
                 f"problem: the motion in time is known of smooth laws and of sliders, not of "
@@ -100,35 +96,33 @@ class IntegratedMotion(LinearMotion):
             )
 
     def loss(self, motion: ExactMotion) -> FloatArray:
-        """Energy that displacements of smooth contacts together dissipate, (n_contacts,) [J].
-
-        One displacement alone gives back what it takes.
-        """
+        """Energy that smooth contacts dissipate, (n_contacts,) [J]."""
         result = np.zeros(self.n_contacts)
         tau, weight, (x, slope, _) = motion.quadrature(_HIGHEST)
         for group, (law, values, rows, _) in zip(self._groups, self._smooth, strict=True):
-            if len(law.directions) == 1:
+            if law.gives_back:
                 continue
             moved, rate = (part @ rows.T for part in (x, slope))
             shape = len(tau) * group.n, len(law.directions)
             along = {name: np.tile(value, len(tau)) for name, value in values.items()}
-            force = law.at_instants(moved.reshape(shape), self.frequency, along)[0]
+            velocity = self.frequency * rate.reshape(shape)
+            force = law.at_instants(moved.reshape(shape), velocity, self.frequency, along).force
             power = (force * rate.reshape(shape)).sum(axis=1).reshape(len(tau), group.n)
             result[group.contacts] = weight @ power
         return result
 
-    def flow(self, stick: np.ndarray) -> LinearFlow:
-        """The next step with the contacts ``stick`` (n_active,) sticking; `expand` makes it."""
-        return _Step(np.nan, np.array([]), np.array([]), stick)
+    def flow(self, state: FloatArray) -> LinearFlow:
+        """The next step in a ``state`` (n_active,) of the contacts; `expand` makes it."""
+        return _Step(np.nan, np.array([]), np.array([]), state.copy())
 
     def expand(
-        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray
+        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
     ) -> FloatArray:
         """Make the step; arguments and result as those of `LinearMotion.expand`."""
         assert isinstance(flow, _Step)
         n = self.n_dof
         start = np.column_stack([np.append(x, slope), np.eye(2 * n, 3 * n)])
-        acceleration = self._acceleration(flow.stick, x, friction)
+        acceleration = self._acceleration(flow.state, x, constant)
 
         def rates(tau: float, state: FloatArray) -> FloatArray:
             values, slopes = state.reshape(2, n, -1)
@@ -160,24 +154,28 @@ class IntegratedMotion(LinearMotion):
         return powers[:, :, 0]
 
     def _acceleration(
-        self, stick: np.ndarray, x: FloatArray, friction: FloatArray
+        self, state: FloatArray, x: FloatArray, constant: FloatArray
     ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
         """Function of angle, values and slopes (n_dof, n_columns) from the start of a step on."""
         n = self.n_dof
-        springs = self.push[:, stick] * self.contact_stiffness[stick] @ self.directions[stick]
+        _, push, springs = self.springs(state)
+        springs = push @ springs
         elastic = self._elastic + springs
-        constant = self._static[:, 0] - self.push @ friction + springs @ x
-        constant = np.column_stack([constant, springs, np.zeros((n, n)), np.eye(n)])
+        constant = np.column_stack([constant + springs @ x, springs, np.zeros((n, n)), np.eye(n)])
 
         def acceleration(tau: float, values: FloatArray, slopes: FloatArray) -> FloatArray:
             phase = self.orders * tau
             result = constant - elastic @ values - self._viscous @ slopes
             for law, of_contacts, rows, push in self._smooth:
                 n, m = len(next(iter(of_contacts.values()))), len(law.directions)
-                moved = (rows @ values).reshape(n, m, -1)
-                force, slope = law.at_instants(moved[:, :, 0], self.frequency, of_contacts)
-                moved = slope @ moved
-                moved[:, :, 0] = force
+                moved, velocity = (
+                    (factor * rows @ part).reshape(n, m, -1)
+                    for factor, part in ((1.0, values), (self.frequency, slopes))
+                )
+                at = moved[:, :, 0], velocity[:, :, 0], self.frequency, of_contacts
+                found = law.at_instants(*at)
+                moved = found.by_displacement @ moved + found.by_velocity @ velocity
+                moved[:, :, 0] = found.force
                 result -= push @ moved.reshape(n * m, -1)
             result[:, 0] += self._cosine @ np.cos(phase) + self._sine @ np.sin(phase)
             return result
@@ -233,7 +231,7 @@ def _periodic_state(
     def attempt(state: FloatArray) -> Shot:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return _centred(integrator, shot(integrator, state))
+        return with_centres(integrator, shot(integrator, state))
 
     current = attempt(start)
     for iteration in range(_ITERATIONS):
@@ -247,36 +245,3 @@ def _periodic_state(
             return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
         current = trial
     return current.state, _ITERATIONS, Status.NO_MOTION
-
-
-def _centred(integrator: IntegratedMotion, trial: Shot) -> Shot:
-    """The shot with one more condition: forces of contacts that never slip are centred."""
-    residual, matrix, n = trial.residual.copy(), trial.matrix.copy(), 2 * integrator.n_dof
-    if not integrator.antiperiodic:
-        for contact in np.flatnonzero(~trial.run.slipped):
-            middle = _middle(integrator, trial.run, trial.state, int(contact))
-            residual[n + contact], matrix[n + contact] = middle
-    if not np.all(np.isfinite(matrix)):
-        raise ArithmeticError("the derivative of the motion is not finite")
-    return replace(trial, residual=residual, matrix=matrix)
-
-
-def _middle(
-    integrator: IntegratedMotion, run: March, state: FloatArray, contact: int
-) -> tuple[float, FloatArray]:
-    """Mean of the largest and the smallest force of a contact that sticks, and its derivative.
-
-    Periodicity does not determine the static force of such a contact.
-    """
-    spring = integrator.contact_stiffness[contact] * integrator.directions[contact]
-    force = run.cells.displacement @ spring
-    force[:, 0] = run.cells.friction[:, contact]
-    high, low = extremes(force[:, :, None])
-    tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
-    samples = run.cells.evaluate(integrator, tau)[2][:, contact]
-    gradient = np.zeros(len(state))
-    for extreme in (np.argmax(samples), np.argmin(samples)):
-        jacobian = march(integrator, state, tau[extreme]).jacobian
-        assert jacobian is not None
-        gradient += jacobian[2 * integrator.n_dof + contact] / 2
-    return float((high + low)[0] / 2), gradient

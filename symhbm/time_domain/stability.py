@@ -7,13 +7,14 @@ this holds for slow perturbations alone; the monodromy matrix has the others too
 """
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.model.contacts import SmoothLaw
+from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.floquet import moving_loads, multipliers
 from symhbm.time_domain.linear_motion import curved
 
 LARGEST_SIZE = 400
@@ -47,7 +48,7 @@ def growth_rate(
     """
     if problem.n_unknowns > LARGEST_SIZE or not problem.model.has_matrices:
         return np.nan
-    if not all(isinstance(group.law, SmoothLaw) for group in curved(problem)):
+    if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
         return np.nan
     try:
         jacobian = _jacobian(problem, evaluation, frequency)
@@ -56,7 +57,7 @@ def growth_rate(
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 return float(np.log(largest) * frequency / (2 * np.pi))
-        return _by_hill(problem, frequency, jacobian)
+        return _by_hill(problem, frequency, jacobian, _damping(problem, frequency, unknowns))
     except (ArithmeticError, np.linalg.LinAlgError):
         return np.nan
 
@@ -96,12 +97,29 @@ def _jacobian(problem: HarmonicBalance, evaluation: Evaluation, frequency: float
     return matrix
 
 
-def _by_hill(problem: HarmonicBalance, frequency: float, jacobian: FloatArray) -> float:
+def _damping(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> FloatArray:
+    """What contacts add to the matrix of ``lambda``, (n_unknowns, n_unknowns) [N s/m]."""
+    relative, basis = problem.layout.relative(unknowns), problem.basis
+    result = np.zeros((problem.n_unknowns, problem.n_unknowns))
+    for group in problem.contacts.groups:
+        if isinstance(group.law, MemorylessLaw):
+            values = problem.contacts.values_of(group)
+            motion = problem.contacts.motions(group, relative)
+            each = group.law.damping(basis, motion, frequency, values)
+            spread = problem.compiled[0].spreads(group)[0]
+            result += spread.T @ scipy.linalg.block_diag(*each) @ spread
+    return result
+
+
+def _by_hill(
+    problem: HarmonicBalance, frequency: float, jacobian: FloatArray, of_contacts: FloatArray
+) -> float:
     model, basis = problem.model, problem.basis
     identity = np.eye(basis.n_components)
     mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
     inertia = np.kron(mass, identity)
     first = 2 * frequency * np.kron(mass, basis.derivative_matrix) + np.kron(damping, identity)
+    first += of_contacts
     size = problem.n_unknowns
     # In units of the frequency, so that both halves of the companion matrix are of one size.
     left = np.zeros((2 * size, 2 * size))
@@ -124,6 +142,8 @@ def verdict(rate: float, frequency: float) -> int:
 
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
+    if moving_loads(problem):
+        return True
     slides = np.zeros(problem.n_contacts, dtype=bool)
     slides[problem.contacts.of_switches[evaluation.states.switches]] = True
     contact, _, stiffness, limit = problem.contacts.sliders(frequency)

@@ -345,7 +345,7 @@ def test_excitation_that_does_not_fit(excitation, words):
 
 @pytest.mark.parametrize(
     "value",
-    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), "1", "", 1, None, [[1]]],
+    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), "1", "", 1, [[1]]],
     ids=repr,
 )
 def test_harmonics(value):

@@ -11,7 +11,7 @@ from symhbm.plot.contact import loops_of
 from symhbm.results.archive import ArchiveError
 
 
-class Quadratic(sh.SmoothLaw):
+class Quadratic(sh.PolynomialLaw):
     """A force that pushes one way."""
 
     parameters = {"bend": sh.Parameter("N m-2", "quadratic stiffness", bound="any")}  # noqa: RUF012
@@ -21,7 +21,7 @@ class Quadratic(sh.SmoothLaw):
         return values["bend"] * displacement**2
 
 
-class Scaled(sh.SmoothLaw):
+class Scaled(sh.PolynomialLaw):
     """A law with an attribute."""
 
     parameters = {"cube": sh.Parameter("N m-3", "cubic stiffness")}  # noqa: RUF012
@@ -51,7 +51,7 @@ def law_of(name, power=3, **attributes):
     """A smooth law with one parameter of a name."""
     kind = type(
         "Law",
-        (sh.SmoothLaw,),
+        (sh.PolynomialLaw,),
         {
             "parameters": {name: sh.Parameter("1", "some")},
             "degree": 3,
@@ -317,7 +317,7 @@ def test_loops_of_another_limit_are_refused():
 def test_exact_motion_tells_what_displacements_dissipate_together():
     """The energy of the force goes into damping, friction and a force without a potential."""
 
-    class Turning(sh.SmoothLaw):
+    class Turning(sh.PolynomialLaw):
         directions = ("first", "second")
         parameters = {"cross": sh.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
         degree = 3

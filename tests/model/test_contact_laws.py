@@ -12,7 +12,7 @@ from symhbm.numerics import RADIANS
 from symhbm.results.archive import ArchiveError
 
 
-class SoftStop(sh.SmoothLaw):
+class SoftStop(sh.PolynomialLaw):
     """Two displacements in one potential, a / 4 (u^2 + v^2)^2: each stiffens the other."""
 
     directions = ("tangential", "normal")

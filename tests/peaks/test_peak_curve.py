@@ -288,7 +288,7 @@ def test_peaks_of_responses_that_fold():
     assert result.status.item() == sh.Status.REACHED_END
     # Published for 0.18 N to all digits.
     assert result.peak_amplitude.values[1] == pytest.approx(2.8416245993690933, rel=1e-9)
-    for amplitude, peak in zip([0.05, 0.25], result.peak_amplitude.values[[0, 2]]):
+    for amplitude, peak in zip([0.05, 0.25], result.peak_amplitude.values[[0, 2]], strict=True):
         at = sh.frf(problem.with_parameters(force_amplitude=amplitude), band)
         assert peak == pytest.approx(at.peak_amplitude.item(), rel=1e-9)
 

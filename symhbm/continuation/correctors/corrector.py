@@ -11,11 +11,15 @@ from symhbm.numerics import FloatArray
 
 
 class Corrector(ABC):
-    """Corrects guesses onto a curve; ``solves`` counts the linear solves."""
+    """Corrects guesses onto a curve; ``solves`` counts the linear solves.
+
+    ``defined`` tells whether all forces were numbers where it tried since it was last set.
+    """
 
     def __init__(self, curve: ContinuationProblem):
         self.curve = curve
         self.solves: int = 0
+        self.defined = True
 
     @abstractmethod
     def correct(

@@ -43,6 +43,9 @@ class StepwiseCorrector(Corrector):
                 evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
             except ArithmeticError:
                 return None
+            if np.isnan(evaluation.norm):
+                self.defined = False
+                return None
             value, row = constraint(point, evaluation)
             on_curve = evaluation.norm <= TOLERANCE and abs(value) <= TOLERANCE
             if on_curve and direction is not None and last_step <= precision:

@@ -24,13 +24,25 @@ from symhbm.model.contacts.directions import (
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
-from symhbm.model.contacts.law import FREE, ContactLaw, Located, Switch, graph_of
+from symhbm.model.contacts.law import (
+    FREE,
+    ContactLaw,
+    Located,
+    SpringSliders,
+    Switch,
+    graph_of,
+)
+from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
+from symhbm.model.contacts.normal import Behaviour, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.planar import PlanarFriction
+from symhbm.model.contacts.polynomial import PolynomialLaw
+from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "Behaviour",
     "ContactLaw",
     "Contacts",
     "Coulomb",
@@ -40,10 +52,17 @@ __all__ = [
     "Gap",
     "Group",
     "HysteresisLoop",
+    "Instants",
     "Located",
     "Loop",
+    "MemorylessLaw",
+    "NormalLaw",
     "Parameter",
+    "PlanarFriction",
+    "PolynomialLaw",
+    "SmoothForce",
     "SmoothLaw",
+    "SpringSliders",
     "Switch",
     "UnilateralSpring",
     "VariableLoadFriction",

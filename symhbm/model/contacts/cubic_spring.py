@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from symhbm.model.contacts.coulomb import leading
 from symhbm.model.contacts.law import Values
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import SmoothLaw
+from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.numerics import FloatArray, FourierBasis
 
 
-class CubicSpring(SmoothLaw):
+class CubicSpring(PolynomialLaw):
     """A spring of force ``gamma y^3``, ``gamma`` of any sign."""
 
     parameters: ClassVar = {

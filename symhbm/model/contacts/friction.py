@@ -5,7 +5,8 @@ from typing import Any
 from symhbm.model.contacts.coulomb import Coulomb
 from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.normal import Preload, given_of
+from symhbm.model.contacts.normal import Given, Preload, given_of
+from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 
@@ -17,10 +18,11 @@ class Friction(Contacts):
 
     Parameters
     ----------
-    tangential, normal
+    tangential, across, normal
         Where contacts act, see `symhbm.Contacts`: ``(first, second)``, ``(dof,)`` or
-        ``{dof: weight}``, or a sequence of them. A contact closes where ``v``, the normal
-        displacement, is positive; its force acts against it.
+        ``{dof: weight}``, or a sequence of them. With ``across``, at a right angle to
+        ``tangential``, friction is planar: one circle bounds both forces. A contact closes where
+        ``v``, the normal displacement, is positive; its force acts against it.
     contact_stiffness, normal_stiffness
         ``k_t`` and ``k_n`` [N/m], one value or one per contact.
     friction_coefficient
@@ -63,6 +65,7 @@ class Friction(Contacts):
         self,
         *,
         tangential: Any,
+        across: Any = None,
         normal: Any = None,
         contact_stiffness: Any,
         friction_coefficient: Any,
@@ -76,23 +79,26 @@ class Friction(Contacts):
         )
         given, load = given_of(normal_load, gap)
         values[given] = load
-        directions, law = {"tangential": tangential}, _law(normal, given, preload)
         if normal is None and (given == "gap" or normal_stiffness is not None):
             raise ValueError(
                 "normal=None: expected the normal direction, a gap or a normal stiffness needs it"
             )
+        directions = {"tangential": tangential}
+        law = _law(across is not None, normal is not None, given, preload)
+        if across is not None:
+            directions["across"] = across
         if normal is not None:
             directions["normal"], values["normal_stiffness"] = normal, normal_stiffness
         super().__init__(law, **directions, **values)
 
 
-def _law(normal: Any, given: Any, preload: Preload) -> ContactLaw:
-    """The law of friction with what is given."""
-    if normal is None:
-        if preload != "balanced":
-            raise ValueError(
-                f"preload={preload!r}: expected 'balanced' without a normal direction, the load "
-                "is constant"
-            )
-        return Coulomb()
-    return VariableLoadFriction(given, preload)
+def _law(planar: bool, presses: bool, given: Given, preload: Preload) -> ContactLaw:
+    """The law of friction in one direction or two, with a load that varies or a constant one."""
+    if presses:
+        return PlanarFriction(given, preload) if planar else VariableLoadFriction(given, preload)
+    if preload != "balanced":
+        raise ValueError(
+            f"preload={preload!r}: expected 'balanced' without a normal direction, the load is "
+            "constant"
+        )
+    return PlanarFriction("constant") if planar else Coulomb()

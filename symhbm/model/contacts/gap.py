@@ -13,16 +13,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.law import Located, Values
-from symhbm.model.contacts.normal import (
-    NEVER_TOUCHES,
-    NORMAL,
-    OPENS,
-    PRESSED,
-    STICKS,
-    NormalLaw,
-    Preload,
-    given_of,
-)
+from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw, Preload, given_of
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -89,9 +80,9 @@ class UnilateralSpring(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        same, *at = self._as_friction(motion, frequency, values)
+        same, _, of_friction = self._as_friction(motion, frequency, values)
         padded = np.concatenate([np.zeros((len(error), 1)), error], axis=1)
-        return _FRICTION.margins_within(basis, same, padded, *at)[:, 1:]
+        return _FRICTION.margins_within(basis, same, padded, frequency, of_friction)[:, 1:]
 
     def _as_friction(
         self, motion: FloatArray, frequency: float | FloatArray, values: Values
@@ -156,10 +147,10 @@ class UnilateralSpring(NormalLaw):
     ) -> dict[str, FloatArray]:
         """State, open share of the period, and normal forces [N]; the spring dissipates nothing."""
         opens, touches = located.states.T
-        state = np.where(opens, OPENS, STICKS)
+        state = np.where(opens, Behaviour.OPENS, Behaviour.STICKS)
         of_friction = _FRICTION.period_figures(located.details)
         named = {name: of_friction[name] for name in self.variables}
-        return named | dict(contact_state=np.where(touches, state, NEVER_TOUCHES))
+        return named | dict(contact_state=np.where(touches, state, Behaviour.NEVER_TOUCHES))
 
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """Motion, ``k_n`` and ``N0``."""

@@ -76,6 +76,33 @@ class Sliders(NamedTuple):
     limit: FloatArray
 
 
+class SpringSliders(NamedTuple):
+    """Contacts between springs in both directions and a slider pressed by one, (n,) each.
+
+    Of the relative displacements ``u`` and ``v``, which closes where it is positive, with
+    ``p = N0 + k_n v``: the normal force is ``N = max(p, 0)`` and the friction force
+    ``T = k_t u - q``, ``|T| <= mu N``, where ``q`` moves as little as that takes. On the structure
+    act ``T`` against ``u`` and ``N`` less ``offset`` against ``v``.
+
+    Attributes
+    ----------
+    tangential_stiffness, normal_stiffness
+        ``k_t`` and ``k_n`` [N/m], 0 for a spring that is none.
+    friction_coefficient
+        ``mu``.
+    normal_load
+        ``N0`` [N], negative for a gap.
+    offset
+        Normal force [N] that is balanced where displacements are measured from.
+    """
+
+    tangential_stiffness: FloatArray
+    normal_stiffness: FloatArray
+    friction_coefficient: FloatArray
+    normal_load: FloatArray
+    offset: FloatArray
+
+
 class ContactLaw(ABC):
     """A contact law; one of your own derives from this class.
 
@@ -88,7 +115,7 @@ class ContactLaw(ABC):
 
     >>> import casadi as ca
     >>> import symhbm as sh
-    >>> class Stop(sh.SmoothLaw):
+    >>> class Stop(sh.PolynomialLaw):
     ...     directions = ("tangential", "normal")
     ...     parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}
     ...     degree = 3
@@ -114,6 +141,9 @@ class ContactLaw(ABC):
     """The element of `symhbm.plot.model`: friction, cubic or contact."""
     odd: ClassVar[bool] = True
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
+
+    sums_samples: ClassVar[bool] = False
+    """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
 
     def check(self) -> None:  # noqa: B027
         """Raise ValueError where what the law tells of itself is not true of its force."""
@@ -305,6 +335,10 @@ class ContactLaw(ABC):
         """Values of parameters with which contacts touch where nothing moves, under no force."""
         return {}
 
+    def sampling_errors(self, located: Located) -> FloatArray:
+        """Bounds (n, m K) [N] of the error of the force's coefficients by its samples."""
+        raise NotImplementedError(f"{type(self).__name__}: expected a method sampling_errors")
+
     def forces(
         self,
         basis: FourierBasis,
@@ -343,6 +377,18 @@ class ContactLaw(ABC):
     def sliders(self, frequency: Any, values: Values) -> Sliders | None:
         """Contacts as springs in series with sliders, None where they are something else."""
         return None
+
+    def spring_sliders(self, frequency: Any, values: Values) -> SpringSliders | None:
+        """Contacts as `symhbm.model.contacts.SpringSliders`, None where they are something else.
+
+        Motions of such contacts are linear between their events, and so known in time. Directions
+        called "tangential" and "normal" are those of ``u`` and ``v``.
+        """
+        sliders = self.sliders(frequency, values)
+        if sliders is None:
+            return None
+        none = np.zeros_like(sliders.limit)
+        return SpringSliders(sliders.stiffness, none, none + 1, sliders.limit, none)
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and vars(self) == vars(other)

@@ -6,15 +6,23 @@ with a gap ``g``.
 """
 
 from collections.abc import Mapping
+from enum import IntEnum
 from functools import lru_cache
 from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, Switch, Values
+from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, check
+
+
+class Behaviour(IntEnum):
+    """What a contact does within a period: values of ``contact_state``."""
+
+    STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
+
 
 Given = Literal["normal_load", "gap"]
 """What is a parameter and stays as it is where the normal stiffness changes."""
@@ -33,8 +41,7 @@ NORMAL = {
 }
 """Units and meaning of what datasets tell of normal forces."""
 _TOUCHES = 1e-100
-STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
-"""Values of ``contact_state``."""
+"""Load [N], or less than no gap [m], of a contact that only touches."""
 
 
 def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:
@@ -82,6 +89,13 @@ class NormalLaw(ContactLaw):
             return 0
         return ca.fmax(self.load(frequency, values), 0)
 
+    def sampled(self, samples: int) -> "NormalLaw":
+        """ValueError: such contacts are located, and nothing is marched over samples."""
+        raise ValueError(
+            f"samples={samples}: expected None, events of {self!r} are located; over samples "
+            "contacts that open are known to the first order only"
+        )
+
     @property
     def margins_move(self) -> bool:
         """Whether the load depends on the frequency."""
@@ -101,6 +115,17 @@ class NormalLaw(ContactLaw):
     def closed(self) -> dict[str, float]:
         """They touch, with a load or a gap that is nothing but its sign."""
         return {self.given: -_TOUCHES if self.given == "gap" else _TOUCHES}
+
+    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
+        """As springs and sliders of two directions, without friction where the law has none."""
+        stiffness = np.asarray(values["normal_stiffness"], dtype=float)
+        load = np.broadcast_to(np.asarray(self.load(frequency, values), float), stiffness.shape)
+        tangential, friction = (
+            np.asarray(values[name], dtype=float) if name in values else np.zeros_like(stiffness)
+            for name in ("contact_stiffness", "friction_coefficient")
+        )
+        balanced = np.maximum(load, 0.0) * (self.preload == "balanced")
+        return SpringSliders(tangential, stiffness, friction, load, balanced)
 
     def load_slopes(
         self, frequency: float, values: Values

@@ -136,7 +136,10 @@ class _Tracker:
             target = 1.0 if s + step > 1 - tolerances.EVENT_PRECISION else s + step
             corrected = advanced(current, self.at(target))
             at_event = False
-            if corrected is None or (after := self._margins(corrected[0])).min() < _BEYOND:
+            if (
+                corrected is None
+                or (after := self._margins(corrected[0])).min(initial=np.inf) < _BEYOND
+            ):
                 failed, step = target, (target - s) / 2
             else:
                 falling = np.flatnonzero(after < margins)
@@ -153,7 +156,7 @@ class _Tracker:
                 step = min(step, tolerances.LARGEST_STEP)
                 if s < failed and not at_event:
                     step = min(step, max(to_event, tolerances.EVENT_PRECISION))
-            near_event = min(to_event, margins.min()) < 100 * tolerances.SMALLEST_STEP
+            near_event = min(to_event, margins.min(initial=np.inf)) < 100 * tolerances.SMALLEST_STEP
             least = tolerances.EVENT_PRECISION if near_event else tolerances.SMALLEST_STEP
             if s >= 1 or not (at_event or (s < failed and step < least)):
                 continue
@@ -197,7 +200,7 @@ class _Tracker:
 
     def _leaves_band(self, conditions: Conditions) -> bool:
         maximum = conditions.maximum
-        at_end = self._in_band(maximum).min() < tolerances.LIMIT_TOLERANCE
+        at_end = self._in_band(maximum).min(initial=np.inf) < tolerances.LIMIT_TOLERANCE
         return maximum.kind != MaximumKind.EDGE and bool(at_end)
 
     def _steps_from_event(
@@ -211,7 +214,7 @@ class _Tracker:
         steps, distance = [restart], restart[0] - s
         while (distance := distance / 4) > tolerances.RESTARTS[0]:
             nearer = advanced(steps[0][1], self.at(s + distance))
-            if nearer is None or self._margins(nearer[0]).min() < _BEYOND:
+            if nearer is None or self._margins(nearer[0]).min(initial=np.inf) < _BEYOND:
                 break
             steps.insert(0, (s + distance, nearer[0]))
         return steps
@@ -235,7 +238,7 @@ class _Tracker:
                 for c in successors
                 if c is not None
                 and abs(relative_height(c.maximum, expected)) <= most
-                and self._in_band(c.maximum).min() >= _BEYOND
+                and self._in_band(c.maximum).min(initial=np.inf) >= _BEYOND
             ]
             if candidates:
                 return target, min(candidates, key=lambda c: distance_between(c.maximum, expected))

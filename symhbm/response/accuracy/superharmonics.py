@@ -105,7 +105,7 @@ def superharmonics(
     force = np.zeros((len(problems), n_rows, len(harmonics)), complex)
     share = np.ones(force.shape)
     for whole, part in zip((force, share), of_friction, strict=True):
-        whole[:, rows] = part.reshape(len(problems), len(rows), -1)
+        whole[:, rows] = part.reshape(len(problems), len(rows), len(harmonics))
     symmetry = problems[0].symmetry
     wave = np.array([0 if symmetry is None else symmetry.wave(int(n)) for n in harmonics])
     results = []

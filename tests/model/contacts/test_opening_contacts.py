@@ -245,9 +245,9 @@ def test_peaks_are_followed_over_the_load():
 
 def test_load_stiffness_and_friction_are_designed_together():
     problem, names = problem_of(3), ["normal_load", "friction_coefficient", "normal_stiffness"]
-    bounds = dict(zip(names, [(1.0, 40.0), (0.1, 0.8), (5e3, 2e4)]))
+    bounds = dict(zip(names, [(1.0, 40.0), (0.1, 0.8), (5e3, 2e4)], strict=False))
     best = sh.minimise_peak(problem, names, bounds, (12, 35))
-    at = problem.with_parameters(**dict(zip(names, best.design_value.values)))
+    at = problem.with_parameters(**dict(zip(names, best.design_value.values, strict=False)))
     largest = sh.frf(at, (12, 35)).peak_amplitude.max().item()
     assert best.design_amplitude.item() == pytest.approx(largest, rel=1e-8)
     before = sh.frf(problem, (12, 35)).peak_amplitude.max().item()

@@ -8,13 +8,14 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.numerics import FourierBasis
+from symhbm.numerics.loops import Loop
 
 LAW = sh.VariableLoadFriction()
 NAMES = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
 
 
 def values_of(*numbers):
-    return {name: np.atleast_1d(np.asarray(v, float)) for name, v in zip(NAMES, numbers)}
+    return {name: np.array([v], dtype=float) for name, v in zip(NAMES, numbers, strict=True)}
 
 
 def located(basis, motion, values, held=None, law=LAW):
@@ -39,7 +40,7 @@ class Derivatives:
         size = basis.n_components * len(law.directions)
         motion, given_values = ca.SX.sym("m", size), ca.SX.sym("p", len(self.names))
         events, weights = ca.SX.sym("e", law.n_events(basis)), ca.SX.sym("w", size)
-        by_name = dict(zip(self.names, ca.vertsplit(given_values)))
+        by_name = dict(zip(self.names, ca.vertsplit(given_values), strict=True))
         symbolic = law.force(basis, motion, 1.0, by_name, events)
         variables = ca.vertcat(motion, given_values)
         inputs = [motion, given_values, events]
@@ -74,11 +75,11 @@ class Derivatives:
         return frozen + spread.T @ self.law.moving_events(*arguments)[0] @ spread
 
 
-def difference(function, step):
-    """Derivative at 0 by central differences of eighth order."""
-    weights = 4 / 5, -1 / 5, 4 / 105, -1 / 280
-    pairs = enumerate(weights, 1)
-    return sum(w * (function(k * step) - function(-k * step)) for k, w in pairs) / step
+def difference(function, at, direction, step):
+    """Derivative along a direction by central differences of eighth order."""
+    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+    sides = {k: [function(at + sign * k * step * direction) for sign in (1, -1)] for k in weights}
+    return sum(w * (sides[k][0] - sides[k][1]) for k, w in weights.items()) / step
 
 
 CASES = {
@@ -251,7 +252,7 @@ def test_derivatives_agree_with_differences(given_as, preload):
     law, kinds = sh.VariableLoadFriction(given_as, preload), set()
     derivatives = Derivatives(FourierBasis((0, 1, 2, 3)), law)
     for _, motion, rng in random_cases(60, seed=5):
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2])))
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
         numbers["gap"] = rng.uniform(-1, 0.5)
         at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
         kinds |= {*derivatives.located(at).details.pieces[0, :, 0].astype(int).tolist()}
@@ -259,9 +260,9 @@ def test_derivatives_agree_with_differences(given_as, preload):
         direction /= np.linalg.norm(direction)
         weights = rng.normal(size=len(motion))
         first, second = derivatives.first(at), derivatives.second(at, weights)
-        measured = difference(lambda s: derivatives.value(at + s * direction), 1e-5)
+        measured = difference(derivatives.value, at, direction, 1e-5)
         np.testing.assert_allclose(first @ direction, measured, atol=1e-8)
-        measured = difference(lambda s: weights @ derivatives.first(at + s * direction), 2e-6)
+        measured = weights @ difference(derivatives.first, at, direction, 2e-6)
         scale = max(np.abs(second).max(), 1e-3)
         np.testing.assert_allclose(second @ direction / scale, measured / scale, atol=1e-5)
     assert kinds == {*range(6)}
@@ -277,7 +278,7 @@ def test_derivatives_stay_exact_next_to_onsets(switch, distance):
         size = derivatives.size
         motion = rng.normal(size=size) / (1 + np.tile(derivatives.basis.order, 2)) ** 1.5
         motion[[0, size // 2]] = 0
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.3], [2, 2, 1, 1])))
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.3], [2, 2, 1, 1]), strict=True))
         if switch == 2:
             numbers["normal_load"] *= -1
         at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
@@ -297,26 +298,21 @@ def test_derivatives_stay_exact_next_to_onsets(switch, distance):
             low, high = (middle, high) if below == (margins[0] < 0) else (low, middle)
         for side in (-1, 1):
             point = grown(low * (1 + side * distance))
-            direction = np.append(point[:size], np.zeros(4)) / low + 0.01 * rng.normal(size=size + 4)
+            direction = np.append(point[:size], np.zeros(4)) / low
+            direction += 0.01 * rng.normal(size=size + 4)
             weights = rng.normal(size=size)
             first, second = derivatives.first(point), derivatives.second(point, weights)
             step = 1e-2 * distance * low
-            measured = difference(lambda s: derivatives.value(point + s * direction), step)
+            measured = difference(derivatives.value, point, direction, step)
             scale = np.abs(first @ direction).max()
             # A contact that hardly closes does so for a thousandth of the period.
             noise = 1e-16 * (np.abs(derivatives.value(point)).max() + 1e-3) / step
-            np.testing.assert_allclose(
-                first @ direction, measured, atol=1e-7 * scale + 20 * noise
-            )
+            np.testing.assert_allclose(first @ direction, measured, atol=1e-7 * scale + 20 * noise)
             step /= 10
-            measured = difference(
-                lambda s: weights @ derivatives.first(point + s * direction), step
-            )
+            measured = weights @ difference(derivatives.first, point, direction, step)
             scale = np.abs(second @ direction).max()
             noise = 1e-16 * np.abs(first).max() * np.abs(weights).sum() / step
-            np.testing.assert_allclose(
-                second @ direction, measured, atol=1e-5 * scale + 20 * noise
-            )
+            np.testing.assert_allclose(second @ direction, measured, atol=1e-5 * scale + 20 * noise)
         met += 1
 
 
@@ -325,15 +321,14 @@ def test_margins_and_their_expansions(given_as):
     law = sh.VariableLoadFriction(given_as)
     for basis, motion, rng in random_cases(20, seed=8):
         names, size = [*law.parameters], len(motion)
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2])))
+        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
         numbers["gap"] = rng.uniform(-1, 0.5)
         at = np.array([*motion, 1.0, *(numbers[name] for name in names)])
         direction = rng.normal(size=len(at))
         direction[size] = 0
 
-        def expansion(s, switch, at=at, direction=direction, names=names, basis=basis, size=size):
-            moved = at + s * direction
-            values = dict(zip(names, moved[size + 1 :]))
+        def expansion(moved, switch, names=names, basis=basis, size=size):
+            values = dict(zip(names, moved[size + 1 :], strict=True))
             return law.margin_expansion(basis, moved[:size], 1.0, values, switch)
 
         values = {name: np.array([numbers[name]]) for name in names}
@@ -342,14 +337,14 @@ def test_margins_and_their_expansions(given_as):
         estimate = law.margins_within(basis, motion[None], np.zeros((1, 3)), np.ones(1), values)
         np.testing.assert_allclose(estimate, found.margins, atol=1e-13)
         for switch in range(3):
-            margin, gradient, curvature = expansion(0, switch)
+            margin, gradient, curvature = expansion(at, switch)
             assert margin == pytest.approx(found.margins[0, switch], abs=1e-13)
             np.testing.assert_allclose(gradient[:size], found.margins_by_motion[0, switch])
             assert by_frequency[0, switch] == 0
             np.testing.assert_allclose(gradient[size + 1 :], by_values[:, 0, switch], atol=1e-13)
-            slope = difference(lambda s, q=switch: expansion(s, q)[0], 1e-5)
+            slope = difference(lambda x, q=switch: expansion(x, q)[0], at, direction, 1e-5)
             np.testing.assert_allclose(gradient @ direction, slope, atol=1e-8)
-            bend = difference(lambda s, q=switch: expansion(s, q)[1], 2e-6)
+            bend = difference(lambda x, q=switch: expansion(x, q)[1], at, direction, 2e-6)
             np.testing.assert_allclose(
                 curvature @ direction, bend, atol=1e-6 * max(np.abs(bend).max(), 1)
             )
@@ -421,13 +416,8 @@ def test_words_that_are_none_are_refused():
 
 
 def test_loops_run_without_a_compiler(monkeypatch):
-    from symhbm.numerics import loops
-
-    basis, values = FourierBasis((0, 1, 2)), values_of(*CASES["opens, sticks at contact"][0])
-    motion = np.array([*CASES["opens, sticks at contact"][1], *CASES["opens, sticks at contact"][2]])
+    numbers, u, v, *_ = CASES["opens, sticks at contact"]
+    basis, values, motion = FourierBasis((0, 1, 2)), values_of(*numbers), np.array([*u, *v])
     compiled = force(basis, motion, values)
-    plain = {}
-    for loop in [loop for loop in vars(loops).values() if isinstance(loop, loops.Loop)]:
-        plain[loop] = loop
-    monkeypatch.setattr(loops.Loop, "_compiled", property(lambda loop: loop._function))
+    monkeypatch.setattr(Loop, "_compiled", property(lambda loop: loop._function))
     np.testing.assert_allclose(force(basis, motion, values), compiled, atol=1e-14)

@@ -18,8 +18,7 @@ from symhbm.model.contacts.varying_load.march import (
     march,
     walls,
 )
-from symhbm.numerics.loops import Loop
-from symhbm.numerics.waves import at
+from symhbm.numerics.loops import Loop, series
 
 SLIP, OPEN, TOUCH = range(3)
 """Switches of a contact: its margins."""
@@ -195,7 +194,7 @@ def _figures(
     for k in range(count):
         kind, begin, end = int(pieces[k, KIND]), pieces[k, BEGIN], pieces[k, END]
         share = (end - begin) / (2 * math.pi)
-        if kind == APART or kind == LIFTED:
+        if kind in (APART, LIFTED):
             figures[OPEN_SHARE] += share
             figures[STICK_SHARE] -= share if kind == LIFTED else 0.0
             moments(begin, end, of_piece)
@@ -206,7 +205,7 @@ def _figures(
             figures[STICK_SHARE] += share * pieces[k, WEIGHT]
         elif stiffness > 0:
             wall = waves[2 if kind == PUSHED_UP else 3]
-            travel = at(wall[0], wall[1], end)[0] - at(wall[0], wall[1], begin)[0]
+            travel = series.at(wall[0], wall[1], end)[0] - series.at(wall[0], wall[1], begin)[0]
             figures[SLIP_DISTANCE] += abs(travel) / stiffness
     figures[MEAN] = max(mean, 0.0)
     figures[LEAST], figures[LARGEST] = max(turning[2, 0], 0.0), max(turning[3, 0], 0.0)

@@ -44,7 +44,7 @@ def functions_at(order: Any, is_sine: Any, angle: float, derivative: int, row: A
 
 @Loop
 def moments(begin: float, end: float, result: Any) -> None:
-    """Write the integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
+    """Write integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
     turn, shift = (math.cos(middle), math.sin(middle)), (math.cos(half), math.sin(half))
     cosine, sine = turn
@@ -106,7 +106,7 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
         for i in range(size):
             share[i] = weight * norm[i] * of_piece[1 if is_sine[i] else 0, int(order[i])]
         vectors[2] += share
-        if kind == PUSHED_UP or kind == PUSHED_DOWN:
+        if kind in (PUSHED_UP, PUSHED_DOWN):
             sign = -1.0 if kind == PUSHED_UP else 1.0
             signed += sign * of_piece
             vectors[1] += sign * share

@@ -20,15 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.law import Located, Switch, Values
-from symhbm.model.contacts.normal import (
-    NEVER_TOUCHES,
-    NORMAL,
-    OPENS,
-    PRESSED,
-    SLIPS,
-    STICKS,
-    NormalLaw,
-)
+from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
     LARGEST,
@@ -109,7 +101,8 @@ class VariableLoadFriction(NormalLaw):
         """Those that have a spring which pushes, or one which pulls under a load."""
         pulls = np.asarray(values["contact_stiffness"]) * values["friction_coefficient"] > 0
         pressed = np.asarray(self.load(1.0, values)) > 0
-        return (np.asarray(values["normal_stiffness"]) > 0) | (pulls & (pressed | self.margins_move))
+        pushes = np.asarray(values["normal_stiffness"]) > 0
+        return pushes | (pulls & (pressed | self.margins_move))
 
     def n_events(self, basis: FourierBasis) -> int:
         """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.coefficients`."""
@@ -244,10 +237,10 @@ class VariableLoadFriction(NormalLaw):
         frequency: float | FloatArray,
         values: Values,
     ) -> dict[str, FloatArray]:
-        """State, shares of the period, normal forces [N], path of the slider [m], and energy [J]."""
-        state = np.where(located.states[:, SLIP], SLIPS, STICKS)
-        state = np.where(located.states[:, OPEN], OPENS, state)
-        state = np.where(located.states[:, TOUCH], state, NEVER_TOUCHES)
+        """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
+        state = np.where(located.states[:, SLIP], Behaviour.SLIPS, Behaviour.STICKS)
+        state = np.where(located.states[:, OPEN], Behaviour.OPENS, state)
+        state = np.where(located.states[:, TOUCH], state, Behaviour.NEVER_TOUCHES)
         return super().results(basis, located, motion, frequency, values) | dict(
             **self.period_figures(located.details), contact_state=state
         )
@@ -324,5 +317,6 @@ def _expansion(basis: FourierBasis, switch: int) -> Compiled:
         inputs += functions
     margin = value / ca.sqrt(square)
     curvature, gradient = ca.hessian(margin, variables)
-    outputs = [margin, ca.densify(gradient), ca.vec(ca.densify(curvature + moved / ca.sqrt(square)))]
+    whole = ca.densify(curvature + moved / ca.sqrt(square))
+    outputs = [margin, ca.densify(gradient), ca.vec(whole)]
     return Compiled(ca.Function("expansion", inputs, outputs))

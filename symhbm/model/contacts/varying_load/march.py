@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import Loop
-from symhbm.numerics.waves import at, crossing, derive, sign_changes
+from symhbm.numerics.loops import Loop, series
 
 APART, PUSHED_UP, PUSHED_DOWN, STICK_LOW, STICK_HIGH, STICK_CLOSED, LIFTED = range(7)
 """Kinds of pieces: ``q`` is ``k_t u``, ``low``, ``high``, or a number since an event.
@@ -61,13 +60,13 @@ def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
     high, low = -np.inf, np.inf
     at_high, at_low = 0.0, 0.0
     for i in range(count):
-        value = at(waves[0], waves[1], derivative_zeros[i])[0]
+        value = series.at(waves[0], waves[1], derivative_zeros[i])[0]
         if value > high:
             high, at_high = value, derivative_zeros[i]
         if value < low:
             low, at_low = value, derivative_zeros[i]
     if count == 0:
-        high = low = at(waves[0], waves[1], 0.0)[0]
+        high = low = series.at(waves[0], waves[1], 0.0)[0]
     return high, at_high, low, at_low
 
 
@@ -85,15 +84,15 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
     rate = np.empty((2, waves.shape[2]))
     n = 0
     for k in range(2):  # the turning points of both walls
-        derive(waves[2 + k, 0], waves[2 + k, 1], rate[0], rate[1])
-        count = sign_changes(rate[0], rate[1], noise, zeros, up)
+        series.derive(waves[2 + k, 0], waves[2 + k, 1], rate[0], rate[1])
+        count = series.sign_changes(rate[0], rate[1], noise, zeros, up)
         high, at_high, low, at_low = extremes(waves[2 + k], zeros, count)
         turning[k, 0], turning[k, 1] = (high, at_high) if k == 0 else (low, at_low)
         for i in range(count):
             angles[n], kinds[n], rises[n] = zeros[i], k, up[i]
             n += 1
-    derive(waves[1, 0], waves[1, 1], rate[0], rate[1])
-    count = sign_changes(rate[0], rate[1], 0.0, zeros, up)
+    series.derive(waves[1, 0], waves[1, 1], rate[0], rate[1])
+    count = series.sign_changes(rate[0], rate[1], 0.0, zeros, up)
     high, at_high, low, at_low = extremes(waves[1], zeros, count)
     turning[2, 0], turning[2, 1], turning[3, 0], turning[3, 1] = low, at_low, high, at_high
     if high <= 0:
@@ -101,7 +100,7 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
     opens = low < 0
     closes = 0
     if opens:
-        closes = sign_changes(waves[1, 0], waves[1, 1], 0.0, zeros, up)
+        closes = series.sign_changes(waves[1, 0], waves[1, 1], 0.0, zeros, up)
         opens = closes > 0
         for i in range(closes):
             angles[n], kinds[n], rises[n] = zeros[i], _OPENS_OR_CLOSES, up[i]
@@ -155,25 +154,28 @@ def _around(
     """March from ``start`` through the sorted zeros, where each wall is monotone in between."""
     kind = APART if opens else STICK_LOW
     begin, anchor, share, count = start, start, 0.0, 0
-    place = 0.0 if opens else at(waves[2, 0], waves[2, 1], start)[0]
+    place = 0.0 if opens else series.at(waves[2, 0], waves[2, 1], start)[0]
     left = start
     for i in range(len(angles)):
         right = angles[i]
         if kind >= STICK_LOW:
-            low = at(waves[2, 0], waves[2, 1], right)[0]
-            high = at(waves[3, 0], waves[3, 1], right)[0]
+            low = series.at(waves[2, 0], waves[2, 1], right)[0]
+            high = series.at(waves[3, 0], waves[3, 1], right)[0]
             # A wall that rests pushes by round-off only.
             if low > place + noise or high < place - noise:
                 wall = 2 if low > place + noise else 3
-                reached = crossing(waves[wall, 0], waves[wall, 1], place, left, right, wall == 2)
+                rising = wall == 2
+                reached = series.crossing(
+                    waves[wall, 0], waves[wall, 1], place, left, right, rising
+                )
                 count = _piece(pieces, count, kind, begin, reached, anchor, share)
                 kind, begin = (PUSHED_UP if wall == 2 else PUSHED_DOWN), reached
         after = kind
         if kinds[i] == _OPENS_OR_CLOSES and not rises[i]:
             after = APART
         elif kinds[i] == _OPENS_OR_CLOSES and kind == APART:
-            low_slope = at(waves[2, 0], waves[2, 1], right)[1]
-            high_slope = at(waves[3, 0], waves[3, 1], right)[1]
+            low_slope = series.at(waves[2, 0], waves[2, 1], right)[1]
+            high_slope = series.at(waves[3, 0], waves[3, 1], right)[1]
             after = STICK_CLOSED
             if low_slope > 0:
                 after = PUSHED_UP
@@ -187,12 +189,12 @@ def _around(
             count = _piece(pieces, count, kind, begin, right, anchor, share)
             kind, begin, anchor, share = after, right, right, 0.0
             wall = 3 if kind == STICK_HIGH else 2
-            place = at(waves[wall, 0], waves[wall, 1], right)[0]
+            place = series.at(waves[wall, 0], waves[wall, 1], right)[0]
             if kind == STICK_CLOSED:
-                place = at(waves[0, 0], waves[0, 1], right)[0]
-                closing = at(waves[1, 0], waves[1, 1], right)[1]
+                place = series.at(waves[0, 0], waves[0, 1], right)[0]
+                closing = series.at(waves[1, 0], waves[1, 1], right)[1]
                 if closing > 0:
-                    share = -at(waves[0, 0], waves[0, 1], right)[1] / closing
+                    share = -series.at(waves[0, 0], waves[0, 1], right)[1] / closing
         left = right
     end = start + 2 * math.pi
     if end > begin:

@@ -71,7 +71,7 @@ def moving_events(
                     _add(result[j], weight / abs(rate), value)
             before = pieces[j, k - 1 if k else counts[j] - 1]
             left = int(before[KIND])
-            if left == kind or left == LIFTED or kind == LIFTED or piece[WEIGHT] != 1.0:
+            if left in (kind, LIFTED) or kind == LIFTED or piece[WEIGHT] != 1.0:
                 continue
             functions_at(order, is_sine, begin, 0, functions)
             push = _weight(functions, norm, weights[j], 0)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops.loop import Loop
 
 _CELLS = 4
 """First cells per period of the highest harmonic."""
@@ -41,9 +41,7 @@ def derive(cosine: Any, sine: Any, of_cosine: Any, of_sine: Any) -> None:
 
 
 @Loop
-def crossing(
-    cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool
-) -> float:
+def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool) -> float:
     """Where a series passes a level between two angles, between which it is monotone."""
     low, high = at(cosine, sine, left)[0] - level, at(cosine, sine, right)[0] - level
     if low * high >= 0 and (low >= 0) == rises:

@@ -34,8 +34,9 @@ class Loop:
         compiled = numba.njit(self._function, error_model="numpy")
         with suppress(RuntimeError):  # nowhere to write
             compiled.enable_caching()
+            kept: Any = compiled
             with suppress(AttributeError):
-                compiled._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
+                kept._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
         return compiled
 
     @property
@@ -44,6 +45,7 @@ class Loop:
         return self._compiled._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
+        """The result of the function."""
         return self._compiled(*arguments)
 
 

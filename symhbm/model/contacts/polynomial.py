@@ -1,4 +1,4 @@
-"""Smooth contact laws without memory: the force is a polynomial of the displacement.
+"""Contact laws whose force is a polynomial of the displacements.
 
 A polynomial of degree ``p`` of a motion of highest harmonic ``h`` holds harmonics up to ``p h``.
 Sums over more than ``(p + 1) h`` samples separate those from the harmonics of the basis, so that
@@ -12,14 +12,15 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, Located, Values
+from symhbm.model.contacts.law import Located, Values
+from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.numerics import Compiled, FloatArray, FourierBasis, check
 
 _ROUND_OFF = 1e-9
 """Share of a force within which it is a polynomial, or the opposite of another one."""
 
 
-class SmoothLaw(ContactLaw):
+class PolynomialLaw(MemorylessLaw):
     """A force that is a polynomial of the displacements, of `degree` together.
 
     See `ContactLaw` for an example.
@@ -41,7 +42,7 @@ class SmoothLaw(ContactLaw):
         along = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         middle, direction = rng.uniform(-0.3, 0.3, m), rng.uniform(0.5, 1.5, m)
         path = np.multiply.outer(along, direction)
-        force = self.at_instants(middle + path, 1.0, values)[0]
+        force = self._at(middle + path, 1.0, values)[0]
         fit = np.polynomial.chebyshev.chebfit(along, force, degree)
         rest = force - np.polynomial.chebyshev.chebval(along, fit).T
         if not np.abs(rest).max() <= _ROUND_OFF * np.abs(force).max():
@@ -49,7 +50,7 @@ class SmoothLaw(ContactLaw):
                 f"degree={degree} of {self!r}: expected the highest power of the displacements in "
                 "force_at, which is no polynomial of this degree"
             )
-        forward, mirrored = (self.at_instants(sign * path, 1.0, values)[0] for sign in (1, -1))
+        forward, mirrored = (self._at(sign * path, 1.0, values)[0] for sign in (1, -1))
         if self.odd and np.abs(forward + mirrored).max() > _ROUND_OFF * np.abs(forward).max():
             raise ValueError(
                 f"odd=True of {self!r}: expected odd = False in the class, as the force at the "
@@ -71,13 +72,27 @@ class SmoothLaw(ContactLaw):
         forces = [self.force_at(instants[i, :].T, frequency, values).T for i in range(n_samples)]
         return ca.vec(ca.mtimes(analysis, ca.vertcat(*forces)))
 
+    @property
+    def gives_back(self) -> bool:
+        """One displacement alone gives back what it takes."""
+        return len(self.directions) == 1
+
     def at_instants(
+        self, displacement: FloatArray, velocity: FloatArray, frequency: float, values: Values
+    ) -> Instants:
+        """Those of `force_at`, whatever the velocity."""
+        force, slope = self._at(displacement, frequency, values)
+        return Instants(force, slope, np.zeros_like(slope))
+
+    def damping(
+        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
+    ) -> FloatArray:
+        """None."""
+        return np.zeros((*motion.shape, motion.shape[1]))
+
+    def _at(
         self, displacement: FloatArray, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
-        """Forces (n, m) [N] of contacts at displacements (n, m) [m], and slopes (n, m, m) [N/m].
-
-        ``values`` (n,) each.
-        """
         n, m = displacement.shape
         given = np.array([values[name] for name in self.parameters]).T
         data = displacement.ravel(), np.full(n, frequency), given.ravel()
@@ -94,13 +109,13 @@ class SmoothLaw(ContactLaw):
         values: Values,
     ) -> dict[str, FloatArray]:
         """The energy that displacements together dissipate; one alone gives back what it takes."""
-        if len(self.directions) == 1:
+        if self.gives_back:
             return {}
         return super().results(basis, located, motion, frequency, values)
 
 
 @lru_cache(maxsize=64)
-def _instants(law: SmoothLaw, n_instants: int) -> Compiled:
+def _instants(law: PolynomialLaw, n_instants: int) -> Compiled:
     displacement = ca.SX.sym("displacement", len(law.directions))
     frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
     by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))

@@ -1,0 +1,365 @@
+"""Dry friction in a plane: two tangential directions, one circle, a constant or a variable load.
+
+A contact has the tangential displacements ``u = (u_x, u_y)`` and, where its load varies, the normal
+one ``v``, positive where it closes:
+
+    N = max(N0 + k_n v, 0),        T = k_t (u - w),  |T| <= mu N,
+
+where the slider ``w`` moves only while ``|T| = mu N``, and then along ``T``; where the contact is
+apart it follows ``u``. The direction of the force while it slips has no closed form: it is
+integrated to round-off, and the rest of a period is located.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, Literal, get_args
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.model.contacts.law import Located, Switch, Values
+from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw, Preload
+from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.planar import batch
+from symhbm.model.contacts.planar.expansion import margin_by_variables
+from symhbm.model.contacts.planar.period import TOO_MANY
+from symhbm.numerics import FloatArray, FourierBasis, check
+
+Given = Literal["normal_load", "gap", "constant"]
+"""What is a parameter of a load that varies with the motion, or a load that does not."""
+_MOST = 20000
+"""Most pieces of a period."""
+
+
+@dataclass(frozen=True)
+class Periods:
+    """What contacts do over one period.
+
+    Attributes
+    ----------
+    figures : (n, 6)
+        As of `symhbm.model.contacts.planar.batch`.
+    margin_slopes : (n, q, 4)
+        Derivatives of the margins by ``k_t``, ``k_n``, ``mu`` and ``N0``.
+    """
+
+    figures: FloatArray
+    margin_slopes: FloatArray
+
+    def split(self, count: int) -> list["Periods"]:
+        """Those of as many points."""
+        parts = [np.split(array, count) for array in vars(self).values()]
+        return [Periods(*each) for each in zip(*parts, strict=True)]
+
+
+class PlanarFriction(NormalLaw):
+    """Spring and slider with two tangential directions and one circle of friction.
+
+    ``given`` names the parameter of a load that varies with the normal displacement; with
+    ``"constant"`` there is no normal direction, and the limit is ``mu F_n``. ``preload`` is that of
+    `symhbm.VariableLoadFriction`. Raises ValueError for other words.
+
+    Examples
+    --------
+    A contact that slips around a circle:
+
+    >>> import symhbm as sh
+    >>> pad = sh.Contacts(
+    ...     sh.PlanarFriction("constant"), [(0,)], [(1,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=2,
+    ... )
+    >>> body = sh.Model([[1, 0], [0, 1]], [[2, 0], [0, 2]], [[1e4, 0], [0, 1e4]], {"pad": pad})
+    >>> problem = sh.HarmonicBalance(body, sh.EngineOrder(1))
+    >>> float(sh.solve(problem, 18).slip_distance[0]) > 0
+    True
+    """
+
+    drawn_as = "friction"
+    friction: ClassVar = {
+        "contact_stiffness": Parameter(
+            "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
+        ),
+        "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
+    }
+    variables: ClassVar = NORMAL | {
+        "slip_distance": ("m", "path of the slider per cycle while the contact is closed")
+    }
+
+    def __init__(self, given: Given = "normal_load", preload: Preload = "balanced"):
+        check.one_of("given", given, get_args(Given))
+        super().__init__("gap" if given == "gap" else "normal_load", preload)
+        self.given = given
+
+    @property
+    def varies(self) -> bool:
+        """Whether the load varies with the motion."""
+        return self.given != "constant"
+
+    @property
+    def directions(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Two of them, and the normal one where the load varies."""
+        return ("tangential", "across", *["normal"] * self.varies)
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:  # type: ignore[override]
+        """Slip, and where the load varies opening and touch."""
+        return (Switch("slip", "onset of slip", "end of slip"), *PRESSED * self.varies)
+
+    @property
+    def odd(self) -> bool:  # type: ignore[override]
+        """Under a constant load alone."""
+        return not self.varies
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:  # type: ignore[override]
+        """Its parameters by name."""
+        if self.varies:
+            return super().parameters
+        return {**self.friction, "normal_load": _CONSTANT}
+
+    def monotone(self, values: Values) -> bool:
+        """Under a constant load alone: the force is then one of two potentials."""
+        return not self.varies
+
+    def holds(self, values: Values) -> Any:
+        """The normal displacements, by a spring."""
+        if self.varies:
+            return super().holds(values)
+        return np.zeros(len(np.asarray(values["contact_stiffness"])), dtype=bool)
+
+    def acts(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have a spring which pushes, or one which pulls under a load."""
+        stiffness, normal, friction, _ = self.physical(1.0, values).T
+        pressed = (np.asarray(self.load(1.0, values)) > 0) | self.margins_move
+        return (normal > 0) | ((stiffness * friction > 0) & pressed)
+
+    def n_variables(self, basis: FourierBasis) -> tuple[int, int]:
+        """Numbers of what both forces are homogeneous in, see `batch`."""
+        size = basis.n_components
+        return (3 * size + 1, 1 + size) if self.varies else (2 * size + 1, 0)
+
+    def n_events(self, basis: FourierBasis) -> int:
+        """Derivatives of both forces by the variables of `batch`, and what is left of them."""
+        size = basis.n_components
+        tangential, normal = self.n_variables(basis)
+        return size * (2 * tangential + normal + 2)
+
+    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
+        """Those of `batch`, of both forces one after the other."""
+        parts = ca.vertsplit(motion, motion.shape[0] // len(self.directions))
+        load, friction = self.load(frequency, values), values["friction_coefficient"]
+        pull = ca.vertcat(*parts[:2]) * values["contact_stiffness"]
+        if not self.varies:
+            return ca.vertcat(pull, friction * load)
+        push = ca.vertcat(load, values["normal_stiffness"] * parts[2])
+        return ca.vertcat(pull, friction * push, push)
+
+    def force(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
+    ) -> Any:
+        """Derivatives times variables: ``T``, and ``N`` less what the equilibrium holds."""
+        size = basis.n_components
+        tangential, normal = self.n_variables(basis)
+        variables = self.event_variables(motion, frequency, values)
+        first = 2 * size * tangential
+        # CasADi stores columns one after the other.
+        slopes = ca.reshape(events[:first], tangential, 2 * size).T
+        force = ca.mtimes(slopes, variables[:tangential]) + events[-2 * size :]
+        if not self.varies:
+            return force
+        slopes = ca.reshape(events[first : first + normal * size], normal, size).T
+        held = ca.DM((basis.order == 0).astype(float)) * self.balanced_load(frequency, values)
+        return ca.vertcat(force, ca.mtimes(slopes, variables[tangential:]) - held)
+
+    def locate(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        held: NDArray[np.bool_] | None = None,
+    ) -> Located:
+        """Locate all events; stick alone can be imposed: slip goes on nowhere short of its onset.
+
+        Opening and closing bend no derivative. Raises ArithmeticError where a motion is so large
+        that its slip takes too many steps.
+        """
+        n, given = len(motion), self.physical(frequency, values)
+        imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
+        written = events, margins, slopes, figures = self._arrays(basis, n)
+        motion = np.ascontiguousarray(motion)
+        most, failed = 100 + 50 * basis.highest, TOO_MANY
+        while failed == TOO_MANY and most < _MOST:
+            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
+            most *= 4
+        if failed:
+            raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
+        states = margins > 0
+        if held is not None:
+            finite = np.isfinite(margins[:, batch.SLIPS])
+            states[:, batch.SLIPS] = np.where(finite, held[:, batch.SLIPS], states[:, batch.SLIPS])
+        by_motion, by_given = self._chain(motion, given, slopes)
+        return Located(events, states, margins, by_motion, Periods(figures, by_given))
+
+    def margins_within(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        error: FloatArray,
+        frequency: FloatArray,
+        values: Values,
+    ) -> FloatArray:
+        """Margins and what the error does to them, without the force."""
+        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
+        motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
+        asked = np.full(len(motion), batch.ASKED)
+        batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
+        by_motion, _ = self._chain(motion, given, slopes)
+        return margins + error * np.linalg.norm(by_motion, axis=-1)
+
+    def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
+        """Where `batch.locate` writes events, margins, their slopes and figures."""
+        q, variables = len(self.switches), sum(self.n_variables(basis))
+        events = np.empty((n, self.n_events(basis)))
+        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+
+    def _chain(
+        self, motion: FloatArray, given: FloatArray, slopes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by motion (n, q, m K) and by ``k_t, k_n, mu, N0`` (n, q, 4) from `slopes`."""
+        stiffness, normal, friction, load = given.T[:, :, None, None]
+        (n, q, _), size = slopes.shape, motion.shape[1] // len(self.directions)
+        pull = slopes[:, :, : 2 * size]
+        u, by_given = motion[:, None, : 2 * size], np.zeros((n, q, 4))
+        by_given[:, :, 0] = (pull * u).sum(axis=2)
+        by_motion = [stiffness * pull]
+        limit = slopes[:, :, 2 * size : 2 * size + 1]
+        by_given[:, :, 2], by_given[:, :, 3] = (limit * load)[:, :, 0], (friction * limit)[:, :, 0]
+        if self.varies:
+            v, first = motion[:, None, 2 * size :], 3 * size + 1
+            by_wall, by_press = slopes[:, :, 2 * size + 1 : first], slopes[:, :, first + 1 :]
+            press = friction * by_wall + by_press
+            by_motion.append(normal * press)
+            by_given[:, :, 1] = (press * v).sum(axis=2)
+            by_given[:, :, 2] += normal[:, :, 0] * (by_wall * v).sum(axis=2)
+            by_given[:, :, 3] += slopes[:, :, first]
+        return np.concatenate(by_motion, axis=2), by_given
+
+    def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
+        """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4)."""
+        stiffness = np.asarray(values["contact_stiffness"], dtype=float)
+        normal = values["normal_stiffness"] if self.varies else np.zeros(len(stiffness))
+        load = np.broadcast_to(self.load(frequency, values), stiffness.shape)
+        return np.column_stack([stiffness, normal, values["friction_coefficient"], load])
+
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the margins by the frequency and by the parameters."""
+        _, first, _ = self.load_slopes(frequency, values)
+        names = [*self.parameters]
+        slopes = np.zeros((len(first), 4, first.shape[1]))
+        for place, name in enumerate(("contact_stiffness", "normal_stiffness")):
+            if name in names:
+                slopes[:, place, 1 + names.index(name)] = 1
+        slopes[:, 2, 1 + names.index("friction_coefficient")] = 1
+        slopes[:, 3] = first
+        each = np.einsum("cqz,czp->cqp", located.details.margin_slopes, slopes)
+        return each[:, :, 0], each[:, :, 1:].transpose(2, 0, 1)
+
+    def margin_expansion(
+        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Margin, gradient and second derivatives, active instants moving with the motion."""
+        given = np.array([np.reshape(values[name], 1)[0] for name in self.parameters])
+        whole = np.concatenate([motion, [frequency], given])
+        variables, spread = (np.asarray(part.full()) for part in _variables(self, basis)(whole))
+        margin, first, second = margin_by_variables(basis, variables.ravel(), switch, self.varies)
+        bend = np.asarray(_bends(self, basis)(whole, first).full())
+        return margin, first @ spread, spread.T @ second @ spread + bend
+
+    def moving_events(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float,
+        values: Values,
+        weights: FloatArray,
+    ) -> FloatArray:
+        """NotImplementedError: first derivatives are all that is exact so far."""
+        raise NotImplementedError(
+            f"{self!r}: its force has exact first derivatives and no second ones, which "
+            "sensitivity, peak_curve and minimise_peak need"
+        )
+
+    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
+        """The springs', of contacts that slip or open."""
+        return self.stiffest(values) * switched * size
+
+    def stiffest(self, values: Values) -> FloatArray:
+        """The stiffer spring's."""
+        return self.physical(1.0, values)[:, :2].max(axis=1)
+
+    def released(self) -> dict[str, float]:
+        """Without friction contacts slide freely."""
+        return {"friction_coefficient": 0.0}
+
+    def results(
+        self,
+        basis: FourierBasis,
+        located: Located,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+    ) -> dict[str, FloatArray]:
+        """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
+        figures, states = located.details.figures, located.states
+        state = np.where(states[:, batch.SLIPS], Behaviour.SLIPS, Behaviour.STICKS)
+        if self.varies:
+            state = np.where(states[:, batch.OPENS], Behaviour.OPENS, state)
+            state = np.where(states[:, batch.TOUCHES], state, Behaviour.NEVER_TOUCHES)
+        return super().results(basis, located, motion, frequency, values) | dict(
+            contact_state=state,
+            stick_fraction=figures[:, batch.STICK_SHARE],
+            open_fraction=figures[:, batch.OPEN_SHARE],
+            mean_normal_force=figures[:, batch.MEAN],
+            least_normal_force=figures[:, batch.LEAST],
+            largest_normal_force=figures[:, batch.LARGEST],
+            slip_distance=figures[:, batch.SLIP_DISTANCE],
+        )
+
+
+_CONSTANT = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True)
+
+
+@lru_cache(maxsize=64)
+def numbers_of(basis: FourierBasis) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
+    """The basis as loops take it: orders, which components are sines, and norms."""
+    return basis.order.astype(np.int64), basis.is_sine, basis.norm
+
+
+def _symbols(law: PlanarFriction, basis: FourierBasis) -> tuple[Any, Any]:
+    """Motion, frequency and values as one vector, and the event variables of them."""
+    size = basis.n_components * len(law.directions)
+    whole = ca.SX.sym("whole", size + 1 + len(law.parameters))
+    by_name = dict(zip(law.parameters, ca.vertsplit(whole[size + 1 :]), strict=True))
+    return whole, law.event_variables(whole[:size], whole[size], by_name)
+
+
+@lru_cache(maxsize=64)
+def _variables(law: PlanarFriction, basis: FourierBasis) -> ca.Function:
+    """The event variables and their derivative by motion, frequency and values."""
+    whole, variables = _symbols(law, basis)
+    return ca.Function("variables", [whole], [variables, ca.jacobian(variables, whole)])
+
+
+@lru_cache(maxsize=64)
+def _bends(law: PlanarFriction, basis: FourierBasis) -> ca.Function:
+    """Second derivatives of the event variables times weights."""
+    whole, variables = _symbols(law, basis)
+    weights = ca.SX.sym("weights", variables.shape[0])
+    bend, _ = ca.hessian(ca.dot(weights, variables), whole)
+    return ca.Function("bends", [whole, weights], [bend])

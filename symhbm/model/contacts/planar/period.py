@@ -1,0 +1,141 @@
+"""The periodic motion of a slider: its position after a period is that before it.
+
+Where a contact opens there is no memory, and one march from where it closes is the motion. Where it
+never opens a march takes a position of the slider to another one, closer to the periodic one unless
+the contact only sticks; Newton's method with the derivative of the march finds that.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from symhbm.model.contacts.planar.march import (
+    APART,
+    BEGIN,
+    CLOSED,
+    END,
+    GIVEN,
+    HOW,
+    KIND,
+    NODE,
+    SLIP,
+    lap,
+)
+from symhbm.model.contacts.planar.series import bounds_of, motion_at
+from symhbm.numerics.loops import Loop
+
+NEVER, RESTS, MOVES = range(3)
+"""Whether a contact never touches, sticks all the time, or slips or opens."""
+TOO_MANY, UNSETTLED = -1, -2
+"""Numbers of pieces that say what failed."""
+_NO_SLIP = 1e-13
+"""How much a resting place may be asked for, relative to the limit: less is no slip."""
+_LAPS = 200
+_SETTLED = 1e-14
+"""Change of the position of the slider, relative to motion and limit, that is round-off."""
+
+
+@Loop
+def _most_inside(waves: Any, q: Any, at: Any) -> float:
+    """The instant [rad] at which a force is farthest inside its circle, about."""
+    samples = 8 * waves.shape[2] + 8
+    best, angle = np.inf, 0.0
+    for i in range(samples):
+        tau = 2 * math.pi * i / samples
+        motion_at(waves, tau, at)
+        value = math.hypot(at[0, 0] - q[0], at[1, 0] - q[1]) - at[2, 0]
+        if value < best:
+            best, angle = value, tau
+    return angle
+
+
+@Loop
+def _newton(transfer: Any, tiny: float, step: Any) -> Any:
+    """Write how far the periodic motion is from the end of a march, (2); how far from its begin.
+
+    A march ends on the circle: what it leaves of a change is along one direction, across the last
+    force. With the result comes what has changed along the force; below what is ``tiny`` that is
+    left out.
+    """
+    a, b, x = transfer[0, 0], transfer[0, 1], transfer[0, 2]
+    c, d, y = transfer[1, 0], transfer[1, 1], transfer[1, 2]
+    step[:] = 0.0
+    first, second = math.hypot(a, c), math.hypot(b, d)
+    if max(first, second) == 0.0:
+        return 0.0, math.hypot(x, y)
+    along_x, along_y = (a / first, c / first) if first > second else (b / second, d / second)
+    share = along_x * x + along_y * y
+    rest = math.hypot(x - share * along_x, y - share * along_y)
+    if rest <= tiny:
+        x, y = share * along_x, share * along_y
+    determinant = (1 - a) * (1 - d) - b * c
+    if determinant <= 0.0:
+        return math.hypot(x, y), rest
+    start_x = ((1 - d) * x + b * y) / determinant
+    start_y = ((1 - a) * y + c * x) / determinant
+    step[0], step[1] = a * start_x + b * start_y, c * start_x + d * start_y
+    return math.hypot(x + step[0], y + step[1]), rest
+
+
+@Loop
+def period(
+    waves: Any, held: int, n_closed: int, closed: Any, place: Any, pieces: Any, nodes: Any
+) -> Any:
+    """Write the pieces of one period of a contact: what it does, and how many there are.
+
+    ``held`` is 0 for a contact that is to stick; ``closed`` (2, n) tells the intervals [rad] in
+    which it is closed, ``n_closed`` their number (-1: always), ``place`` (3) the resting place of
+    the slider. The result is one of the kinds, and the number of pieces: `TOO_MANY` where they are
+    more than the arrays hold, `UNSETTLED` where no march ends where it began.
+    """
+    bounds, at, q = np.empty((2, 4)), np.empty((3, 3)), np.empty(2)
+    transfer, step = np.empty((2, 3)), np.empty(2)
+    bounds_of(waves, bounds)
+    if n_closed == 0 or bounds[1, 0] == 0:
+        return NEVER, 0
+    tiny = _NO_SLIP * bounds[1, 0]
+    if held == 0 or (n_closed < 0 and (place[2] <= tiny or bounds[0, 0] == 0)):
+        return RESTS, 0
+    if n_closed > 0:
+        count, n_nodes = 0, 0
+        for i in range(n_closed):
+            start, finish = closed[0, i], closed[1, i]
+            count, n_nodes = lap(
+                waves, bounds, start, finish, CLOSED, q, transfer, pieces, nodes, count, n_nodes
+            )
+            if count < 0 or count >= len(pieces) - 1:
+                return MOVES, TOO_MANY
+            following = closed[0, i + 1] if i + 1 < n_closed else closed[0, 0] + 2 * math.pi
+            if following > finish:
+                piece = pieces[count]
+                piece[KIND], piece[HOW], piece[BEGIN], piece[END] = APART, 0.0, finish, following
+                piece[NODE] = -1
+                count += 1
+        return MOVES, count
+    q[0], q[1] = place[0], place[1]
+    start = _most_inside(waves, q, at)
+    finish = start + 2 * math.pi
+    before, size = np.inf, bounds[0, 0] + bounds[1, 0]
+    count = 0
+    for number in range(_LAPS):
+        count, _ = lap(waves, bounds, start, finish, GIVEN, q, transfer, pieces, nodes, 0, 0)
+        if count < 0:
+            return MOVES, TOO_MANY
+        slips = False
+        for i in range(count):
+            slips = slips or pieces[i, KIND] == SLIP
+        if not slips:
+            return RESTS, 0
+        if number == 0:
+            continue
+        change, rest = _newton(transfer, 1e-12 * size, step)
+        small = change + rest <= 1e-10 * size
+        if change + rest <= _SETTLED * size or (small and change > 0.3 * before):
+            break
+        if change < before or number % 4:
+            q[0], q[1] = q[0] + step[0], q[1] + step[1]
+        before = change
+    else:
+        return MOVES, UNSETTLED
+    return MOVES, count

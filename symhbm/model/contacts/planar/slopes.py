@@ -1,0 +1,312 @@
+"""Derivatives of the force's coefficients by the motion and the limit of a contact.
+
+They are those at fixed events: the force is continuous in time, where a contact begins to stick its
+slider stands still, and where it begins to slip only what is along the circle goes on. The force is
+homogeneous: it is the product of these derivatives and what they are by, the coefficients of ``x``,
+of ``y``, and of the limit, of which the first is a constant.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from symhbm.model.contacts.planar.collocation import (
+    ALONG,
+    ANGLE,
+    AT_BEGIN,
+    BEFORE,
+    DIRECTION,
+    LIMIT,
+    STAGES,
+    TURN,
+    WEIGHT,
+    WEIGHTS,
+    factorise,
+    solve_factorised,
+    step_matrix,
+)
+from symhbm.model.contacts.planar.march import (
+    BEGIN,
+    CLOSED,
+    END,
+    FIRST,
+    GOES_ON,
+    HOW,
+    KIND,
+    LAST,
+    NODE,
+    SLIP,
+    STICK,
+)
+from symhbm.model.contacts.planar.series import motion_at
+from symhbm.numerics.loops import Loop
+
+
+@Loop
+def functions_at(order: Any, is_sine: Any, angle: float, row: Any) -> None:
+    """Write the basis functions at an angle [rad] and their derivatives into (2, K)."""
+    for i in range(len(order)):
+        n = order[i]
+        c, s = math.cos(n * angle), math.sin(n * angle)
+        if is_sine[i]:
+            row[0, i], row[1, i] = s, n * c
+        else:
+            row[0, i], row[1, i] = c, -n * s
+
+
+@Loop
+def integrals(
+    begin: float, end: float, order: Any, is_sine: Any, norm: Any, vector: Any, matrix: Any
+) -> None:
+    """Write what restricts a constant (K) and a series (K, K) to an interval [rad]."""
+    half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
+    largest = 0
+    for i in range(len(order)):
+        largest = max(largest, order[i])
+    c, s = np.empty(2 * largest + 1), np.empty(2 * largest + 1)
+    c[0], s[0] = end - begin, 0.0
+    for k in range(1, 2 * largest + 1):
+        size = 2 * math.sin(k * half) / k
+        c[k], s[k] = size * math.cos(k * middle), size * math.sin(k * middle)
+    for i in range(len(order)):
+        p = order[i]
+        vector[i] = norm[i] * (s[p] if is_sine[i] else c[p])
+        for j in range(len(order)):
+            q = order[j]
+            apart = abs(p - q)
+            if is_sine[i] and is_sine[j]:
+                value = c[apart] - c[p + q]
+            elif is_sine[i] or is_sine[j]:
+                # sin(a) cos(b) = [sin(a + b) + sin(a - b)] / 2
+                turn = p - q if is_sine[i] else q - p
+                value = s[p + q] + (s[apart] if turn > 0 else -s[apart])
+            else:
+                value = c[apart] + c[p + q]
+            matrix[i, j] = 0.5 * norm[i] * value
+
+
+@Loop
+def _along(
+    row: Any, mean: float, variable: bool, x: float, y: float, limit: float, out: Any
+) -> None:
+    """Add ``x dx + y dy + limit dr`` at an instant, by all variables, to ``out``.
+
+    ``row`` (K), the functions of the basis, and ``mean`` 1; or their derivatives, and 0.
+    """
+    size = len(row)
+    for j in range(size):
+        out[j] += x * row[j]
+        out[size + j] += y * row[j]
+    out[2 * size] += limit * mean
+    if variable:
+        for j in range(size):
+            out[2 * size + 1 + j] += limit * row[j]
+
+
+@Loop
+def rest_slopes(
+    order: Any, is_sine: Any, variable: bool, angles: Any, sides: Any, n: int, out: Any
+) -> None:
+    """Write the derivatives (3, P) of the resting place and of how much it is asked for.
+
+    ``sides`` are those of `symhbm.model.contacts.planar.rest.weights_of`.
+    """
+    row = np.empty((2, len(order)))
+    asks, turns = np.zeros((3, out.shape[1])), np.zeros((3, out.shape[1]))
+    out[:] = 0.0
+    for i in range(n):
+        functions_at(order, is_sine, angles[i], row)
+        nx, ny, weight, across, length, bend = sides[i, :6]
+        if length == 0.0:
+            if not variable:
+                # Without a motion all instants are the same: the mean of any that follows.
+                for j in range(len(order)):
+                    row[0, j] = 1.0 if order[j] == 0 else 0.0
+            _along(row[0], 1.0, variable, 1.0, 0.0, 0.0, out[0])
+            _along(row[0], 1.0, variable, 0.0, 1.0, 0.0, out[1])
+            _along(row[0], 1.0, variable, 0.0, 0.0, -1.0, out[2])
+            return
+        _along(row[0], 1.0, variable, nx, ny, -1.0, asks[i])
+        # By how much n turns: at the instant, and with the instant that moves.
+        move = -across / (length * bend)
+        along = 1.0 / length + across / length * move
+        _along(row[0], 1.0, variable, -ny * along, nx * along, 0.0, turns[i])
+        _along(row[1], 0.0, variable, nx * move, ny * move, -move, turns[i])
+        for j in range(out.shape[1]):
+            out[2, j] += weight * asks[i, j]
+    if n == 2:
+        a, b = sides[0], sides[1]
+        turn_a = (a[3] * a[3] / (a[4] * a[5]) - 1) / a[4]
+        turn_b = (b[3] * b[3] / (b[4] * b[5]) - 1) / b[4]
+        # n_a and n_b stay opposite, and both ask for as much.
+        first_x, first_y = b[0] - a[0], b[1] - a[1]
+        second_x = -b[1] * turn_b + a[1] * turn_a
+        second_y = b[0] * turn_b - a[0] * turn_a
+        determinant = first_x * second_y - first_y * second_x
+        for j in range(out.shape[1]):
+            f, g = asks[1, j] - asks[0, j], turns[0, j] - turns[1, j]
+            out[0, j] = (f * second_y - g * first_y) / determinant
+            out[1, j] = (first_x * g - second_x * f) / determinant
+    elif n == 3:
+        a, b, c = sides[0], sides[1], sides[2]
+        # Two differences of the three conditions.
+        first_x, first_y = a[0] - b[0], a[1] - b[1]
+        second_x, second_y = a[0] - c[0], a[1] - c[1]
+        determinant = first_x * second_y - first_y * second_x
+        for j in range(out.shape[1]):
+            f, g = asks[0, j] - asks[1, j], asks[0, j] - asks[2, j]
+            out[0, j] = (f * second_y - g * first_y) / determinant
+            out[1, j] = (first_x * g - second_x * f) / determinant
+
+
+@Loop
+def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
+    """Write the derivatives (2 K, P) of the force of a contact that sticks all the time."""
+    size = len(order)
+    jacobian[:] = 0.0
+    for i in range(size):
+        for k in range(2):
+            jacobian[k * size + i, k * size + i] = 1.0
+            if order[i] == 0:
+                for j in range(jacobian.shape[1]):
+                    jacobian[k * size + i, j] -= place_slopes[k, j]
+
+
+@Loop
+def moving(
+    waves: Any,
+    order: Any,
+    is_sine: Any,
+    norm: Any,
+    variable: bool,
+    opens: bool,
+    pieces: Any,
+    count: int,
+    nodes: Any,
+    coefficients: Any,
+    jacobian: Any,
+    turns: Any,
+    starts: Any,
+) -> None:
+    """Write the force's coefficients (2 K) and their derivatives (2 K, P) of one that moves.
+
+    ``turns`` (n_nodes, P + 2) takes those of ``a`` at the nodes; ``starts`` (2, P), those of the
+    position of the slider at the begin, which the last two columns of ``turns`` are by.
+    """
+    size, n = len(order), jacobian.shape[1]
+    total = n + 2
+    at, row = np.empty((3, 3)), np.empty((2, size))
+    vector, matrix = np.empty(size), np.empty((size, size))
+    q, a_begin, a_end = np.zeros((2, total)), np.zeros(total), np.zeros(total)
+    force = np.zeros((2, total))
+    system, pivots = np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64)
+    right = np.empty((STAGES, total))
+    whole = np.zeros((2 * size, total))
+    coefficients[:] = 0.0
+    if not opens:
+        q[0, n] = q[1, n + 1] = 1.0
+    for i in range(count):
+        piece = pieces[i]
+        begin, end, how = piece[BEGIN], piece[END], piece[HOW]
+        if piece[KIND] == STICK:
+            if how == CLOSED:
+                # The angle of closing moves by -dr / r'.
+                motion_at(waves, begin, at)
+                functions_at(order, is_sine, begin, row)
+                rate = at[2, 1]
+                for k in range(2):
+                    q[k, :] = 0.0
+                    share = -at[k, 1] / rate if rate > 0 else 0.0
+                    _along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
+            integrals(begin, end, order, is_sine, norm, vector, matrix)
+            for k in range(2):
+                place = piece[FIRST] if k == 0 else piece[LAST]
+                for j in range(size):
+                    coefficients[k * size + j] -= vector[j] * place
+                    for m in range(size):
+                        part = waves[k, 1 if is_sine[m] else 0, order[m]]
+                        coefficients[k * size + j] += matrix[j, m] * part
+                        whole[k * size + j, k * size + m] += matrix[j, m]
+                    for m in range(total):
+                        whole[k * size + j, m] -= vector[j] * q[k, m]
+        elif piece[KIND] == SLIP:
+            first = int(piece[NODE])
+            own = nodes[first : first + STAGES]
+            length = end - begin
+            if how != GOES_ON:
+                motion_at(waves, begin, at)
+                functions_at(order, is_sine, begin, row)
+                c, s = math.cos(piece[FIRST]), math.sin(piece[FIRST])
+                a_begin[:] = 0.0
+                if how == CLOSED:
+                    along = at[0, 1] * c + at[1, 1] * s
+                    turn = 0.0
+                    for j in range(STAGES):
+                        turn += AT_BEGIN[j] * own[j, TURN]
+                    _along(row[1], 0.0, variable, -s / along, c / along, 0.0, a_begin)
+                    _along(row[0], 1.0, variable, 0.0, 0.0, -turn / along, a_begin)
+                else:
+                    limit = at[2, 0]
+                    _along(row[0], 1.0, variable, -s / limit, c / limit, 0.0, a_begin)
+                    for m in range(total):
+                        a_begin[m] -= (c * q[1, m] - s * q[0, m]) / limit
+            for j in range(STAGES):
+                functions_at(order, is_sine, own[j, ANGLE], row)
+                c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
+                for m in range(total):
+                    right[j, m] = -own[j, ALONG] * a_begin[m]
+                _along(row[1], 0.0, variable, -s, c, 0.0, right[j])
+                _along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
+            step_matrix(own, length, system)
+            factorise(system, pivots)
+            solve_factorised(system, pivots, right)
+            a_end[:] = a_begin
+            for j in range(STAGES):
+                turned = turns[first + j]
+                for m in range(total):
+                    turned[m] = a_begin[m]
+                for k in range(STAGES):
+                    factor = length * BEFORE[j, k]
+                    for m in range(total):
+                        turned[m] += factor * right[k, m]
+                factor = length * WEIGHTS[j]
+                for m in range(total):
+                    a_end[m] += factor * right[j, m]
+                functions_at(order, is_sine, own[j, ANGLE], row)
+                c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
+                limit = own[j, LIMIT]
+                for m in range(total):
+                    force[0, m], force[1, m] = -limit * s * turned[m], limit * c * turned[m]
+                _along(row[0], 1.0, variable, 0.0, 0.0, c, force[0])
+                _along(row[0], 1.0, variable, 0.0, 0.0, s, force[1])
+                for k in range(2):
+                    for m in range(size):
+                        factor = own[j, WEIGHT] * norm[m] * row[0, m]
+                        target = whole[k * size + m]
+                        coefficients[k * size + m] += factor * limit * (c if k == 0 else s)
+                        for p in range(total):
+                            target[p] += factor * force[k, p]
+            a_begin[:] = a_end
+            following = pieces[min(i + 1, count - 1)]
+            if i + 1 == count or following[KIND] != SLIP or following[HOW] != GOES_ON:
+                motion_at(waves, end, at)
+                functions_at(order, is_sine, end, row)
+                c, s = math.cos(piece[LAST]), math.sin(piece[LAST])
+                limit = max(at[2, 0], 0.0)
+                for m in range(total):
+                    q[0, m], q[1, m] = limit * s * a_end[m], -limit * c * a_end[m]
+                _along(row[0], 1.0, variable, 1.0, 0.0, -c, q[0])
+                _along(row[0], 1.0, variable, 0.0, 1.0, -s, q[1])
+    jacobian[:] = whole[:, :n]
+    starts[:] = 0.0
+    if opens:
+        return
+    a, b, c, d = 1 - q[0, n], -q[0, n + 1], -q[1, n], 1 - q[1, n + 1]
+    determinant = a * d - b * c
+    for m in range(n):
+        starts[0, m] = (d * q[0, m] - b * q[1, m]) / determinant
+        starts[1, m] = (a * q[1, m] - c * q[0, m]) / determinant
+    for j in range(2 * size):
+        for m in range(n):
+            jacobian[j, m] += whole[j, n] * starts[0, m] + whole[j, n + 1] * starts[1, m]

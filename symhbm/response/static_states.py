@@ -1,0 +1,206 @@
+"""Where a structure rests under its static loads: which contacts are closed, and how many ways."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.balance import Evaluation, HarmonicBalance, check_problem, is_held
+from symhbm.continuation import NewtonResult, SolveError, Status, newton, other_solution
+from symhbm.model.contacts import NormalLaw
+from symhbm.numerics import RADIANS, FloatArray, check, full
+from symhbm.results import schema
+
+_MOST_PATTERNS = 64
+"""Patterns of open and closed contacts that are tried as starts."""
+_SAME = 1e-8
+"""Distance of two states, relative to their size, up to which they are one."""
+_NUDGES = 10.0 ** np.arange(-6, 2)
+"""Distances from a state at which others are looked for [m]."""
+_INDIFFERENT = 1e-12
+"""Smallest stiffness, over the largest, that holds something."""
+
+
+def static_states(
+    problem: HarmonicBalance, *, frequency: float = 0.0, throw: bool = False
+) -> xr.Dataset:
+    """States of rest under the static loads, ``K x + sum w f(w^T x) = F_0``, without vibration.
+
+    Parameters
+    ----------
+    problem
+        What rests: its static loads act, what oscillates does not. Its harmonics do not matter.
+    frequency
+        Excitation frequency [Hz], for loads of contacts that depend on it.
+    throw
+        Raise SolveError where no state is found.
+
+    Returns
+    -------
+    Dataset along ``solution``: ``static_displacement`` [m] of each degree of freedom, and of each
+    contact ``contact_state`` (0 closed, 3 apart, -1 where its law does not tell) and
+    ``mean_normal_force`` [N]. ``stability`` is 1 where the potential energy has a minimum, 0 where
+    it has none, -1 where something moves freely. Friction bears any tangential force up to its
+    limit at rest; the state is that without one, as harmonic 0 of `frf` is. Starts are all patterns
+    of open and closed contacts of a few contacts, and deflation from each state: with springs that
+    only push there is one state, with other laws some may be missing. ``status`` is a sentence.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, a problem of one sector, or of a structure without matrices.
+    SolveError
+        If no state is found and ``throw`` is True.
+
+    Examples
+    --------
+    A blade that a static load presses against a stop behind a gap of 1 mm:
+
+    >>> import symhbm as sh
+    >>> blade = sh.Model(
+    ...     [[1.0]], [[2.0]], [[1e4]],
+    ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce() + sh.StaticLoad([40.0]))
+    >>> sh.static_states(problem).static_displacement.values.round(6)
+    array([[0.002]])
+    """
+    check_problem(problem, whole=True)
+    if problem.symmetry is not None:
+        raise ValueError("problem: expected one of the whole structure, this is of one sector")
+    omega = RADIANS * check.scalar("frequency", frequency, "non-negative")
+    harmonics = tuple(sorted({0, *problem.harmonics}))
+    rest = problem.with_harmonics(harmonics).with_parameters(force_amplitude=0.0)
+    at_rest = _AtRest(rest, omega)
+    if not is_held(rest):
+        states, status = [], Status.NOT_HELD
+    else:
+        states = _states(at_rest)
+        status = Status.SUCCESS if states else Status.NO_CONVERGENCE
+    result = schema.label_static(rest, _described(at_rest, states), str(status))
+    if throw and status != Status.SUCCESS:
+        raise SolveError(str(status), result)
+    return result
+
+
+class _AtRest:
+    """The equations of harmonic 0, without vibration, at an angular frequency [rad/s]."""
+
+    def __init__(self, problem: HarmonicBalance, omega: float):
+        self.problem, self.omega = problem, omega
+        still = problem.basis.order == 0
+        self.places = np.flatnonzero(np.tile(still, problem.n_dof))
+
+    def whole(self, displacement: FloatArray) -> FloatArray:
+        """Unknowns of the balance (n_unknowns,) of a displacement (n_dof,) [m]."""
+        unknowns = np.zeros(self.problem.n_unknowns)
+        unknowns[self.places] = displacement
+        return unknowns
+
+    def __call__(self, displacement: FloatArray) -> Evaluation:
+        """The balance of forces and its derivative by the displacement."""
+        evaluation = self.problem.evaluate(self.whole(displacement), self.omega)
+        jacobian = full(evaluation.jacobian)[np.ix_(self.places, self.places)]
+        parts = evaluation.residual[self.places], evaluation.by_parameter[self.places]
+        return replace(evaluation, residual=parts[0], jacobian=jacobian, by_parameter=parts[1])
+
+
+def _states(at_rest: _AtRest) -> list[NewtonResult]:
+    """All states that starts and deflation lead to, the stable ones first."""
+    found: list[NewtonResult] = []
+
+    def add(start: FloatArray) -> None:
+        result = newton(at_rest, start)
+        size = np.linalg.norm(result.unknowns)
+        distances = [np.linalg.norm(result.unknowns - known.unknowns) for known in found]
+        if result.converged and all(d > _SAME * size for d in distances):
+            found.append(result)
+
+    starts = list(_starts(at_rest))
+    for start in starts:
+        add(start)
+    for known in found:  # which grows
+        softest = _softest(known)
+        away = [known.unknowns + sign * s * softest for s in _NUDGES for sign in (1, -1)]
+        other = other_solution(at_rest, known.unknowns, [*starts, *away])
+        for start in away if other is None else [other, *away]:
+            add(start)
+    return sorted(found, key=lambda state: (-_verdict(state), np.linalg.norm(state.unknowns)))
+
+
+def _starts(at_rest: _AtRest) -> Iterator[FloatArray]:
+    """Nothing, and the linear states of patterns of open and closed contacts."""
+    problem = at_rest.problem
+    model = problem.model
+    yield np.zeros(problem.n_dof)
+    stiffness, directions = model.static_stiffness.toarray(), model.directions.toarray()
+    force = problem.force(at_rest.omega)[:, 0]
+    springs, loads, rows = [], [], []
+    for group in model.groups:
+        if isinstance(group.law, NormalLaw):
+            values = model.values_of(group)
+            load = np.broadcast_to(group.law.load(at_rest.omega, values), group.n)
+            balanced = np.maximum(load, 0) if group.law.preload == "balanced" else 0 * load
+            springs += np.broadcast_to(values["normal_stiffness"], group.n).tolist()
+            loads += np.column_stack([load, balanced]).tolist()
+            rows += group.rows[:, group.law.directions.index("normal")].tolist()
+    n = len(rows)
+    patterns = product((1, 0), repeat=n) if 2**n <= _MOST_PATTERNS else [(1,) * n, (0,) * n]
+    for pattern in patterns if n else [()]:
+        matrix, right = stiffness.copy(), force.copy()
+        contacts = zip(pattern, springs, loads, rows, strict=True)
+        for closed, spring, (load, balanced), row in contacts:
+            normal = directions[row]
+            matrix += closed * spring * np.outer(normal, normal)
+            right -= (closed * load - balanced) * normal
+        yield np.linalg.lstsq(matrix, right, rcond=None)[0]
+
+
+def _softest(state: NewtonResult) -> FloatArray:
+    """Direction (n_dof,) in which a state has the least stiffness."""
+    jacobian = state.evaluation.jacobian
+    return np.linalg.eigh((jacobian + jacobian.T) / 2)[1][:, 0]
+
+
+def _verdict(state: NewtonResult) -> int:
+    """1 at a minimum of the potential energy, 0 at none, -1 where something moves freely."""
+    jacobian = state.evaluation.jacobian
+    sizes = np.linalg.eigvals(jacobian).real
+    if np.abs(sizes).min() <= _INDIFFERENT * np.abs(sizes).max():
+        return -1
+    return int(sizes.min() > 0)
+
+
+def _described(at_rest: _AtRest, states: list[NewtonResult]) -> dict[str, Any]:
+    """Results of the states by the names of the dataset."""
+    problem = at_rest.problem
+    shape = len(states), problem.n_contacts
+    contact_state, force = np.full(shape, -1, dtype=np.int8), np.full(shape, np.nan)
+    for k, state in enumerate(states):
+        relative = problem.layout.relative(at_rest.whole(state.unknowns))
+        located = problem.locate(at_rest.whole(state.unknowns), at_rest.omega)
+        for group in problem.contacts.groups:
+            results = group.law.results(
+                problem.basis,
+                located.groups[group.name],
+                problem.contacts.motions(group, relative),
+                at_rest.omega,
+                problem.contacts.values_of(group),
+            )
+            if "contact_state" in results:
+                contact_state[k, group.contacts] = results["contact_state"]
+            if "mean_normal_force" in results:
+                force[k, group.contacts] = results["mean_normal_force"]
+    displacement = np.array([state.unknowns for state in states]).reshape(-1, problem.n_dof)
+    result: dict[str, Any] = dict(
+        static_displacement=displacement,
+        contact_state=contact_state,
+        stability=np.array([_verdict(state) for state in states], dtype=np.int8),
+        residual_norm=np.array([state.evaluation.norm for state in states], dtype=float),
+    )
+    if np.isfinite(force).any():
+        result["mean_normal_force"] = force
+    return result

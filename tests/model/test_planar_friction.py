@@ -1,0 +1,503 @@
+"""Friction in a plane: closed forms, one direction, samples, derivatives, and every verb."""
+
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import symhbm as sh
+from symhbm.model.contacts.planar import batch
+from symhbm.numerics import FourierBasis
+
+# Every first use compiles the loops for a minute; the examples of a property are not to blame.
+QUIET = settings(max_examples=30, deadline=None, derandomize=True)
+KINDS = {
+    "constant": sh.PlanarFriction("constant"),
+    "load": sh.PlanarFriction(),
+    "gap": sh.PlanarFriction("gap"),
+}
+
+
+def values_of(law, stiffness=1.0, normal=1.0, friction=0.5, load=1.5):
+    known = dict(
+        contact_stiffness=stiffness,
+        normal_stiffness=normal,
+        friction_coefficient=friction,
+        normal_load=load,
+        gap=-load / normal if normal else np.nan,
+    )
+    return {name: np.array([known[name]]) for name in law.parameters}
+
+
+def force_of(law, basis, motion, values, held=None):
+    """Coefficients direction by direction (m, K), and what was located."""
+    motion = np.ravel(motion)[None]
+    held = None if held is None else np.array([held])
+    located = law.locate(basis, motion, 1.0, values, held)
+    force = law.forces(basis, located, motion, 1.0, values)
+    return force.reshape(len(law.directions), -1), located
+
+
+def figures_of(law, basis, motion, values):
+    motion = np.ravel(motion)[None]
+    located = law.locate(basis, motion, 1.0, values)
+    results = law.results(basis, located, motion, 1.0, values)
+    return {name: float(array[0]) for name, array in results.items()}
+
+
+def random_motion(rng, basis, directions):
+    decay = np.maximum(basis.order, 1) ** -1.5
+    return rng.normal(size=(directions, basis.n_components)) * decay
+
+
+def returned(law, basis, motion, values, samples, periods=10):
+    """The same force by radial return over samples: of first order, but nothing else is in it."""
+    given = law.physical(1.0, values)[0]
+    functions = basis.values(2 * np.pi * np.arange(samples) / samples)
+    pull = given[0] * functions @ motion[:2].T
+    press = given[3] + (given[1] * functions @ motion[2] if law.varies else np.zeros(samples))
+    limit, place, force = given[2] * np.maximum(press, 0), np.zeros(2), np.zeros((samples, 2))
+    for i in list(range(samples)) * periods:
+        trial = pull[i] - place
+        size = np.hypot(*trial)
+        if size > limit[i]:
+            trial *= limit[i] / size
+            place = pull[i] - trial
+        force[i] = trial
+    return (2 * np.pi / samples * (functions * basis.norm).T @ force).T
+
+
+def test_explicit_motion():
+    basis, law = FourierBasis((0, 1, 2)), sh.PlanarFriction()
+    motion = [[0, 2, 0, 0, 0.3], [0, 0, 1.2, 0.2, 0], [0, 0.3, 0.2, 0, 0]]
+    force, located = force_of(law, basis, motion, values_of(law))
+    expected = [
+        [0.062988092138, 0.448080690991, -0.653757143168, 0.13039259697, 0.091863143442],
+        [0.108136441766, 0.584910453973, 0.330227235396, 0.028672164788, 0.050787466513],
+    ]
+    np.testing.assert_allclose(force[:2], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(force[2], motion[2], rtol=0, atol=1e-15)
+    assert located.states.tolist() == [[True, False, True]]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("size", [1.01, 3.0, 100.0])
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 3)])
+def test_circle(kind, size, harmonics):
+    basis, law = FourierBasis(harmonics), KINDS[kind]
+    k, limit = 1.3, 0.8
+    radius = size * limit / k
+    motion = np.zeros((len(law.directions), basis.n_components))
+    at = basis.component(1)
+    motion[0, at], motion[1, at + 1] = radius, radius
+    values = values_of(law, stiffness=k, friction=0.4, load=2.0)
+    force, _ = force_of(law, basis, motion, values)
+    along = limit**2 / (k * radius)
+    across = limit * np.sqrt(1 - (limit / (k * radius)) ** 2)
+    expected = np.zeros((2, basis.n_components))
+    expected[0, at], expected[0, at + 1] = along, -across
+    expected[1, at], expected[1, at + 1] = across, along
+    np.testing.assert_allclose(force[:2], expected, rtol=0, atol=1e-11)
+    figures = figures_of(law, basis, motion, values)
+    assert figures["dissipation"] == pytest.approx(2 * np.pi * radius * across, rel=1e-10)
+    assert figures["slip_distance"] == pytest.approx(2 * np.pi * radius * across / limit, rel=1e-10)
+    assert figures["stick_fraction"] == 0
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, np.pi / 2, 2.5])
+def test_along_a_line_it_is_friction_of_one_direction(turn):
+    rng, law, plain = np.random.default_rng(0), KINDS["constant"], sh.Coulomb()
+    axis, slips = np.array([np.cos(turn), np.sin(turn)]), []
+    for harmonics in ((1,), (0, 1, 2), (1, 3), (0, 1, 2, 3, 4)):
+        basis = FourierBasis(harmonics)
+        for _ in range(5):
+            motion = random_motion(rng, basis, 1)
+            values = values_of(law, load=10 ** rng.uniform(-2, 1))
+            force, located = force_of(law, basis, np.outer(axis, motion), values)
+            expected, one = force_of(plain, basis, motion, values)
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(force, np.outer(axis, expected), rtol=0, atol=1e-12 * scale)
+            assert located.states[0, 0] == one.states[0, 0]
+            np.testing.assert_allclose(located.margins, one.margins, rtol=1e-11, atol=1e-13)
+            slips.append(located.states[0, 0])
+    assert {*slips} == {True, False}
+
+
+def walls(law, basis, motion, values, samples=200_000):
+    """One direction by its walls, over samples: ``q`` is pushed by ``k_t u -+ mu N``."""
+    stiffness, normal, friction, load = law.physical(1.0, values)[0]
+    functions = basis.values(2 * np.pi * np.arange(samples) / samples)
+    pull = stiffness * functions @ motion[0]
+    limit = friction * np.maximum(load + normal * functions @ motion[-1], 0)
+    low, high, q = pull - limit, pull + limit, 0.0
+    position = np.empty(samples)
+    for _ in range(2):
+        for i, (bottom, top) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+            q = bottom if q < bottom else top if q > top else q
+            position[i] = q
+    return 2 * np.pi / samples * (functions * basis.norm).T @ (pull - position)
+
+
+@pytest.mark.parametrize("load", [2.0, 0.5, -0.3])
+def test_along_a_line_under_a_variable_load(load):
+    rng, law, basis = np.random.default_rng(1), KINDS["load"], FourierBasis((0, 1, 2))
+    axis = np.array([0.6, 0.8])
+    for _ in range(2):
+        line, press = random_motion(rng, basis, 2)
+        values = values_of(law, load=load)
+        motion = np.vstack([np.outer(axis, line), press])
+        force, located = force_of(law, basis, motion, values)
+        expected = walls(law, basis, np.array([line, press]), values)
+        first = 0 if located.states[0, 0] else 1  # full stick leaves the mean to choose
+        np.testing.assert_allclose(
+            force[:2, first:], np.outer(axis, expected)[:, first:], rtol=0, atol=3e-5
+        )
+        np.testing.assert_allclose(axis[1] * force[0], axis[0] * force[1], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("given", ["normal_load", "gap"])
+def test_along_a_line_it_is_the_law_of_one_direction(given):
+    rng, law, plain = (
+        np.random.default_rng(4),
+        sh.PlanarFriction(given),
+        sh.VariableLoadFriction(given),
+    )
+    basis, axis, states = FourierBasis((0, 1, 2, 3)), np.array([0.8, -0.6]), set()
+    for load in (4.0, 2.5, 1.5, 0.8, 0.3, -0.2, -0.5):
+        line, press = random_motion(rng, basis, 2)
+        values = values_of(law, load=load)
+        motion = np.vstack([np.outer(axis, line), press])
+        force, located = force_of(law, basis, motion, values)
+        expected, one = force_of(plain, basis, np.array([line, press]), values)
+        whole = np.vstack([np.outer(axis, expected[0]), expected[1]])
+        np.testing.assert_allclose(force, whole, rtol=0, atol=3e-12)
+        np.testing.assert_array_equal(located.states, one.states)
+        np.testing.assert_allclose(located.margins, one.margins, rtol=1e-9, atol=1e-12)
+        figures = figures_of(law, basis, motion, values)
+        for name, value in figures_of(plain, basis, np.array([line, press]), values).items():
+            assert figures[name] == pytest.approx(value, rel=1e-9, abs=1e-11), name
+        states.add(figures["contact_state"])
+    assert states >= {0, 1, 2}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_against_radial_return(kind):
+    """Of first order: eight times the samples, an eighth of the difference."""
+    rng, law, basis, states = np.random.default_rng(2), KINDS[kind], FourierBasis((0, 1, 2)), []
+    for load in (6.0, 2.2, 0.3, -0.4)[: 3 if kind == "constant" else 4]:
+        values = values_of(law, load=load)
+        motion = random_motion(rng, basis, len(law.directions))
+        force, located = force_of(law, basis, motion, values)
+        first = 0 if located.states[0, 0] else 1  # full stick leaves the mean to choose
+        coarse, fine = (
+            np.abs(returned(law, basis, motion, values, n) - force[:2])[:, first:].max()
+            for n in (500, 4000)
+        )
+        assert fine < 2e-3
+        assert fine < 0.3 * coarse or fine < 1e-9
+        states.append(figures_of(law, basis, motion, values)["contact_state"])
+    assert {*states} >= ({0, 1} if kind == "constant" else {0, 1, 2})
+
+
+def seen(law, basis, motion, values):
+    figures = figures_of(law, basis, motion, values)
+    sticks, opens = figures["stick_fraction"] > 0, figures["open_fraction"] > 0
+    return sticks, figures["slip_distance"] > 0, opens
+
+
+def test_stick_slip_and_opening_in_one_period():
+    law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(3)
+    found = set()
+    for _ in range(60):
+        motion = random_motion(rng, basis, 3)
+        values = values_of(law, load=rng.uniform(-0.5, 4), friction=rng.uniform(0.2, 3))
+        found.add(seen(law, basis, motion, values))
+    assert found >= {
+        (True, True, True),
+        (True, True, False),
+        (False, True, False),
+        (False, True, True),
+        (True, False, False),
+    }
+
+
+@QUIET
+@given(st.sampled_from([*KINDS]), st.integers(0, 10_000), st.floats(0, 6.3), st.floats(-2, 1))
+def test_invariants(kind, seed, angle, level):
+    """Turned axes, another origin of time, another scale; no work is won."""
+    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2, 3)), np.random.default_rng(seed)
+    motion = random_motion(rng, basis, len(law.directions))
+    load = 10**level if kind == "constant" else rng.uniform(-1, 4)
+    values = values_of(law, stiffness=10**-level, friction=0.4, load=load)
+    force, _ = force_of(law, basis, motion, values)
+    scale = np.abs(force[:2]).max() + 1e-300
+    c, s = np.cos(angle), np.sin(angle)
+    axes = np.eye(len(motion))
+    axes[:2, :2] = [[c, -s], [s, c]]
+    turned, _ = force_of(law, basis, axes @ motion, values)
+    np.testing.assert_allclose(turned[:2], axes[:2, :2] @ force[:2], rtol=0, atol=2e-12 * scale)
+    shift = np.eye(basis.n_components)
+    for n in basis.harmonics[1:]:
+        i = basis.component(n)
+        w, z = np.cos(n * angle), np.sin(n * angle)
+        shift[i : i + 2, i : i + 2] = [[w, z], [-z, w]]
+    later, _ = force_of(law, basis, motion @ shift.T, values)
+    np.testing.assert_allclose(later[:2], force[:2] @ shift.T, rtol=0, atol=2e-12 * scale)
+    figures = figures_of(law, basis, motion, values)
+    assert figures["dissipation"] >= -1e-12 * scale
+    largest = figures["largest_normal_force"]
+    assert figures["dissipation"] <= 0.4 * largest * figures["slip_distance"] * (1 + 1e-9) + 1e-12
+    assert np.abs(force[:2]).max() <= 4 / np.pi * 0.4 * largest * (1 + 1e-12)
+
+
+@lru_cache
+def slopes_of(law, basis):
+    size = basis.n_components * len(law.directions)
+    motion, values = ca.SX.sym("motion", size), ca.SX.sym("values", len(law.parameters))
+    events = ca.SX.sym("events", law.n_events(basis))
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    force = law.force(basis, motion, 1.0, by_name, events)
+    slope = ca.densify(ca.jacobian(force, ca.vertcat(motion, values)))
+    return ca.Function("slopes", [motion, values, events], [slope])
+
+
+class Point:
+    """Force, margins and their slopes of a motion and values, (v,) in all."""
+
+    def __init__(self, law, basis, point):
+        size = basis.n_components * len(law.directions)
+        self.motion, self.values = point[:size], point[size:]
+        by_name = {name: self.values[[i]] for i, name in enumerate(law.parameters)}
+        force, located = force_of(law, basis, self.motion, by_name)
+        self.force, self.located, self.margins = force.ravel(), located, located.margins[0]
+        by_values = law.margin_slopes(located, 1.0, by_name)[1][:, 0].T
+        self.margin_slopes = np.concatenate([located.margins_by_motion[0], by_values], axis=1)
+        self.slopes = slopes_of(law, basis)(self.motion, self.values, located.events[0]).full()
+
+
+def onset(law, basis, motion, values, switch):
+    """The motion scaled to where a margin passes zero."""
+    size = motion.size
+    by_name = {name: values[[i]] for i, name in enumerate(law.parameters)}
+
+    def at(scale):
+        return np.concatenate([scale * motion.ravel(), values])
+
+    def margin(scale):
+        whole, none = at(scale)[None, :size], np.zeros((1, 1))
+        return law.margins_within(basis, whole, none, 1.0, by_name)[0, switch]
+
+    scales = np.geomspace(1e-3, 1e3, 31)
+    positive = np.array([margin(scale) > 0 for scale in scales])
+    change = np.flatnonzero(positive[1:] != positive[:-1])
+    if not change.size:
+        return None
+    low, high = scales[change[0]], scales[change[0] + 1]
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if (margin(middle) > 0) == positive[change[0]] else (low, middle)
+    return at(low)
+
+
+ONSETS = [("constant", 0), ("load", 0), ("load", 1), ("gap", 0), ("gap", 2)]
+
+
+@pytest.mark.parametrize("distance", [1e-1, -1e-1, 1e-3, -1e-3, 1e-6, -1e-6])
+@pytest.mark.parametrize(("kind", "switch"), ONSETS)
+def test_first_derivatives_beside_onsets(kind, switch, distance):
+    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2)), np.random.default_rng(5)
+    errors = []
+    for _ in range(4):
+        motion = random_motion(rng, basis, len(law.directions))
+        load = -0.5 if switch == 2 else 1.2
+        values = np.array([v[0] for v in values_of(law, 1.3, 0.8, 0.6, load).values()])
+        start = onset(law, basis, motion, values, switch)
+        if start is None:
+            continue
+        start[: motion.size] *= 1 + distance
+        here = Point(law, basis, start)
+        level = np.where(np.arange(len(start)) < motion.size, np.abs(motion).max(), start)
+        direction = rng.uniform(-1, 1, len(start)) * level
+        # Four points cancel what a step of so much of the distance leaves.
+        step = 2e-3 * abs(distance)
+        ahead, back, far, behind = (
+            Point(law, basis, start + k * step * direction) for k in (1, -1, 2, -2)
+        )
+        for name, slopes, part in (
+            ("force", here.slopes, slice(None)),
+            ("margins", here.margin_slopes, [switch]),
+        ):
+            one, other, two, others = (
+                getattr(point, name)[part] for point in (ahead, back, far, behind)
+            )
+            difference = (8 * (one - other) - (two - others)) / (12 * step)
+            exact = (slopes @ direction)[part]
+            if np.abs(exact).max() > 0:
+                errors.append(np.abs(difference - exact).max() / np.abs(exact).max())
+            else:
+                assert np.abs(difference).max() == 0
+    assert len(errors) >= 3
+    # Differences over 2e-9 have no more digits.
+    assert np.max(errors) < (1e-7 if abs(distance) > 1e-5 else 3e-5)
+    assert np.median(errors) < (1e-8 if abs(distance) > 1e-5 else 1e-6)
+
+
+@pytest.mark.parametrize(("kind", "switch"), ONSETS)
+def test_margins_to_second_order(kind, switch):
+    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2)), np.random.default_rng(6)
+    for _ in range(4):
+        motion = random_motion(rng, basis, len(law.directions))
+        values = np.array([v[0] for v in values_of(law, 1.3, 0.8, 0.6, 0.9).values()])
+        point = np.concatenate([motion.ravel(), values])
+        by_name = dict(zip(law.parameters, values, strict=True))
+        margin, first, second = law.margin_expansion(basis, motion.ravel(), 1.0, by_name, switch)
+        here = Point(law, basis, point)
+        assert margin == pytest.approx(here.margins[switch], rel=1e-12, abs=1e-13)
+        first = np.delete(first, motion.size)
+        second = np.delete(np.delete(second, motion.size, 0), motion.size, 1)
+        np.testing.assert_allclose(first, here.margin_slopes[switch], rtol=0, atol=1e-11)
+        direction, step = rng.normal(size=len(point)), 1e-5
+        up, down = (
+            Point(law, basis, point + s * direction).margin_slopes[switch] for s in (step, -step)
+        )
+        np.testing.assert_allclose((up - down) / (2 * step), second @ direction, rtol=0, atol=1e-5)
+
+
+def test_limits():
+    """No spring, no friction, no motion, never touching, always open, touching without a load."""
+    basis, rng = FourierBasis((0, 1, 2)), np.random.default_rng(7)
+    for law in KINDS.values():
+        motion = random_motion(rng, basis, len(law.directions))
+        none = np.zeros_like(motion)
+        for point, changed in (
+            (motion, dict(stiffness=0.0)),
+            (motion, dict(friction=0.0)),
+            (none, {}),
+            (motion, dict(load=0.0)),
+            (none, dict(load=0.0)),
+        ):
+            values = values_of(law, **changed)
+            force, located = force_of(law, basis, point, values)
+            assert np.isfinite(force).all()
+            assert np.isfinite(located.events).all()
+            assert np.isfinite(located.margins_by_motion).all()
+            assert not np.isnan(located.margins).any()
+            if not (law.varies and "load" in changed and point is motion):
+                np.testing.assert_array_equal(force[:2], 0)
+            assert all(np.isfinite(v) for v in figures_of(law, basis, point, values).values())
+    law, motion = KINDS["load"], random_motion(rng, basis, 3)
+    apart = values_of(law, load=-50.0)
+    force, located = force_of(law, basis, motion, apart)
+    np.testing.assert_array_equal(force, 0)
+    assert figures_of(law, basis, motion, apart)["contact_state"] == 3
+    assert located.states.tolist() == [[True, True, False]]
+    pressed = values_of(law, load=50.0)
+    force, located = force_of(law, basis, motion, pressed)
+    assert located.states.tolist() == [[False, False, True]]
+    np.testing.assert_allclose(force[:, 1:], motion[:, 1:], rtol=1e-14)
+
+
+def test_one_motion_in_both_directions_of_the_load():
+    """An inclined direction alone: both walls of the slider may stand still."""
+    law, basis = KINDS["load"], FourierBasis((0, 1, 2))
+    line = np.array([0, 3, 0, 0.5, 0])
+    for friction in (0.5, 1.0, 2.0):
+        motion = np.array([line, 0 * line, 0.5 * line])
+        values = values_of(law, friction=friction, load=1.0)
+        force, _ = force_of(law, basis, motion, values)
+        expected = walls(law, basis, motion[[0, 2]], values, 50_000)
+        np.testing.assert_allclose(force[0], expected, rtol=0, atol=1e-4)
+        np.testing.assert_allclose(force[1], 0, rtol=0, atol=1e-12)
+    expected = [0.28918191582, 0.521698269803, -0.393733372109, 0.375453221012, -0.263130992232]
+    force, _ = force_of(law, basis, motion, values_of(law, load=1.0))
+    np.testing.assert_allclose(force[0], expected, rtol=0, atol=1e-11)
+
+
+def test_imposed_stick_is_linear():
+    law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(8)
+    motion, values = random_motion(rng, basis, 3), values_of(KINDS["load"], load=3.5)
+    free, located = force_of(law, basis, motion, values)
+    assert located.states[0, 0]
+    force, located = force_of(law, basis, motion, values, held=[False, False, True])
+    np.testing.assert_allclose(force[:2, 1:], motion[:2, 1:], rtol=1e-14)
+    assert not located.states[0, 0]
+    assert np.abs(force - free).max() > 1e-3
+
+
+def test_words():
+    with pytest.raises(ValueError, match="given='force': expected one of"):
+        sh.PlanarFriction("force")
+    with pytest.raises(ValueError, match="preload='none': expected one of"):
+        sh.PlanarFriction(preload="none")
+    assert repr(sh.PlanarFriction("gap", preload="coupled")) == (
+        "PlanarFriction('gap', preload='coupled')"
+    )
+    assert sh.PlanarFriction() == sh.PlanarFriction("normal_load")
+    assert sh.PlanarFriction() != sh.PlanarFriction("gap")
+
+
+def problem_of(law, harmonics=(0, 1, 2, 3), **changed):
+    values = dict(contact_stiffness=1e4, friction_coefficient=0.5) | (
+        {"normal_stiffness": 1e4} if law.varies else {}
+    )
+    values |= {"gap": 1e-4} if law.given == "gap" else {"normal_load": 8.0}
+    pad = sh.Contacts(law, *([(i,)] for i in range(len(law.directions))), **(values | changed))
+    stiffness = [[1e4, 500, 800], [500, 1.3e4, 300], [800, 300, 2e4]]
+    damping = np.diag([3.0, 4.0, 5.0])
+    body = sh.Model(np.eye(3), damping, stiffness, contacts={"pad": pad})
+    force = sh.HarmonicForce({1: [5, 0, 3]}, {1: [0, 3, 0]})
+    return sh.HarmonicBalance(body, force, harmonics)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_from_response_to_archive(kind, tmp_path):
+    law = KINDS[kind]
+    problem = problem_of(law)
+    response = sh.frf(problem, (12, 30), progress=False)
+    assert str(response.status.values) == "the end of the band was reached"
+    words = {"constant": "onset of slip", "load": "onset of opening", "gap": "onset of contact"}
+    assert words[kind] in response.event_kind.values
+    sh.save(response, tmp_path / "planar.nc")
+    loaded = sh.load(tmp_path / "planar.nc")
+    again = sh.rebuild(loaded, laws=[law])
+    assert again.model.groups[0].law == law
+    point = loaded.isel(peak=0)
+    solved = sh.solve(again, float(point.peak_frequency))
+    amplitude = solved.amplitude.values[int(point.peak_dof)]
+    assert amplitude == pytest.approx(float(point.peak_amplitude), rel=1e-8)
+    verified = sh.verify(loaded, laws=[law], exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert verified.energy_error.max() < 1e-9
+    for name in ("open_fraction", "slip_distance", "largest_normal_force"):
+        assert np.isfinite(response[name].values).all()
+
+
+def test_path_in_a_parameter():
+    problem = problem_of(KINDS["load"])
+    path = sh.follow(problem, "normal_load", (1.0, 12.0), frequency=17.0, progress=False)
+    assert str(path.status.values) == "the end of the band was reached"
+    assert {"end of opening", "end of slip"} <= {*path.event_kind.values.tolist()}
+    for i in (0, path.sizes["point"] // 2, -1):
+        point = path.isel(point=i)
+        there = problem.with_parameters(normal_load=float(point.normal_load))
+        expected = sh.solve(there, 17.0).amplitude.values
+        np.testing.assert_allclose(point.amplitude.values, expected, rtol=1e-8)
+
+
+def test_many_contacts_are_each_their_own():
+    law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(9)
+    motions = np.array([random_motion(rng, basis, 3).ravel() for _ in range(6)])
+    single = values_of(law)
+    values = {name: np.repeat(value, 6) for name, value in single.items()}
+    values["normal_load"] = np.array([3.0, 1.0, 0.2, -0.3, 8.0, 0.0])
+    located = law.locate(basis, motions, 1.0, values)
+    forces = law.forces(basis, located, motions, 1.0, values)
+    for j, motion in enumerate(motions):
+        own = single | {"normal_load": values["normal_load"][[j]]}
+        np.testing.assert_array_equal(force_of(law, basis, motion, own)[0].ravel(), forces[j])
+    parts = located.details.split(2)
+    np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
+    assert parts[0].figures.shape[1] == batch.SLIP_DISTANCE + 1

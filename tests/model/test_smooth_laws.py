@@ -1,0 +1,479 @@
+"""Contact laws of an expression: forces, derivatives, samples, archives and what is refused."""
+
+import json
+import pickle
+
+import casadi as ca
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.balance.second_order import SecondOrder
+from symhbm.model.contacts import SmoothForce
+from symhbm.numerics import FourierBasis
+from symhbm.results.archive import ArchiveError
+
+GAP = {"k": (3e4, "N/m"), "g": (3e-4, "m")}
+
+
+def beyond(y, v, p):
+    return y - p["g"]
+
+
+def rubbing(y, v, p):
+    """Friction that grows with the load of a gap: two directions."""
+    load = p["k"] * ca.fmax(y[1] - p["g"], 0)
+    return load * ca.vertcat(0.3 * ca.tanh(v[0] / p["e"]), 1)
+
+
+LAWS = {
+    "dashpot": (lambda y, v, p: p["c"] * v, {"c": (3, "N s/m")}, ()),
+    "spring": (lambda y, v, p: p["k5"] * y**5, {"k5": (1e13, "N/m^5")}, ()),
+    "rounded": (
+        lambda y, v, p: p["F"] * ca.tanh(v / p["e"]),
+        {"F": (3, "N"), "e": (0.1, "m/s")},
+        (),
+    ),
+    "drag": (
+        lambda y, v, p: p["c"] * v * ca.fabs(v),
+        {"c": (3, "N s2 m-2")},
+        lambda y, v, p: v,
+    ),
+    "gap": (lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0), GAP, beyond),
+    "hertz": (
+        lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0) ** 1.5,
+        {"k": (3e6, "1"), "g": (3e-4, "m")},
+        beyond,
+    ),
+    "magnet": (
+        lambda y, v, p: -p["b"] / (p["g"] - y) ** 2,
+        {"b": (1e-3, "N m2"), "g": (2e-2, "m")},
+        (),
+    ),
+    "rubbing": (rubbing, GAP | {"e": (0.1, "m/s")}, lambda y, v, p: y[1] - p["g"]),
+}
+
+
+def group_of(name, **values):
+    expression, parameters, breakpoints = LAWS[name]
+    parameters = {k: (values.get(k, entry[0]), *entry[1:]) for k, entry in parameters.items()}
+    directions = {"along": [(0,)], "across": [(1,)]} if name == "rubbing" else [(0, 1)]
+    return sh.SmoothLaw(expression, parameters, directions, breakpoints)
+
+
+def problem_of(group, harmonics=(0, 1, 2, 3), amplitude=2.0, **others):
+    contacts = {"own": group, **others}
+    stiffness = [[1e4, -1e3], [-1e3, 2e4]]
+    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts=contacts)
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+
+
+def unknowns_like(problem, seed=0, size=1e-3):
+    return size * np.random.default_rng(seed).normal(size=problem.n_unknowns)
+
+
+def dense(matrix):
+    return matrix.toarray() if hasattr(matrix, "toarray") else matrix
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", LAWS)
+def test_derivatives_to_second_order(name, seed):
+    """By coefficients, frequency and every parameter, with break points that move."""
+    problem, names = problem_of(group_of(name)), [*LAWS[name][1]]
+    second, n = SecondOrder(problem, names), problem.n_unknowns
+    given = [problem.parameters[key][0] for key in names]
+    point = np.concatenate([unknowns_like(problem, seed), [90.0], given])
+    rng = np.random.default_rng(seed + 10)
+    size = np.concatenate([np.full(n, 1e-3), [90.0], given])
+    weights = rng.normal(size=n)
+
+    def at(point):
+        moved = problem.with_parameters(**dict(zip(names, point[n + 1 :], strict=True)))
+        found = second(moved, point[:n], point[n], weights)
+        return found.evaluation, dense(found.jacobian), dense(found.hessian)
+
+    evaluation, jacobian, hessian = at(point)
+    np.testing.assert_allclose(jacobian[:, :n], dense(evaluation.jacobian), rtol=1e-12, atol=1e-6)
+    along, step = size * rng.normal(size=len(size)), 1e-5
+    (ahead, slope_ahead, _), (behind, slope_behind, _) = (
+        at(point + s * step * along) for s in (1, -1)
+    )
+    first = (ahead.residual - behind.residual) / (2 * step)
+    expected = jacobian @ along
+    np.testing.assert_allclose(first, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+    bent = size * (weights @ (slope_ahead - slope_behind)) / (2 * step)
+    expected = size * (hessian @ along)
+    np.testing.assert_allclose(bent, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+def test_a_cube_is_the_cubic_spring():
+    own = sh.SmoothLaw(lambda y, v, p: p["c3"] * y**3, {"c3": (1e9, "N/m^3")}, [(0, 1)])
+    cubic = sh.Contacts(sh.CubicSpring(), [(0, 1)], cubic_stiffness=1e9)
+    one, other = (problem_of(group, (1, 3, 5)) for group in (own, cubic))
+    found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (one, other))
+    np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
+    np.testing.assert_allclose(found.jacobian, expected.jacobian, rtol=1e-12, atol=1e-9)
+    one, other = (sh.frf(p, (10, 30), progress=False) for p in (one, other))
+    np.testing.assert_allclose(one.peak_amplitude, other.peak_amplitude, rtol=1e-9)
+
+
+def test_a_dashpot_is_damping():
+    own = problem_of(group_of("dashpot"))
+    each = np.array([[1.0, -1.0]])
+    damping = np.diag([2.0, 3.0]) + 3.0 * each.T @ each
+    model = sh.Model(np.eye(2), damping, [[1e4, -1e3], [-1e3, 2e4]])
+    plain = sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), (0, 1, 2, 3))
+    found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (own, plain))
+    np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
+    np.testing.assert_allclose(found.jacobian, dense(expected.jacobian), rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(found.by_parameter, expected.by_parameter, rtol=1e-10, atol=1e-12)
+    one, other = (sh.solve(p, 16.0, stability=True) for p in (own, plain))
+    np.testing.assert_allclose(one.amplitude, other.amplitude, rtol=1e-11)
+    np.testing.assert_allclose(one.growth_rate, other.growth_rate, rtol=1e-9)
+
+
+def test_rounded_friction_tends_to_friction():
+    """The difference falls with the velocity over which the sign is rounded off."""
+    rub = dict(contact_stiffness=1e9, friction_coefficient=1.0, normal_load=0.5)
+    dry = problem_of(sh.Contacts(sh.Coulomb(), [(0, 1)], **rub), (1, 3, 5))
+    expected = sh.solve(dry, 17.0).amplitude.values
+    differences = []
+    for small in (3e-2, 3e-3):
+        found = sh.solve(problem_of(group_of("rounded", F=0.5, e=small), (1, 3, 5)), 17.0)
+        assert found.sampling_error < 1e-9
+        differences.append(np.abs(found.amplitude.values / expected - 1).max())
+    assert differences[0] < 1e-2
+    assert differences[1] < 0.1 * differences[0]
+
+
+MOTION = np.array([1.0, 0.0, 0.1, 0.05, 0.0, 0.02]) / 90
+"""Harmonics 1, 3 and 5 of a displacement whose velocity is about 1 m/s at 90 rad/s."""
+
+
+def summed(formula, count, harmonics=(1, 3, 5), motion=MOTION):
+    """Coefficients of a force by a sum over equidistant angles."""
+    basis, tau = FourierBasis(harmonics), 2 * np.pi * np.arange(count) / count
+    functions = basis.values(tau)
+    force = formula(functions @ motion, 90.0 * basis.values(tau, 1) @ motion)
+    return 2 * np.pi / count * (functions * basis.norm).T @ force
+
+
+def located_force(expression, parameters, breakpoints=()):
+    """Coefficients of the force of a law, and how they were summed."""
+    group = sh.SmoothLaw(expression, parameters, [(0,)], breakpoints)
+    law, basis = group.law, FourierBasis((1, 3, 5))
+    values = {name: np.ravel(value) for name, value in group.values.items()}
+    located = law.locate(basis, MOTION[None], 90.0, values)
+    return law.forces(basis, located, MOTION[None], 90.0, values)[0], located.details
+
+
+@pytest.mark.parametrize(("small", "samples"), [(None, 64), (0.3, 512), (0.05, 2048), (0.01, 8192)])
+def test_doubling_stops_where_it_should(small, samples):
+    """One doubling after the sum is exact, which is what tells so: y^5 is exact at 32 samples."""
+    if small is None:
+        found, details = located_force(lambda y, v, p: p["k"] * y**5, {"k": (1e9, "N/m^5")})
+
+        def formula(y, v):
+            return 1e9 * y**5
+
+        exact = summed(formula, 32)
+        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-14 * np.abs(exact).max())
+    else:
+        parameters = {"k": (1, "N"), "e": (small, "m/s")}
+        found, details = located_force(lambda y, v, p: p["k"] * ca.tanh(v / p["e"]), parameters)
+
+        def formula(y, v):
+            return np.tanh(v / small)
+
+    assert details.count[0] == samples
+    true = summed(formula, 4 * samples)
+    allowed = np.maximum(details.error[0], 1e-14 * np.abs(true).max())
+    assert np.all(np.abs(found - true) <= allowed)
+    # A quarter as many would not have done.
+    assert np.abs(summed(formula, samples // 4) - true).max() > 1e-12 * np.abs(true).max()
+
+
+def test_kinks_converge_slowly_and_say_so():
+    """Without break points the stated error is true; with them there is none."""
+    gap = 4e-3
+    parameters = {"k": (1e3, "N/m"), "g": (gap, "m")}
+
+    def expression(y, v, p):
+        return p["k"] * ca.fmax(y - p["g"], 0)
+
+    def formula(y, v):
+        return 1e3 * np.maximum(y - gap, 0)
+
+    slow, details = located_force(expression, parameters)
+    fast, exact = located_force(expression, parameters, lambda y, v, p: y - p["g"])
+    true = summed(formula, 2**20)
+    size = np.abs(true).max()
+    assert details.count[0] == 2**14
+    assert details.error.max() > 1e-10 * size
+    assert np.abs(slow - true).max() <= details.error.max()
+    assert np.abs(fast - true).max() < 1e-10 * size
+    assert exact.error.max() < 1e-12 * size
+    assert exact.count[0] <= 64
+    assert len(exact.breaks[0].angle) == 2
+
+
+def test_break_points_are_exact_for_powers_and_near_touches():
+    """A force that begins as a root of the distance, and a contact that just touches."""
+    highest = FourierBasis((1, 3, 5)).values(2 * np.pi * np.arange(2**16) / 2**16) @ MOTION
+    for depth in (1e-3, 1e-5, 1e-7):
+        gap = highest.max() * (1 - depth)
+        parameters = {"k": (1e3, "N/m"), "g": (gap, "m")}
+        found, details = located_force(
+            lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0) ** 1.5,
+            parameters,
+            lambda y, v, p: y - p["g"],
+        )
+        assert len(details.breaks[0].angle) == 2
+        mean = summed(lambda y, v, gap=gap: 1e3 * np.maximum(y - gap, 0) ** 1.5, 2**20)
+        assert np.abs(found - mean).max() < 1e-5 * np.abs(mean).max()
+        # The distance itself has lost digits.
+        assert details.error.max() < (1e-12 + 1e-15 / depth) * np.abs(found).max()
+    apart = {"k": (1e3, "N/m"), "g": (highest.max() * (1 + 1e-6), "m")}
+    found, details = located_force(
+        lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0), apart, lambda y, v, p: y - p["g"]
+    )
+    assert not found.any()
+    assert not len(details.breaks[0].angle)
+
+
+@pytest.mark.parametrize("name", ["spring", "rounded", "gap", "rubbing"])
+def test_from_response_to_picture(name, tmp_path):
+    """An archive is enough: laws= is not needed."""
+    problem, swept = problem_of(group_of(name)), next(iter(LAWS[name][1]))
+    value = problem.parameters[swept][0]
+    over = {swept: [value, 1.5 * value]}
+    response = sh.frf(problem, (10, 30), over=over, progress=False)
+    assert response.sampling_error.max() < 1e-9
+    sh.save(response, tmp_path / "own.nc")
+    loaded = sh.load(tmp_path / "own.nc")
+    again = sh.rebuild(loaded.isel({swept: 1}))
+    assert again.parameters[swept] == pytest.approx([1.5 * value])
+    assert again.model.groups[0].law == problem.model.groups[0].law
+    moved = problem.with_parameters(**{swept: 1.5 * value})
+    unknowns = unknowns_like(moved)
+    one, other = (p.evaluate(unknowns, 90.0).residual for p in (moved, again))
+    np.testing.assert_array_equal(one, other)
+    verified = sh.verify(loaded, exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert verified.energy_error.max() < 1e-9
+    assert verified.contact_mismatch.max() < 1e-9
+    slopes = sh.sensitivity(loaded)
+    step = 1e-4 * value
+    beside = {swept: [value - step, value + step]}
+    ends = sh.frf(problem, (10, 30), over=beside, progress=False)
+    for of in ("peak_amplitude", "peak_frequency"):
+        exact = slopes[f"{of}_by_{swept}"].isel({swept: 0}).values
+        exact = exact[np.isfinite(exact)]
+        low, high = ends[of].values[:, : len(exact)]
+        assert len(exact) >= 1
+        np.testing.assert_allclose(exact, (high - low) / (2 * step), rtol=1e-4)
+    for figure in (sh.plot.response(loaded), sh.plot.model(again)):
+        figure.savefig(tmp_path / "own.png")
+        mpl.pyplot.close(figure)
+
+
+def test_sampling_error_is_that_of_the_response():
+    """Of a gap without break points, against the same with them, and no more than stated."""
+    expression, parameters, breakpoints = LAWS["gap"]
+    responses = [
+        sh.solve(problem_of(sh.SmoothLaw(expression, parameters, [(0, 1)], cut)), 15.0)
+        for cut in ((), breakpoints)
+    ]
+    coarse, exact = (r.coefficient.values for r in responses)
+    difference = np.linalg.norm(coarse - exact) / np.linalg.norm(exact)
+    stated = float(responses[0].sampling_error)
+    assert 1e-12 < difference <= stated < 1e-4
+    assert responses[1].sampling_error < 1e-11
+    plain = sh.solve(problem_of(sh.Contacts(sh.CubicSpring(), [(0, 1)], cubic_stiffness=1e8)), 15.0)
+    assert "sampling_error" not in plain
+
+
+def test_units_meaning_and_bounds_of_parameters():
+    """Units as datasets have them, and a record where more is to be said."""
+    record = sh.Parameter("N m-3", "how it bends", "$c$", bound="positive", designed=True)
+    group = sh.SmoothLaw(
+        lambda y, v, p: p["k5"] * y**5 + p["c3"] * y**3 + p["d"] * v,
+        {"k5": (1e13, "N/m^5", "fifth power"), "c3": (1e6, record), "d": (0.1, "N*s/m")},
+        [(0, 1), (0,)],
+    )
+    problem = problem_of(group, (1, 3), amplitude=0.5)
+    response = sh.frf(problem, (14, 15), over={"own.k5": [1e13, 2e13]}, progress=False)
+    assert response.k5.attrs["units"] == "N m-5"
+    assert response.k5.attrs["long_name"] == "fifth power"
+    assert response.d.attrs["units"] == "N s m-1"
+    assert problem.parameters["c3"].tolist() == [1e6, 1e6]
+    with pytest.raises(ValueError, match="expected values finite and > 0"):
+        problem.with_parameters(c3=-1.0)
+    best = sh.minimise_peak(problem, "c3", frequency=(12, 20), bounds=(1e4, 1e7))
+    start = float(sh.frf(problem, (12, 20), progress=False).amplitude.max())
+    assert float(best.design_amplitude) <= start
+    path = sh.follow(problem, "d", (0.01, 1.0), frequency=15.0, progress=False)
+    assert str(path.status.values) == "the end of the band was reached"
+
+
+def test_where_forces_act():
+    """A pair, its weights, an array of them, and directions by name."""
+    cube, value = LAWS["spring"][0], {"k5": (1e13, "N/m^5")}
+    ways = [(0, 1)], (0, 1), {0: 1.0, 1: -1.0}, [{0: 1.0, 1: -1.0}], np.array([[1.0, -1.0]])
+    forces = []
+    for directions in (*ways, {"along": [(0, 1)]}):
+        problem = problem_of(sh.SmoothLaw(cube, value, directions), (1, 3))
+        forces.append(problem.evaluate(unknowns_like(problem), 90.0).residual)
+    np.testing.assert_allclose(forces, [forces[0]] * len(forces), rtol=1e-14)
+    with pytest.raises((TypeError, ValueError), match="y"):
+        sh.SmoothLaw(cube, value, [0, 1])
+
+
+def test_harmonics_that_a_force_needs():
+    """A force that is not odd asks for harmonics 0 and even; an odd one does not."""
+    for name in ("gap", "hertz", "magnet", "rubbing"):
+        with pytest.raises(ValueError, match="expected 0 and even ones among them"):
+            sh.frf(problem_of(group_of(name), (1, 3)), (10, 20), progress=False)
+    for name in ("dashpot", "spring", "rounded", "drag"):
+        assert group_of(name).law.odd
+    law, values = group_of("dashpot").law, {"c": np.array([3.0, 0.0])}
+    assert law.acts(values).tolist() == [True, False]
+    assert not law.holds(values).any()
+    assert group_of("gap").law.holds({"k": np.ones(1), "g": np.ones(1)}).all()
+
+
+def test_a_law_is_data():
+    """It pickles, and equals one made again; its archive holds operations and no code."""
+    law, again = group_of("hertz").law, group_of("hertz").law
+    assert law == again
+    assert pickle.loads(pickle.dumps(law)) == law
+    assert law != group_of("gap").law
+    assert {operation[0] for operation in json.loads(law.graph)["operations"]} <= {
+        *("input", "constant", "sub", "fmax", "constpow", "pow", "mul")
+    }
+
+
+def tampered(change):
+    graph = json.loads(group_of("gap").law.graph)
+    change(graph)
+    return json.dumps(graph)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nonsense",
+        "[]",
+        '{"operations": 3, "results": [0]}',
+        tampered(lambda g: g["operations"].append(["__import__", 0])),
+        tampered(lambda g: g["operations"].append(["floor", 0])),
+        tampered(lambda g: g["operations"].append(["add", 0])),
+        tampered(lambda g: g["operations"].append(["add", 0, 10**9])),
+        tampered(lambda g: g["operations"].append(["neg", -1])),
+        tampered(lambda g: g["operations"].append(["neg", True])),
+        tampered(lambda g: g["operations"].append(["input", 4])),
+        tampered(lambda g: g["operations"].append(["constant", "nan"])),
+        tampered(lambda g: g["operations"].append(["constant", 3])),
+        tampered(lambda g: g.update(results=[])),
+        tampered(lambda g: g.update(results=[10**6, 0])),
+        tampered(lambda g: g.update(operations=[["input", 0]] * 100_001)),
+    ],
+)
+def test_damaged_graphs_are_refused(text, tmp_path):
+    law = group_of("gap").law
+    with pytest.raises(ValueError, match="graph of a contact law: damaged, or of another version"):
+        SmoothForce(text, law.parameters, law.directions, 1, False)
+    response = sh.solve(problem_of(group_of("gap")), 15.0)
+    description = json.loads(response.attrs["problem"])
+    description["groups"]["own"]["attributes"]["graph"] = text
+    damaged = response.assign_attrs(problem=json.dumps(description))
+    with pytest.raises(ArchiveError, match="the description of the problem is damaged"):
+        sh.rebuild(damaged)
+
+
+CALLS = []
+
+
+def remembering(y, v, p):
+    CALLS.append(y)
+    return p["k"] * y * len(CALLS)
+
+
+def remembering_numbers(y, v, p):
+    if isinstance(y, ca.DM):
+        CALLS.append(float(y))
+        return p["k"] * y + sum(CALLS)
+    return p["k"] * y
+
+
+def drawn(y, v, p):
+    return p["k"] * y * np.random.default_rng().random()
+
+
+K = {"k": (1e3, "N/m"), "g": (1e-3, "m")}
+STRANGE = ca.SX.sym("strange")
+
+
+@pytest.mark.parametrize(
+    ("expression", "parameters", "breakpoints", "error", "text"),
+    [
+        (remembering, K, (), ValueError, "without memory or chance"),
+        (remembering_numbers, K, (), ValueError, "without memory or chance"),
+        (drawn, K, (), ValueError, "without memory or chance"),
+        (lambda y, v, p: y * STRANGE, K, (), ValueError, "holds strange, expected nothing but"),
+        (lambda y, v, p: p["kk"] * y, K, (), ValueError, "failed with KeyError: 'kk'"),
+        (lambda y, v, p: y if y > 0 else 0, K, (), ValueError, "failed with RuntimeError"),
+        (lambda y: y, K, (), ValueError, "failed with TypeError"),
+        (lambda y, v, p: 1.0, K, (), TypeError, "expected a CasADi expression .* got 1.0"),
+        (lambda y, v, p: None, K, (), TypeError, "expected a CasADi expression .* got None"),
+        (lambda y, v, p: ca.vertcat(y, v), K, (), ValueError, r"expected 1 value .* \(2, 1\)"),
+        (lambda y, v, p: ca.sqrt(ca.fabs(y)), K, (), ValueError, "slope of the force at rest is"),
+        (lambda y, v, p: ca.log(y), K, (), ValueError, "the force at rest is -inf"),
+        (lambda y, v, p: v / ca.fabs(v), K, (), ValueError, "the force at rest is nan"),
+        (lambda y, v, p: y / 0, K, (), ValueError, "holds the constant inf"),
+        (lambda y, v, p: p["k"] * ca.sign(v), K, (), ValueError, "the force jumps at rest"),
+        (lambda y, v, p: ca.floor(y), K, (), ValueError, "holds an operation that is none of"),
+        ("y", K, (), TypeError, "expression='y': expected a function"),
+        (lambda y, v, p: y, {}, (), TypeError, "expected"),
+        (lambda y, v, p: y, {"k": 3}, (), TypeError, r"parameters\['k'\]=3: expected \(value"),
+        (lambda y, v, p: y, {"k": (3, "N/m^^")}, (), ValueError, "expected units as"),
+        (lambda y, v, p: y, {"k": ("a", "N")}, (), TypeError, "expected real numbers"),
+        (lambda y, v, p: y, {"k": (np.nan, "N")}, (), ValueError, "expected values finite"),
+        (lambda y, v, p: y, K, lambda y, v, p: 2.0, TypeError, r"breakpoints\[0\]: expected a"),
+        (lambda y, v, p: y, K, [3], TypeError, r"breakpoints\[0\]=3: expected a function"),
+        (lambda y, v, p: y, K, lambda y, v, p: p["q"], ValueError, r"breakpoints\[0\]: it failed"),
+    ],
+)
+def test_wrong_laws_are_refused_in_one_sentence(expression, parameters, breakpoints, error, text):
+    CALLS.clear()
+    with pytest.raises(error, match=text) as caught:
+        sh.SmoothLaw(expression, parameters, [(0,)], breakpoints)
+    assert "\n" not in str(caught.value)
+
+
+UNDEFINED = "the force of a contact law is no number, or jumps at a break point"
+
+
+def test_forces_that_are_undefined_at_some_motions():
+    """What depends on the motion is a status, and the points before are valid."""
+    root = problem_of(sh.SmoothLaw(lambda y, v, p: p["k"] * y * ca.sqrt(1 - y / p["g"]), K, [(0,)]))
+    jump = problem_of(
+        sh.SmoothLaw(
+            lambda y, v, p: ca.if_else(y > p["g"], p["k"] * y, 0),
+            K,
+            [(0,)],
+            lambda y, v, p: y - p["g"],
+        )
+    )
+    for problem in (root, jump):
+        with pytest.warns(RuntimeWarning, match="the curve is incomplete: " + UNDEFINED):
+            response = sh.frf(problem, (5, 30), progress=False)
+        assert str(response.status.values).startswith(UNDEFINED)
+        assert response.sizes["point"] > 10
+        assert np.isfinite(response.amplitude).all()
+        # It ends where the largest displacement reaches what the force is undefined beyond.
+        assert response.amplitude.values[-1, 0] == pytest.approx(1e-3, rel=1e-3)
+    with_zero = problem_of(group_of("rounded")).with_parameters(e=0.0)
+    assert str(sh.solve(with_zero, 15.0).status.values).startswith(UNDEFINED)

@@ -1,0 +1,108 @@
+"""States of rest under static loads."""
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+
+
+def rest(model, load, **options):
+    problem = sh.HarmonicBalance(model, sh.PointForce() + sh.StaticLoad(load))
+    return sh.static_states(problem, **options)
+
+
+def test_a_blade_pressed_against_a_stop():
+    stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
+    blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop})
+    found = rest(blade, [40.0])
+    # 1e4 x + 2e4 (x - 1e-3) = 40
+    np.testing.assert_allclose(found.static_displacement, [[0.002]], rtol=1e-12)
+    np.testing.assert_allclose(found.mean_normal_force, [[20.0]], rtol=1e-12)
+    assert found.contact_state.values.tolist() == [[0]]
+    assert found.stability.values.tolist() == [1]
+    away = rest(blade, [-40.0])
+    np.testing.assert_allclose(away.static_displacement, [[-0.004]], rtol=1e-12)
+    assert away.contact_state.values.tolist() == [[3]]
+
+
+@pytest.mark.parametrize("angle", [20, 35, 60])
+def test_a_damper_in_its_groove_bears_the_closed_form(angle):
+    """Two platforms whose normals make an angle with the radius: N0 = m r Omega^2 / (2 cos)."""
+    cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
+    load = 12.0
+    sides = [
+        sh.Friction(
+            tangential={0: sine, 1: -side * cosine},
+            normal={0: cosine, 1: side * sine},
+            contact_stiffness=1e4,
+            normal_stiffness=1e6,
+            friction_coefficient=0.3,
+            normal_load=0.0,
+            preload="coupled",
+        )
+        for side in (1, -1)
+    ]
+    sides = dict(zip("lr", sides, strict=True))
+    body = sh.Model(
+        np.eye(2) * 0.1,
+        np.zeros((2, 2)),
+        np.zeros((2, 2)),
+        contacts=sides,
+    )
+    found = rest(body, [load, 0.0])
+    assert found.status.item() == "success"
+    np.testing.assert_allclose(found.mean_normal_force, load / (2 * cosine), rtol=1e-9)
+
+
+def test_a_random_structure_rests_where_its_energy_is_least():
+    rng = np.random.default_rng(4)
+    for _ in range(10):
+        n = int(rng.integers(2, 6))
+        root = rng.normal(size=(n, n))
+        stiffness = root @ root.T + np.eye(n)
+        gaps, springs = rng.uniform(-0.3, 0.3, n), rng.uniform(1, 5, n)
+        stops = sh.Gap(normal=[(i,) for i in range(n)], normal_stiffness=springs, gap=gaps)
+        model = sh.Model(np.eye(n), np.eye(n), stiffness, contacts={"stops": stops})
+        load = rng.normal(size=n)
+        found = rest(model, load)
+        assert found.sizes["solution"] == 1
+        x = found.static_displacement.values[0]
+        # Preloads are balanced where nothing moves.
+        balanced = np.maximum(-springs * gaps, 0)
+        push = np.maximum(springs * (x - gaps), 0) - balanced
+        np.testing.assert_allclose(stiffness @ x + push, load, atol=1e-10)
+        np.testing.assert_array_equal(found.contact_state[0] == 0, x > gaps)
+
+
+def test_a_spring_that_buckles_has_three_states():
+    snap = sh.SmoothLaw(
+        lambda y, v, p: p["k"] * (y**3 - y), parameters={"k": (1.0, "N/m^3")}, directions=[(0,)]
+    )
+    model = sh.Model([[1.0]], [[0.1]], [[0.5]], contacts={"snap": snap})
+    found = sh.static_states(sh.HarmonicBalance(model, sh.PointForce(), (0, 1)))
+    # 0.5 x + x^3 - x = 0
+    expected = [-np.sqrt(0.5), 0, np.sqrt(0.5)]
+    np.testing.assert_allclose(
+        np.sort(found.static_displacement.values.ravel()), expected, atol=1e-9
+    )
+    assert found.stability.values.tolist() == [1, 1, 0]
+
+
+def test_a_body_that_nothing_holds_is_told():
+    stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
+    model = sh.Model(np.eye(2), np.eye(2), np.zeros((2, 2)), contacts={"stop": stop})
+    found = rest(model, [1.0, 0.0])
+    assert found.status.item() == sh.Status.NOT_HELD
+    assert found.sizes["solution"] == 0
+    with pytest.raises(sh.SolveError, match="moves freely"):
+        rest(model, [1.0, 0.0], throw=True)
+
+
+def test_the_mean_of_a_small_vibration_is_a_state_of_rest():
+    stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
+    blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop})
+    force = sh.PointForce(amplitude=1e-3) + sh.StaticLoad([40.0])
+    problem = sh.HarmonicBalance(blade, force)
+    mean = sh.solve(problem, 10.0).coefficient.sel(harmonic=0, component="cos")
+    expected = sh.static_states(problem).static_displacement.values[0]
+    np.testing.assert_allclose(mean.values, expected, rtol=1e-9)

@@ -1,0 +1,172 @@
+"""Exact motions of contacts without friction that open: three at one frequency, and limits."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.continuation import Status, newton
+from symhbm.time_domain.event_march import march
+from symhbm.time_domain.exact_motion import exact_motion
+from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.linear_motion import LinearMotion
+from symhbm.time_domain.stability import growth_rate
+from tests.pressed_contact import TURN, gap_stop, solved, stop
+
+MOTIONS = {
+    "closed": (0.0, 0.0, 4.253796125e-04, (0.9546, 0.9546)),
+    "saddle": (2e-3, -4.946573564e-04, 2.335143879e-03, (1.3550, 0.6724)),
+    "open": (-4e-3, -1.980739015e-03, 6.739868186e-03, (0.9546, 0.9546)),
+}
+each_motion = pytest.mark.parametrize("name", MOTIONS)
+
+
+def motion_of(name):
+    return solved(gap_stop(), 21.5, [MOTIONS[name][0], 0.0, 0.0])
+
+
+@each_motion
+def test_three_motions(name):
+    """Values of another program, to half of the last of ten digits."""
+    _, mean, size, given = MOTIONS[name]
+    motion = motion_of(name)
+    wave = motion.coefficients((0, 1))[0][0]
+    assert wave[0] == pytest.approx(mean, rel=1e-9, abs=1e-17)
+    assert np.hypot(*wave[1:]) == pytest.approx(size, rel=1e-9)
+    np.testing.assert_allclose(np.abs(motion.multipliers), given, rtol=0, atol=5e-5)
+    assert np.isreal(motion.multipliers).all() == (name == "saddle")
+    # Volumes shrink as damping tells, whatever opens: the product is exp(-c T).
+    loss = np.exp(-2.0 / 21.5)
+    assert np.prod(motion.multipliers) == pytest.approx(loss, rel=1e-12)
+
+
+@each_motion
+def test_events_and_energy(name):
+    motion = motion_of(name)
+    assert len(motion.event_kind) == (0 if name == "closed" else 2)
+    assert set(motion.event_kind) <= {"stick", "apart"}
+    assert motion.friction_loss.tolist() == [0.0]
+    assert len(motion.neutral_contacts) == 0
+    assert motion.work == pytest.approx(motion.damping_loss, rel=1e-12)
+    x = motion.at(motion.event_angle)[0][:, 0]
+    np.testing.assert_allclose(x, -10 / 2e4, rtol=1e-12)
+    tau = np.linspace(0, TURN, 5001)
+    force = np.maximum(10 + 2e4 * motion.at(tau)[0][:, 0], 0)
+    np.testing.assert_allclose(motion.normal_force(tau)[:, 0], force, rtol=0, atol=1e-12)
+    assert motion.mean_normal_force[0] == pytest.approx(force[1:].mean(), rel=1e-5)
+    assert motion.stick_fraction[0] + motion.open_fraction[0] == 1
+
+
+@each_motion
+def test_multipliers_from_coefficients(name):
+    """The march from a state of the Fourier sum; kinks leave some above harmonic 20."""
+    motion = motion_of(name)
+    balance = gap_stop().with_harmonics(range(21))
+    unknowns = motion.coefficients(balance.harmonics)[0].ravel()
+    values = multipliers(balance, motion.frequency, unknowns)
+    np.testing.assert_allclose(np.abs(values), np.abs(motion.multipliers), rtol=1e-3)
+
+
+def test_the_closed_form_of_opening():
+    """The closed motion is linear and opens where its amplitude is the gap: ``|X| = N0 / k_n``."""
+    for opens in (31.82780472, 22.51015948):
+        omega = TURN * opens
+        assert abs(5 / (3e4 - omega**2 + 2j * omega)) == pytest.approx(5e-4, rel=1e-8)
+        closed = [
+            exact_motion(gap_stop(), TURN * opens * (1 + s), [0.0, 0.0, 0.0]).open_fraction[0] == 0
+            for s in (-1e-6, 1e-6)
+        ]
+        # The resonance of the closed contact is at 27.6 Hz.
+        assert closed == [opens < 27, opens > 27]
+
+
+def test_derivative_of_the_march():
+    """Central differences, from states that open and close several times in two periods."""
+    linear = LinearMotion(gap_stop(), TURN * 21.5)
+    rng = np.random.default_rng(1)
+    for _ in range(10):
+        state = np.append(5e-3 * rng.uniform(-1, 1, 2), 0.0)
+        run = march(linear, state, 2 * TURN)
+        assert len(run.event_angle) >= 2
+        step = np.append(1e-8 * rng.uniform(-1, 1, 2), 0.0)
+        ends = [march(linear, state + s * step, 2 * TURN).end for s in (1, -1)]
+        np.testing.assert_allclose(
+            (ends[0] - ends[1]) / 2, run.jacobian @ step, rtol=0, atol=1e-5 * np.abs(step).max()
+        )
+
+
+def test_energy_without_force():
+    """An undamped body between events keeps its energy, that of the spring that opens included."""
+    problem = stop(1, 0, 1e4, sh.HarmonicForce(cosine={1: [1e-12]}), 2e4, 10.0)
+    linear = LinearMotion(problem, 100.0)
+    run = march(linear, np.array([2e-3, 0.0, 0.0]), 5 * TURN)
+    assert len(run.event_angle) > 5
+
+    def energy(x, slope):
+        pressed = np.maximum(10 + 2e4 * x, 0)
+        stored = 5e3 * x**2 + pressed**2 / 4e4 - 10 * x
+        return stored + (100 * slope) ** 2 / 2
+
+    start = energy(2e-3, 0.0)
+    assert energy(*run.end[:2]) == pytest.approx(start, rel=1e-9)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-9, 5e-4, 3e-3])
+def test_gaps(gap):
+    """A stop with a gap: its force is zero up to there, and the limit of a far one is no stop."""
+    motion = solved(gap_stop(gap=gap), 14.0)
+    tau = np.linspace(0, TURN, 4001)
+    x, force = motion.at(tau)[0][:, 0], motion.normal_force(tau)[:, 0]
+    np.testing.assert_allclose(force, 2e4 * np.maximum(x - gap, 0), rtol=0, atol=1e-12)
+    assert motion.largest_normal_force[0] == pytest.approx(
+        force.max(), abs=1e-5 * (1 + force.max())
+    )
+    touches = x.max() > gap
+    assert touches == (gap < 3e-3)
+    assert (motion.open_fraction[0] < 1) == touches
+    if not touches:
+        omega = TURN * 14
+        free = abs(5 / (1e4 - omega**2 + 2j * omega))
+        assert motion.amplitude[0] == pytest.approx(free, rel=1e-12)
+
+
+def test_a_free_body_that_nothing_holds():
+    """Without a spring and never touching it stays where it is, and drifts under a static force."""
+    force = sh.HarmonicForce(cosine={1: [5]})
+    motion = exact_motion(stop(1, 2, 0, force, 2e4, gap=0.5), 100.0, [0.0, 0.0, 0.0])
+    assert motion.converged
+    assert motion.open_fraction[0] == 1
+    assert motion.coefficients((1,))[0][0, 0] == pytest.approx(-5e-4 / (1 + 4e-4), rel=1e-10)
+    away, towards = (sh.HarmonicForce(cosine={0: [mean], 1: [5]}) for mean in (-1, 1))
+    lost = exact_motion(stop(1, 2, 0, away, 2e4, gap=5e-5), 100.0)
+    assert lost.status == Status.NOT_HELD
+    held = solved(stop(1, 2, 0, towards, 2e4, gap=5e-5), 100.0 / TURN)
+    assert held.mean_normal_force[0] == pytest.approx(1.0, rel=1e-10)
+
+
+@pytest.mark.parametrize("highest", [1, 3, 9])
+@each_motion
+def test_stability_of_balances(name, highest):
+    """Exact multipliers at a truncated solution: those of the motion, but for the truncation."""
+    motion = motion_of(name)
+    balance = gap_stop().with_harmonics(range(highest + 1))
+    start = motion.coefficients(balance.harmonics)[0].ravel()
+    found = newton(partial(balance.evaluate, frequency=motion.frequency), start)
+    assert found.converged
+    evaluation = balance.evaluate(found.unknowns, motion.frequency)
+    rate = growth_rate(balance, motion.frequency, evaluation, found.unknowns)
+    expected = np.log(np.abs(motion.multipliers[0])) * 21.5
+    # One harmonic is a fifth off in the motion of the saddle.
+    assert rate == pytest.approx(expected, rel=1e-3 if highest == 9 else 0.3)
+
+
+def test_dataset():
+    data = sh.periodic_motion(gap_stop(normal_load=1.0), 14.0, throw=True)
+    assert sorted(data.event_kind.values.tolist()) == ["closing", "opening"]
+    assert data.contact_state.values.tolist() == [2]
+    assert data.neutral.values.tolist() == [False]
+    assert float(data.largest_normal_force[0]) == pytest.approx(
+        float(data.normal_force.max()), 1e-3
+    )
+    assert float(data.stick_fraction[0] + data.open_fraction[0]) == 1

@@ -1,0 +1,515 @@
+"""Exact motions with normal loads that move: reference values, the law itself, limits, derivatives.
+
+Reference values are of other programs, to the digits that are given.
+"""
+
+from functools import cache, partial
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from symhbm.numerics import FourierBasis
+from symhbm.time_domain.event_march import march
+from symhbm.time_domain.exact_motion import exact_motion
+from symhbm.time_domain.linear_motion import LinearMotion
+from symhbm.time_domain.normal_springs import APART, STICK
+from symhbm.time_domain.shooting import shoot
+from tests.pressed_contact import (
+    CASES,
+    TURN,
+    inclined,
+    random_structure,
+    reference,
+    solved,
+    structure,
+    two_blades,
+    two_way,
+)
+
+SYSTEMS = {
+    "two-way, 16 Hz": (two_way, 16.0),
+    "two-way, 18 Hz": (two_way, 18.0),
+    "two-way, 24 Hz": (two_way, 24.0),
+    "two-way, 27 Hz": (two_way, 27.0),
+    "inclined, 18 Hz": (inclined, 18.0),
+    "two blades, 24 Hz": (two_blades, 24.0),
+    **{name: (partial(reference, case), case["f"]) for name, case in CASES.items()},
+}
+each_system = pytest.mark.parametrize("name", SYSTEMS)
+
+
+@cache
+def found(name):
+    build, hertz = SYSTEMS[name]
+    return build(), solved(build(), hertz)
+
+
+def sizes(motion, highest=3):
+    """Means and sizes of harmonics by degree of freedom, (n_dof, highest + 1)."""
+    wave = motion.coefficients(range(highest + 1))[0]
+    return np.column_stack([wave[:, 0], np.hypot(wave[:, 1::2], wave[:, 2::2])])
+
+
+def is_as_given(value, text):
+    """Within 1e-9, or half of the last of the digits of a number."""
+    digits, _, exponent = text.partition("e")
+    last = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
+    return abs(value - float(text)) <= max(1e-9 * abs(float(text)), last / 2)
+
+
+TWO_WAY = {
+    16.0: "-3.998492401e-05 3.674271150e-02 3.409874388e-05 7.795083125e-06 4.465171591e-04",
+    18.0: "-9.987179539e-05 3.632012543e-03 1.422607796e-05 5.773367971e-06 5.075708575e-04",
+    22.0: "-1.446979086e-04 1.156848381e-03 1.033308484e-05 2.088340095e-06 8.408895006e-04",
+    24.0: "-2.054309655e-04 8.460516758e-04 1.326422932e-05 8.488495698e-07 1.532925347e-03",
+    27.0: "2.465003671e-04 5.968948334e-04 2.347823917e-05 4.674807206e-06 6.695183424e-03",
+}
+
+
+@pytest.mark.parametrize("hertz", TWO_WAY)
+def test_two_way(hertz):
+    motion = solved(two_way(), hertz)
+    assert (motion.open_fraction[0] > 0) == (hertz > 16)
+    values = sizes(motion)
+    for value, text in zip([*values[0], values[1, 1]], TWO_WAY[hertz].split(), strict=True):
+        assert is_as_given(value, text), (value, text)
+
+
+INCLINED = {
+    18.0: "-1.017958819e-03 1.032871393e-02 3.135472180e-04 4.076246876e-05",
+    22.0: "-1.487261481e-04 1.723228773e-03 3.555874147e-05 2.990656817e-06",
+    27.0: "-8.551951685e-05 7.228087030e-04 6.499641333e-06 1.501696534e-06",
+}
+
+
+@pytest.mark.parametrize("hertz", INCLINED)
+def test_inclined(hertz):
+    """The normal displacement is a multiple of the tangential one: zeros of both coincide."""
+    motion = solved(inclined(), hertz)
+    for value, text in zip(sizes(motion)[0], INCLINED[hertz].split(), strict=True):
+        assert is_as_given(value, text), (value, text)
+    assert (motion.open_fraction[0] > 0) == (hertz < 27)
+
+
+def test_events_of_the_inclined_contact():
+    motion = solved(inclined(), 18.0)
+    assert motion.event_kind.tolist() == ["slip", "stick", "slip", "apart"]
+    assert motion.event_slip.tolist() == [1, 0, -1, 0]
+    assert motion.states(0.0).tolist() == ["apart"]
+    given = "0.892536 2.413766 3.365541 3.973915"
+    for value, text in zip(motion.event_angle, given.split(), strict=True):
+        assert is_as_given(value, text)
+
+
+TWO_BLADES = {
+    24.0: "6.776783322e-04 7.965289136e-03 9.527626428e-04 7.660482700e-03",
+    27.0: "4.895305432e-04 6.070035867e-04 6.408151716e-04 5.795608754e-04",
+    18.0: "2.978847459e-03 3.658048564e-04 4.663666485e-03 3.578433826e-04",
+}
+
+
+@pytest.mark.parametrize("hertz", TWO_BLADES)
+def test_two_blades(hertz):
+    motion = solved(two_blades(), hertz)
+    for value, text in zip(sizes(motion, 1)[:, 1], TWO_BLADES[hertz].split(), strict=True):
+        assert is_as_given(value, text), (value, text)
+    assert (motion.open_fraction[0] == 0) == (hertz == 18)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_reference_motions(name):
+    """Fifteen digits of coefficients, the round-off of two programs; states, loss and size."""
+    case, (_, motion) = CASES[name], found(name)
+    given = np.array([case["exact"][str(n)] for n in range(10)])
+    wave = motion.coefficients(range(10))[0]
+    ours = np.zeros_like(given)
+    ours[0, :, 0] = wave[:, 0]
+    ours[1:, :, 0], ours[1:, :, 1] = wave[:, 1::2].T, -wave[:, 2::2].T
+    np.testing.assert_allclose(ours, given, rtol=1e-9, atol=2e-13 * np.abs(given).max())
+    assert motion.friction_loss.sum() == pytest.approx(case["dissipation"], rel=1e-12)
+    x = motion.at(np.linspace(0, TURN, 4001))[0]
+    # Samples of both are off by a curvature times the square of half a step.
+    np.testing.assert_allclose(np.ptp(x, axis=0) / 2, case["amplitude"], rtol=3e-6)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_reference_states(name):
+    case, (_, motion) = CASES[name], found(name)
+    for j, given in enumerate(case["states"]):
+        angles, words = zip(*given, strict=True)
+        middle = (np.array(angles) + np.append(angles[1:], TURN)) / 2
+        assert [word.rstrip("+-") for word in words] == motion.states(middle)[:, j].tolist()
+        side = np.sign(motion.at(middle)[2][:, j])
+        for word, of_force in zip(words, side, strict=True):
+            assert not word.startswith("slip") or word == ("slip+" if of_force > 0 else "slip-")
+    events = {round(angle, 12) for given in case["states"] for angle, _ in given if angle}
+    # Half of the last digit, and what 2 pi moves it.
+    np.testing.assert_allclose(np.unique(motion.event_angle), sorted(events), rtol=0, atol=1e-11)
+
+
+@each_system
+def test_energy(name):
+    """Round-off of the integrals: what the force does goes into contacts and damping."""
+    _, motion = found(name)
+    assert motion.work == pytest.approx(motion.friction_loss.sum() + motion.damping_loss, rel=1e-12)
+    assert motion.friction_loss.min() > 0
+    assert motion.periodicity < 1e-13
+
+
+def marched(u, v, stiffness, normal_stiffness, friction, load):
+    """Friction and normal force of samples of two periods by the law alone, sample by sample."""
+    normal = np.maximum(load + normal_stiffness * v, 0.0)
+    position, forces = 0.0, np.zeros(len(u))
+    for i in range(2 * len(u)):
+        k = i % len(u)
+        reach = friction * normal[k]
+        position = min(max(position, stiffness * u[k] - reach), stiffness * u[k] + reach)
+        forces[k] = stiffness * u[k] - position
+    return forces, normal
+
+
+def check_forces(problem, motion, count=20000):
+    """Compare with a slider between walls, off by what a wall moves within a sample."""
+    tau = np.linspace(0, TURN, count, endpoint=False)
+    x, _, friction = motion.at(tau)
+    pressing, states = motion.normal_force(tau), motion.states(tau)
+    displacement = problem.model.directions.toarray() @ x.T
+    for group in problem.model.groups:
+        sliders = group.law.spring_sliders(motion.frequency, problem.model.values_of(group))
+        names = group.law.directions
+        for j, rows, values in zip(
+            group.contacts, group.rows, zip(*sliders, strict=True), strict=True
+        ):
+            stiffness, normal_stiffness, coefficient, load, _ = values
+            u, v = displacement[rows[0]], displacement[rows[-1]] * ("normal" in names)
+            slider, normal = marched(u, v, stiffness, normal_stiffness, coefficient, load)
+            # The static force of a contact that never slips is free.
+            free = friction[:, j].mean() - slider.mean() if j in motion.neutral_contacts else 0.0
+            step = stiffness * np.abs(np.diff(u)).max()
+            step += coefficient * np.abs(np.diff(normal)).max()
+            atol = 1.5 * step + 1e-12 * np.abs(slider).max() + 1e-15
+            np.testing.assert_allclose(friction[:, j], slider + free, rtol=0, atol=atol)
+            if "normal" not in names:
+                continue
+            size = 1e-11 * (abs(load) + normal_stiffness * np.abs(v).max())
+            np.testing.assert_allclose(pressing[:, j], normal, rtol=0, atol=size)
+            np.testing.assert_array_equal((states[:, j] == "apart")[normal > size], False)
+            of_samples = normal.mean(), normal.min(), normal.max(), np.mean(normal == 0)
+            exact = (
+                motion.mean_normal_force[j],
+                motion.least_normal_force[j],
+                motion.largest_normal_force[j],
+                motion.open_fraction[j] * max(normal.max(), 1.0),
+            )
+            moved = np.abs(np.diff(normal)).max() + 10 * max(normal.max(), 1.0) / count
+            scale = np.array([1, 1, 1, max(normal.max(), 1.0)])
+            np.testing.assert_allclose(exact, scale * of_samples, rtol=0, atol=moved + size)
+
+
+@each_system
+def test_forces_are_those_of_the_law(name):
+    check_forces(*found(name), 40000)
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [range(8), (186, 228), pytest.param(range(8, 200), marks=pytest.mark.slow)],
+    ids=["few", "hard to find or at an edge", "many"],
+)
+def test_random_structures(seeds):
+    """Contacts of all laws, of both preloads, in one direction or two, near and off resonance."""
+    opened = 0
+    for seed in seeds:
+        problem, hertz = random_structure(seed)
+        motion = solved(problem, hertz)
+        lost = motion.friction_loss.sum() + motion.damping_loss
+        assert motion.work == pytest.approx(lost, rel=1e-10), seed
+        assert motion.friction_loss.min() > -1e-12
+        assert motion.periodicity < 1e-11
+        check_forces(problem, motion)
+        opened += bool(np.any((motion.open_fraction > 0) & (motion.open_fraction < 1)))
+    assert opened > len(seeds) / 2
+
+
+@each_system
+def test_equation_of_motion(name):
+    """Every harmonic balances: inertia, damping, stiffness and contact forces, the exciting one."""
+    problem, motion = found(name)
+    model, basis = problem.model, FourierBasis(tuple(range(10)))
+    tau, weight, (x, _, friction) = motion.quadrature(9)
+    functions = weight[:, None] * basis.values(tau) * basis.norm
+    directions = model.directions.toarray()
+    force, omega = np.zeros((model.n_dof, basis.n_components)), motion.frequency
+    (group,) = model.groups
+    load = np.maximum(group.law.load(omega, model.values_of(group)), 0.0)
+    for part, forces in ((0, friction), (1, motion.normal_force(tau) - load)):
+        force += directions[group.rows[:, part]].T @ (forces.T @ functions)
+    wave = x.T @ functions
+    matrices = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
+    mass, damping, stiffness = (matrix.toarray() for matrix in matrices)
+    slope = omega * wave @ basis.derivative_matrix.T
+    bend = omega * slope @ basis.derivative_matrix.T
+    terms = [mass @ bend, damping @ slope, stiffness @ wave, force]
+    exciting = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
+    largest = max(np.abs(term).max() for term in terms)
+    np.testing.assert_allclose(sum(terms), exciting, rtol=0, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize("state", [STICK, 1.0, -1.0, APART])
+def test_flow_of_a_state(state):
+    """The series of a cell is the exponential of its generator, however unsymmetric that is."""
+    values = dict(contact_stiffness=1e4, normal_stiffness=1e5, normal_load=1.0)
+    parts = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 9e3], [9e3, 1e4]], two_way().excitation
+    problem = structure(*parts, [(0,)], [(1,)], friction_coefficient=300.0, **values)
+    linear = LinearMotion(problem, TURN * 18.0)
+    flow = linear.flow(np.array([state]))
+    matrix = linear.stiffness.copy()
+    if state != APART:
+        matrix[1, 1] += 1e5
+        matrix[0] += [1e4, 0] if state == STICK else [0, state * 300 * 1e5]
+    inertia = linear.frequency**2 * linear.mass
+    damping = np.linalg.solve(inertia, linear.frequency * linear.damping)
+    generator = np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(inertia, matrix), -damping]]
+    )
+    whole = scipy.linalg.expm(flow.width * generator)
+    # The force of the springs at the start of a cell is given beside its displacement.
+    given = np.linalg.solve(inertia, matrix - linear.stiffness)
+    ours = flow.full[:, :4].copy()
+    ours[:, :2] -= flow.full[:, 4:] @ given
+    np.testing.assert_allclose(ours, whole, rtol=1e-12, atol=1e-13 * np.abs(whole).max())
+
+
+KINDS = {
+    "two-way, 18 Hz": {(STICK, 1), (1, STICK), (STICK, -1), (-1, APART), (APART, -1)},
+    "two-way, 24 Hz": {(APART, STICK), (STICK, 1), (-1, APART)},
+    "two-way, 27 Hz": {(APART, STICK)},
+    "two blades, 24 Hz": {(APART, -1), (STICK, -1)},
+    "two blades out of phase": {(STICK, 1), (-1, STICK), (1, STICK)},
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_derivative_of_the_march(name):
+    """Central differences: 1e-6 of a state, error its square times higher derivatives."""
+    problem, motion = found(name)
+    linear, n = LinearMotion(problem, motion.frequency), problem.model.n_dof
+    rng = np.random.default_rng(5)
+    size = np.concatenate([motion.amplitude, motion.amplitude, linear.limit + 1])
+    seen = set()
+    for _ in range(8):
+        state = motion.state + 0.005 * size * rng.uniform(-1, 1, len(size))
+        reach = 0.9 * linear.limits(state[:n])
+        state[2 * n :] = np.clip(state[2 * n :], -reach, reach)
+        run = march(linear, state, 0.99 * TURN)
+        before = run.cells.state[0].copy()
+        for j, after in zip(run.event_contact, run.event_state, strict=True):
+            seen.add((before[j], after))
+            before[j] = after
+        step = 1e-6 * size * rng.uniform(-1, 1, len(size))
+        ends = [march(linear, state + s * step, 0.99 * TURN).end for s in (1, -1)]
+        np.testing.assert_allclose(
+            (ends[0] - ends[1]) / 2 / size, run.jacobian @ step / size, rtol=0, atol=1e-10
+        )
+    assert KINDS[name] <= seen
+
+
+def test_constant_load_is_the_limit():
+    """Without a normal spring it is the law of Coulomb: the same motion to round-off."""
+    parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
+    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10], 2: [1, 0]})
+    coulomb = sh.Contacts(
+        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5
+    )
+    constant = sh.Model(*parts, contacts={"shroud": coulomb})
+    expected = solved(sh.HarmonicBalance(constant, force, range(4)), 18.0)
+    values = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0)
+    for stiffness, tolerance in ((0.0, 1e-13), (1e-9, 1e-10)):
+        problem = structure(*parts, force, [(0,)], [(1,)], normal_stiffness=stiffness, **values)
+        motion = solved(problem, 18.0)
+        np.testing.assert_allclose(motion.event_angle, expected.event_angle, atol=10 * tolerance)
+        assert motion.event_kind.tolist() == expected.event_kind.tolist()
+        np.testing.assert_allclose(motion.amplitude, expected.amplitude, rtol=tolerance)
+        assert motion.friction_loss[0] == pytest.approx(expected.friction_loss[0], rel=tolerance)
+        np.testing.assert_allclose(motion.normal_force([0.0, 1.0])[:, 0], 5.0, rtol=1e-10)
+    assert np.isnan(expected.normal_force(0.0)).all()
+
+
+def test_preload_on_the_structure():
+    """Coupled preloads and static loads move the equilibrium, and nothing else."""
+    rest, pressed = 2e-4, 5.0 - 1e4 * 2e-4
+    coupled = two_way(preload="coupled", normal_load=pressed)
+    load = 2.25e4 * rest + 5.0
+    force = sh.HarmonicForce(cosine={0: [0, load], 1: [10, 0]}, sine={1: [0, 10]})
+    problem = sh.HarmonicBalance(coupled.model, force, range(4))
+    moved, still = solved(problem, 18.0), solved(two_way(), 18.0)
+    tau = np.linspace(0, TURN, 50)
+    size = still.amplitude.max()
+    x = moved.at(tau)[0] - [0, rest]
+    np.testing.assert_allclose(x, still.at(tau)[0], rtol=0, atol=1e-11 * size)
+    np.testing.assert_allclose(moved.at(tau)[2], still.at(tau)[2], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(moved.normal_force(tau), still.normal_force(tau), atol=1e-10)
+    # Without a spring a coupled load presses with a constant force.
+    only = two_way(preload="coupled", normal_stiffness=0.0)
+    x = solved(only, 18.0).coefficients((0, 1))[0]
+    assert x[1, 0] == pytest.approx(-5.0 / 2.25e4, rel=1e-12)
+
+
+def test_never_slipping_contact_is_centred():
+    """Its static force is half-way between where it would begin to slip on either side."""
+    force = sh.HarmonicForce(cosine={1: [1, 0.5], 2: [0, 0.7]}, sine={1: [0.3, 1]})
+    stiffness = np.array([[1e4, 3e3], [3e3, 2e4]])
+    values = dict(contact_stiffness=1e4, normal_stiffness=1.5e4, friction_coefficient=0.5)
+    parts = np.eye(2), np.diag([0.7, 0.9]), stiffness, force, [(0,)], [(1,)]
+    problem = structure(*parts, **values, normal_load=20.0)
+    motion = solved(problem, 16.0)
+    assert motion.neutral_contacts.tolist() == [0]
+    assert len(motion.event_angle) == 0
+    assert motion.stick_fraction.tolist() == [1.0]
+    assert len(motion.multipliers) == 4
+    tau = np.linspace(0, TURN, 20001)
+    friction, reach = motion.at(tau)[2][:, 0], 0.5 * motion.normal_force(tau)[:, 0]
+    # Extremes of samples are off by the square of half a step.
+    assert (reach - friction).min() == pytest.approx((reach + friction).min(), rel=1e-6)
+    assert motion.friction_loss[0] == 0
+    # A perturbation of the stuck, linear structure: its own damped frequencies.
+    whole = stiffness + np.diag([1e4, 1.5e4])
+    companion = np.block([[np.zeros((2, 2)), np.eye(2)], [-whole, -np.diag([0.7, 0.9])]])
+    expected = np.exp(np.linalg.eigvals(companion) * TURN / motion.frequency)
+    np.testing.assert_allclose(
+        np.sort_complex(motion.multipliers), np.sort_complex(expected), rtol=1e-10
+    )
+
+
+def linear_wave(problem, springs, hertz):
+    """First harmonic of the motion with springs at the degrees of freedom."""
+    model, omega = problem.model, TURN * hertz
+    matrices = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
+    mass, damping, stiffness = (matrix.toarray() for matrix in matrices)
+    dynamic = stiffness + np.diag(springs) - omega**2 * mass + 1j * omega * damping
+    return np.linalg.solve(dynamic, [10, -10j])
+
+
+@pytest.mark.parametrize(
+    ("values", "hertz", "springs", "state"),
+    [
+        ({"normal_load": -1e3}, 18.0, (0, 0), "apart"),
+        ({"friction_coefficient": 0.0, "normal_load": 100.0}, 18.0, (0, 1e4), "slip"),
+        ({"contact_stiffness": 0.0, "normal_load": 100.0}, 18.0, (0, 1e4), "stick"),
+        ({"friction_coefficient": 50.0, "normal_load": 100.0}, 18.0, (1e4, 1e4), "stick"),
+    ],
+)
+def test_linear_limits(values, hertz, springs, state):
+    """Never touching, without friction, without a tangential spring, never slipping."""
+    problem = two_way(**values)
+    motion = solved(problem, hertz)
+    wave = linear_wave(problem, springs, hertz)
+    found = motion.coefficients((1, 2))[0]
+    np.testing.assert_allclose(found[:, 0] - 1j * found[:, 1], wave, rtol=1e-10)
+    assert np.abs(found[:, 2:]).max() < 1e-13 * np.abs(wave).max()
+    assert motion.states(1.0).tolist() == [state]
+    assert motion.open_fraction[0] == (state == "apart")
+    assert motion.stick_fraction[0] == (state == "stick")
+    assert np.isfinite(motion.normal_force([0.0, 2.0])).all()
+
+
+@pytest.mark.parametrize("hertz", [14.0, 18.0, 23.0])
+@pytest.mark.parametrize("values", [{"friction_coefficient": 0.0}, {"contact_stiffness": 0.0}])
+def test_gap_without_friction(values, hertz):
+    """What opens and has no friction is the same with or without a tangential spring."""
+    motion = solved(two_way(normal_load=0.5, **values), hertz)
+    assert 0 < motion.open_fraction[0] < 1
+    assert motion.friction_loss[0] == 0
+    assert not motion.at(np.linspace(0, TURN, 9))[2].any()
+    wave = linear_wave(two_way(), (0, 0), hertz)
+    found = motion.coefficients((1,))[0]
+    assert found[0, 0] - 1j * found[0, 1] == pytest.approx(wave[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("load", [0.0, 1e-13, -1e-13])
+def test_touching_without_preload(load):
+    """Closed half of the time without friction in the way; continuous in the load."""
+    motion = solved(two_way(normal_load=load), 18.0)
+    near = solved(two_way(normal_load=1e-6), 18.0)
+    assert 0.4 < motion.open_fraction[0] < 0.6
+    np.testing.assert_allclose(motion.amplitude, near.amplitude, rtol=1e-5)
+    assert motion.work == pytest.approx(motion.friction_loss[0] + motion.damping_loss, rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_limit_that_moves_with_the_slider(sign):
+    """Inclined so that ``k_t cos = mu k_n sin``: one limit never moves off the force."""
+    cos, sin = np.cos(np.pi / 6), 0.5
+    model = inclined(contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=cos / sin)
+    motion = solved(model, 18.0)
+    near = solved(inclined(friction_coefficient=cos / sin * (1 + sign * 1e-7)), 18.0)
+    np.testing.assert_allclose(sizes(motion), sizes(near), rtol=1e-4, atol=1e-9)
+    assert motion.work == pytest.approx(motion.friction_loss[0] + motion.damping_loss, rel=1e-12)
+
+
+def test_grazing():
+    """Where the contact just opens, the motion is continuous; the normal one does not know it."""
+    # The normal motion is linear until then: its amplitude is the load over the stiffness.
+    opens = 1e4 * np.abs(linear_wave(two_way(), (0, 1e4), 18.0)[1])
+    assert 4 < opens < 6
+    steps = (1e-3, 1e-6, 1e-9, 1e-12, 3e-14)
+    at = {d: solved(two_way(normal_load=opens + d), 18.0) for s in steps for d in (-s, s)}
+    for step in steps:
+        below, above = at[-step], at[step]
+        # It is open for the root of what is missing.
+        assert 0 < below.open_fraction[0] < 0.3 * np.sqrt(step)
+        assert above.open_fraction[0] == 0
+        assert above.least_normal_force[0] == pytest.approx(step, rel=1e-2, abs=2e-14)
+        np.testing.assert_allclose(below.amplitude, above.amplitude, rtol=10 * step + 1e-13)
+        kinds = ["slip", "stick", "slip", "apart", "slip", "stick"]
+        assert below.event_kind.tolist() == kinds
+        assert above.event_kind.tolist() == kinds[:2] * 2
+
+
+def test_beside_a_smooth_law():
+    """With a cubic spring that does next to nothing, integrated to its tolerance."""
+    group = two_way().model.groups[0]
+    values = two_way().model.values_of(group)
+    contacts = {
+        "shroud": sh.Contacts(group.law, [(0,)], [(1,)], **values),
+        "stop": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e-3),
+    }
+    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4]), contacts=contacts)
+    problem = sh.HarmonicBalance(model, two_way().excitation, range(20))
+    expected = found("two-way, 18 Hz")[1]
+    motion = shoot(problem, expected.coefficients(problem.harmonics)[0].ravel(), TURN * 18.0)
+    assert motion.converged
+    np.testing.assert_allclose(motion.amplitude, expected.amplitude, rtol=1e-9)
+    np.testing.assert_allclose(motion.event_angle, expected.event_angle, atol=1e-8)
+    assert motion.friction_loss[0] == pytest.approx(expected.friction_loss[0], rel=1e-8)
+
+
+def test_dataset():
+    problem, motion = found("two-way, 18 Hz")
+    data = sh.periodic_motion(problem, 18.0, throw=True)
+    kinds = ["onset of slip", "end of slip", "onset of slip", "opening", "closing", "end of slip"]
+    assert data.event_kind.values.tolist() == kinds
+    np.testing.assert_allclose(data.event_angle, motion.event_angle, rtol=1e-12)
+    assert dict(data.normal_force.sizes) == {"angle": 512, "contact": 1}
+    assert data.normal_force.units == "N"
+    np.testing.assert_array_equal(data.normal_force == 0, motion.states(data.angle) == "apart")
+    assert float(data.mean_normal_force[0]) == pytest.approx(float(data.normal_force.mean()), 1e-3)
+    assert float(data.least_normal_force[0]) == 0
+    assert float(data.open_fraction[0] + data.stick_fraction[0]) < 1
+    again = sh.periodic_motion(problem, 18.0, start=data, throw=True)
+    np.testing.assert_allclose(again.amplitude, data.amplitude, rtol=1e-12)
+    assert "normal_force" not in sh.periodic_motion(fig03.problem(), 18.0)
+
+
+def test_a_start_far_away():
+    """Newton's method comes to the only motion at this frequency from random states."""
+    problem, motion = found("two-way, 18 Hz")
+    rng = np.random.default_rng(2)
+    for _ in range(4):
+        start = np.concatenate([1e-2 * rng.normal(size=4), rng.normal(size=1)])
+        other = exact_motion(problem, motion.frequency, start)
+        assert other.converged
+        np.testing.assert_allclose(other.amplitude, motion.amplitude, rtol=1e-9)
