@@ -36,7 +36,7 @@ STUDIES = {
     "optimal_normal_load_engine_orders": 240,
     "optimal_normal_load_robust": 200,
     "damping_and_localisation": 55,
-    "underplatform_damper": 9,
+    "underplatform_damper": 15,
     "shroud_opening": 8,
     "gap_stop": 5,
 }

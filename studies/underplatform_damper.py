@@ -46,13 +46,12 @@ LOSS = 300.0
 """Viscous damping of the damper over its mass [1/s], less than a percent of critical."""
 RADIUS, SPEED = 0.3, 2 * np.pi * 40  # m, rad/s
 CONTACT_STIFFNESS, FRICTION = 1e7, 0.3  # N/m, in both directions
-MASSES = np.geomspace(1.4e-3, 1.6e-2, 11)  # kg
+MASSES = np.geomspace(1.4e-3, 1.6e-2, 9)  # kg
 SEARCHED = (3.5e-3, 9e-3)  # kg
-SHOWN = (0, 3, 7, 10)
+SHOWN = (0, 2, 6, 8)
 """Numbers of the masses whose responses are drawn."""
 BAND = (390.0, 520.0)
-HIGHEST, FINER = 5, 25
-"""Highest harmonics of the sweep, and of the balance that tells its error."""
+HIGHEST = 5
 ROUND_OFF = 1e-9
 REPEATED = 20
 """Estimates of the best mass, each of which knows the mass from the one before."""
@@ -184,11 +183,11 @@ def compute(progress: bool = True) -> xr.Dataset:
         return float(np.log(peak(response(float(np.exp(logarithm))))[0]))
 
     ends = tuple(np.log(SEARCHED))
-    lowest: Any = minimize_scalar(level, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    lowest: Any = minimize_scalar(level, bounds=ends, method="bounded", options={"xatol": 2e-2})
     best_mass = float(np.exp(lowest.x))
     amplitude, frequency = peak(response(best_mass))
-    finer = sh.solve(problem(best_mass, FINER), frequency, throw=True).amplitude.values.ravel()[0]
-    return _dataset(rows, curves, best_mass, amplitude, float(finer))
+    exact = sh.periodic_motion(problem(best_mass), frequency, throw=True).amplitude[0]
+    return _dataset(rows, curves, best_mass, amplitude, float(exact))
 
 
 def _at(found: xr.Dataset, frequency: float) -> float:
@@ -197,7 +196,7 @@ def _at(found: xr.Dataset, frequency: float) -> float:
 
 
 def _dataset(
-    rows: list[dict], curves: list[FloatArray], best_mass: float, lowest: float, finer: float
+    rows: list[dict], curves: list[FloatArray], best_mass: float, lowest: float, exact: float
 ) -> xr.Dataset:
     described = {
         "peak_amplitude": ("m", "highest peak of the blade"),
@@ -227,7 +226,7 @@ def _dataset(
     for name, value, units, long_name in (
         ("best_mass", best_mass, "kg", "mass of the lowest peak"),
         ("best_amplitude", lowest, "m", "lowest peak"),
-        ("finer_amplitude", finer, "m", f"at its frequency, harmonics up to {FINER}"),
+        ("exact_amplitude", exact, "m", "exact motion at its frequency"),
     ):
         variables[name] = (), value, {"units": units, "long_name": long_name}
     mass = {"units": "kg", "long_name": "mass of the damper"}
@@ -349,13 +348,13 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
         ("lowest peak", float(dataset.best_amplitude), amplitude, "m"),
     ):
         rows.append(Landmark(name, found, value, unit, Source.CLOSED_FORM, LIGHT))
-    finer = float(dataset.finer_amplitude)
-    name = f"lowest peak, against harmonics up to {FINER} at its frequency"
-    rows.append(Landmark(name, float(dataset.best_amplitude), finer, "m", Source.EXACT, TRUNCATION))
-    opens = dataset.contact_state.values[0] == 2
+    exact = float(dataset.exact_amplitude)
+    name = "lowest peak, against the exact motion at its frequency"
+    rows.append(Landmark(name, float(dataset.best_amplitude), exact, "m", Source.EXACT, TRUNCATION))
     name = "displacement at which the lightest damper begins to lift off from the blade"
     found, value = float(dataset.lift_amplitude[0]), lifting(float(dataset.peak_frequency[0]))
     rows.append(Landmark(name, found, value, "m", Source.CLOSED_FORM, LIGHT))
+    opens = dataset.contact_state.values[0] == 2
     name = "sides from which the lightest damper lifts off"
     return [*rows, Landmark(name, float(opens.sum()), 1.0, "", Source.EXACT, 0.0)]
 
