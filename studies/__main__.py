@@ -36,6 +36,9 @@ STUDIES = {
     "optimal_normal_load_engine_orders": 240,
     "optimal_normal_load_robust": 200,
     "damping_and_localisation": 55,
+    "underplatform_damper": 15,
+    "shroud_opening": 8,
+    "gap_stop": 5,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"

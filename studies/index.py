@@ -25,6 +25,8 @@ SOURCE = (
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """The browser itself refuses every outside resource."""
 UNITS = {"1": "", "N m-1": "N/m", "N s m-1": "N s/m", "N m-3": "N/m³"}
+NORMAL_SIDE = {"normal_stiffness"}
+"""Parameters of contacts that open, beside those of the source."""
 FEW = 12
 """Largest number of values that are listed one by one."""
 COLUMNS = ("landmark", "computed", "expected", "source", "difference", "verdict")
@@ -113,7 +115,10 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
     rows = []
     if "problem" in dataset.attrs:
         rows.append(("structure", _structure(json.loads(dataset.attrs["problem"]))))
-    for name, (units, long_name, *_) in PARAMETERS.items():
+    described = {name: (units, long_name) for name, (units, long_name, *_) in PARAMETERS.items()}
+    for name in NORMAL_SIDE & dataset.variables.keys():
+        described[name] = dataset[name].attrs["units"], dataset[name].attrs["long_name"]
+    for name, (units, long_name) in described.items():
         values = dataset[name].values if name in dataset.variables else np.zeros(1)
         if name in dataset.variables and (name != "cubic_stiffness" or np.any(values)):
             rows.append((long_name, _values(values, units)))
@@ -133,6 +138,8 @@ def _structure(problem: dict) -> str:
     blades = "one blade" if count == 1 else f"ring of {count} blades"
     if excitation["type"] == "EngineOrder":
         return f"{blades}, travelling wave of an engine order"
+    if "dof" not in excitation:
+        return f"structure of {count} degrees of freedom"
     return blades if count == 1 else f"{blades}, force on blade {excitation['dof']}"
 
 

@@ -23,7 +23,7 @@ from symhbm.model import (
     find_symmetry,
     static_force,
 )
-from symhbm.model.contacts import Parameter
+from symhbm.model.contacts import ContactLaw, Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
@@ -297,10 +297,17 @@ class HarmonicBalance:
 
     def released(self) -> "HarmonicBalance":
         """The same problem with contacts that slide freely, where they can."""
+        return self._with_values(lambda law: law.released())
+
+    def closed(self) -> "HarmonicBalance":
+        """The same problem with contacts that touch where nothing moves, where they can."""
+        return self._with_values(lambda law: law.closed())
+
+    def _with_values(self, of_law: Callable[[ContactLaw], dict[str, float]]) -> "HarmonicBalance":
         values = {
             group.parameters[own]: value
             for group in self.groups
-            for own, value in group.law.released().items()
+            for own, value in of_law(group.law).items()
         }
         return self.with_parameters(**values)
 

@@ -21,10 +21,30 @@ _OFF_RESONANCE = 1.01
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
     """Response with all contacts stuck, None where it is unbounded.
 
-    ``frequency`` in rad/s; the result (n_unknowns,) in m.
+    ``frequency`` in rad/s; the result (n_unknowns,) in m. Contacts are closed that are so at rest.
     """
-    at_rest = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
-    return Factorisation(at_rest.jacobian).solve(-at_rest.residual)
+    rest = position_at_rest(problem, frequency)
+    at_rest = problem.evaluate(rest, frequency)
+    step = Factorisation(at_rest.jacobian).solve(-at_rest.residual)
+    return None if step is None else rest + step
+
+
+def position_at_rest(problem: HarmonicBalance, frequency: float) -> FloatArray:
+    """Where static loads hold a structure without other forces, (n_unknowns,) [m].
+
+    Newton's method starts from where all contacts are closed. Nothing moves where responses are
+    unique: there the start does not matter.
+    """
+    rest = np.zeros(problem.n_unknowns)
+    if problem.single_valued or not problem.loaded:
+        return rest
+    still = problem
+    if problem.excitation.amplitude:
+        still = problem.with_parameters(force_amplitude=0.0)
+    at_rest = still.closed().evaluate(rest, frequency)
+    closed = Factorisation(at_rest.jacobian).solve(-at_rest.residual)
+    found = newton(partial(still.evaluate, frequency=frequency), rest if closed is None else closed)
+    return found.unknowns if found.converged else rest
 
 
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
@@ -90,8 +110,10 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
     if not amplitude:
         return None
     curve = ParameterProblem(problem, "force_amplitude", frequency)
+    rest = position_at_rest(problem, frequency)
     for start in share * _REDUCTIONS:
-        small = newton(partial(curve.evaluate, value=start * amplitude), start * stuck)
+        near = rest + start * (stuck - rest)
+        small = newton(partial(curve.evaluate, value=start * amplitude), near)
         if small.converged:
             path = Path(curve, small.unknowns, start * amplitude, amplitude)
             points = list(path)

@@ -332,6 +332,10 @@ class ContactLaw(ABC):
         """Values of parameters with which contacts slide freely, empty where there are none."""
         return {}
 
+    def closed(self) -> dict[str, float]:
+        """Values of parameters with which contacts touch where nothing moves, under no force."""
+        return {}
+
     def sampling_errors(self, located: Located) -> FloatArray:
         """Bounds (n, m K) [N] of the error of the force's coefficients by its samples."""
         raise NotImplementedError(f"{type(self).__name__}: expected a method sampling_errors")

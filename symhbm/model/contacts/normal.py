@@ -32,6 +32,8 @@ NORMAL = {
     "largest_normal_force": ("N", "largest normal force over the period"),
 }
 """Units and meaning of what datasets tell of normal forces."""
+_TOUCHES = 1e-100
+"""Load [N], or less than no gap [m], of a contact that only touches."""
 
 
 def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:
@@ -101,6 +103,10 @@ class NormalLaw(ContactLaw):
         held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
         held[:, self.directions.index("normal")] = stiffness > 0
         return held
+
+    def closed(self) -> dict[str, float]:
+        """They touch, with a load or a gap that is nothing but its sign."""
+        return {self.given: -_TOUCHES if self.given == "gap" else _TOUCHES}
 
     def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
         """As springs and sliders of two directions, without friction where the law has none."""
