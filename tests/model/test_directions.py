@@ -20,7 +20,7 @@ from symhbm.plot.contact import loops_of
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
 
 
-class Corner(sh.SmoothLaw):
+class Corner(sh.PolynomialLaw):
     """Two displacements that stiffen together."""
 
     directions = ("tangential", "normal")
