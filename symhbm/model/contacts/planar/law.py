@@ -23,7 +23,7 @@ from symhbm.model.contacts.law import Located, Switch, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, Behaviour, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
-from symhbm.model.contacts.planar.expansion import margin_by_variables
+from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.numerics import FloatArray, FourierBasis, check
 
@@ -188,20 +188,23 @@ class PlanarFriction(NormalLaw):
         """
         n, given = len(motion), self.physical(frequency, values)
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
-        written = events, margins, slopes, figures = self._arrays(basis, n)
+        written = events, margins, slopes, figures, *_ = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        most, failed = 100 + 50 * basis.highest, TOO_MANY
-        while failed == TOO_MANY and most < _MOST:
-            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
-            most *= 4
-        if failed:
-            raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
+        self._locate(basis, motion, given, imposed, written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, batch.SLIPS])
             states[:, batch.SLIPS] = np.where(finite, held[:, batch.SLIPS], states[:, batch.SLIPS])
         by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
+
+    def _locate(self, basis: FourierBasis, motion, given, imposed, written) -> None:
+        most, failed = 100 + 50 * basis.highest, TOO_MANY
+        while failed == TOO_MANY and most < _MOST:
+            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
+            most *= 4
+        if failed:
+            raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
 
     def margins_within(
         self,
@@ -212,7 +215,7 @@ class PlanarFriction(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
+        written = _, margins, slopes, *_ = self._arrays(basis, len(motion))
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked = np.full(len(motion), batch.ASKED)
         batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
@@ -220,10 +223,11 @@ class PlanarFriction(NormalLaw):
         return margins + error * np.linalg.norm(by_motion, axis=-1)
 
     def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
-        """Where `batch.locate` writes events, margins, their slopes and figures."""
+        """Where `batch.locate` writes events, margins, their slopes and figures; no weights."""
         q, variables = len(self.switches), sum(self.n_variables(basis))
         events = np.empty((n, self.n_events(basis)))
-        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+        numbers = np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+        return events, *numbers, np.empty((0, 0)), np.empty((0, 0, 0))
 
     def _chain(
         self, motion: FloatArray, given: FloatArray, slopes: FloatArray
@@ -289,11 +293,25 @@ class PlanarFriction(NormalLaw):
         values: Values,
         weights: FloatArray,
     ) -> FloatArray:
-        """NotImplementedError: first derivatives are all that is exact so far."""
-        raise NotImplementedError(
-            f"{self!r}: its force has exact first derivatives and no second ones, which "
-            "sensitivity, peak_curve and minimise_peak need"
-        )
+        """Slip to second order, where it begins and ends, and resting places."""
+        imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
+        given, motion = self.physical(frequency, values), np.ascontiguousarray(motion)
+        events, margins, slopes, figures, *_ = self._arrays(basis, len(motion))
+        total = slopes.shape[2]
+        bends = np.zeros((len(motion), total, total))
+        written = events, margins, slopes, figures, np.ascontiguousarray(weights), bends
+        self._locate(basis, motion, given, imposed, written)
+        size, own = basis.n_components, self.n_variables(basis)[0]
+        rests = (figures[:, batch.STICK_SHARE] == 1) & (figures[:, batch.SLIP_DISTANCE] == 0)
+        if basis.order[0] > 0:
+            return bends
+        by_name = {name: np.asarray(value) for name, value in values.items()}
+        for j in np.flatnonzero(rests):
+            one = {name: value[j] for name, value in by_name.items()}
+            variables = np.asarray(ca.DM(self.event_variables(motion[j], frequency, one))).ravel()
+            mean = -weights[j, [0, size]]
+            bends[j, :own, :own] += resting_bends(basis, variables[:own], mean, self.varies)
+        return bends
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""
