@@ -190,7 +190,7 @@ class PlanarFriction(NormalLaw):
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
         written = events, margins, slopes, figures, *_ = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        self._locate(basis, motion, given, imposed, written)
+        self._march(basis, motion, given, imposed, *written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, batch.SLIPS])
@@ -198,7 +198,9 @@ class PlanarFriction(NormalLaw):
         by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
 
-    def _locate(self, basis: FourierBasis, motion, given, imposed, written) -> None:
+    def _march(self, basis: FourierBasis, *arrays: FloatArray) -> None:
+        """`batch.locate` with as many pieces as it takes."""
+        motion, given, imposed, *written = arrays
         most, failed = 100 + 50 * basis.highest, TOO_MANY
         while failed == TOO_MANY and most < _MOST:
             failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
@@ -293,24 +295,23 @@ class PlanarFriction(NormalLaw):
         values: Values,
         weights: FloatArray,
     ) -> FloatArray:
-        """Slip to second order, where it begins and ends, and resting places."""
+        """Of slip, of where it begins and ends, of closing and opening, and of resting places."""
         imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
-        given, motion = self.physical(frequency, values), np.ascontiguousarray(motion)
-        events, margins, slopes, figures, *_ = self._arrays(basis, len(motion))
-        total = slopes.shape[2]
-        bends = np.zeros((len(motion), total, total))
-        written = events, margins, slopes, figures, np.ascontiguousarray(weights), bends
-        self._locate(basis, motion, given, imposed, written)
-        size, own = basis.n_components, self.n_variables(basis)[0]
-        rests = (figures[:, batch.STICK_SHARE] == 1) & (figures[:, batch.SLIP_DISTANCE] == 0)
+        motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
+        *numbers, _, _ = self._arrays(basis, len(motion))
+        bends = np.zeros((len(motion), *[sum(self.n_variables(basis))] * 2))
+        self._march(basis, motion, given, imposed, *numbers, np.ascontiguousarray(weights), bends)
         if basis.order[0] > 0:
             return bends
-        by_name = {name: np.asarray(value) for name, value in values.items()}
+        figures, own = located.details.figures, slice(self.n_variables(basis)[0])
+        rests = (figures[:, batch.STICK_SHARE] == 1) & (figures[:, batch.SLIP_DISTANCE] == 0)
+        parameters = np.array([values[name] for name in self.parameters])
         for j in np.flatnonzero(rests):
-            one = {name: value[j] for name, value in by_name.items()}
-            variables = np.asarray(ca.DM(self.event_variables(motion[j], frequency, one))).ravel()
-            mean = -weights[j, [0, size]]
-            bends[j, :own, :own] += resting_bends(basis, variables[:own], mean, self.varies)
+            whole = np.concatenate([motion[j], [frequency], parameters[:, j]])
+            variables = np.asarray(_variables(self, basis)(whole)[0].full()).ravel()[own]
+            # The mean of the force is that of the motion less the resting place.
+            mean = -weights[j, [0, basis.n_components]]
+            bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
         return bends
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:

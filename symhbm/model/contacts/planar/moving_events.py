@@ -46,7 +46,12 @@ from symhbm.model.contacts.planar.march import (
     STICK,
 )
 from symhbm.model.contacts.planar.series import motion_at
-from symhbm.model.contacts.planar.slopes import add_along, functions_at, integrals
+from symhbm.model.contacts.planar.slopes import (
+    add_along,
+    functions_at,
+    integrals,
+    slope_of_opening,
+)
 from symhbm.numerics.loops import Loop
 
 
@@ -138,60 +143,6 @@ def _at_start(starts: Any, slope: Any) -> None:
     n = len(slope) - 2
     for m in range(n):
         slope[m] += slope[n] * starts[0, m] + slope[n + 1] * starts[1, m]
-
-
-@Loop
-def _stretch(
-    waves: Any,
-    order: Any,
-    is_sine: Any,
-    variable: bool,
-    end: float,
-    before: Any,
-    own: Any,
-    length: float,
-    turns: Any,
-    stretch: Any,
-) -> bool:
-    """Take slopes of a step that ends where the contact opens at nodes that move with its end.
-
-    Near that end ``a`` is a power of the time left, whose derivatives at fixed angles grow without
-    bound. ``stretch`` (P) takes the slope of the angle of opening; False where it has none.
-    """
-    n = len(stretch)
-    at, row = np.empty((3, 3)), np.empty((2, len(order)))
-    motion_at(waves, end, at)
-    if at[2, 1] >= 0.0:
-        return False
-    functions_at(order, is_sine, end, row)
-    stretch[:] = 0.0
-    add_along(row[0], 1.0, variable, 0.0, 0.0, -1 / at[2, 1], stretch)
-    system, pivots = np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64)
-    right = np.zeros((STAGES, n))
-    for j in range(STAGES):
-        motion_at(waves, own[j, ANGLE], at)
-        functions_at(order, is_sine, own[j, ANGLE], row)
-        c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
-        turned = 0.0
-        for k in range(STAGES):
-            turned += BEFORE[j, k] * own[k, TURN]
-        shift = NODES[j] * (at[1, 2] * c - at[0, 2] * s - own[j, TURN] * at[2, 1])
-        shift -= own[j, ALONG] * turned
-        for m in range(n):
-            right[j, m] = shift * stretch[m] - own[j, ALONG] * before[m]
-        add_along(row[1], 0.0, variable, -s, c, 0.0, right[j])
-        add_along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
-    step_matrix(own, length, system)
-    factorise(system, pivots)
-    solve_factorised(system, pivots, right)
-    for j in range(STAGES):
-        turns[j, 1, :n] = right[j]
-        turns[j, 0, :n] = before[:n]
-        for k in range(STAGES):
-            for m in range(n):
-                change = length * right[k, m] + own[k, TURN] * stretch[m]
-                turns[j, 0, m] += BEFORE[j, k] * change
-    return True
 
 
 @Loop
@@ -329,10 +280,7 @@ def _backwards(
         length = end - begin
         moves = adds and not last and following[KIND] == APART
         if moves:
-            moves = _stretch(
-                waves, order, is_sine, variable, end, edges[i, 0], own, length,
-                turns[first : first + STAGES], stretch,
-            )  # fmt: skip
+            slope_of_opening(waves, order, is_sine, variable, end, stretch)
         for j in range(STAGES):
             functions_at(order, is_sine, own[j, ANGLE], row)
             c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])

@@ -18,6 +18,8 @@ from symhbm.model.contacts.planar.collocation import (
     BEFORE,
     DIRECTION,
     LIMIT,
+    LIMIT_RATE,
+    NODES,
     STAGES,
     TURN,
     WEIGHT,
@@ -27,6 +29,7 @@ from symhbm.model.contacts.planar.collocation import (
     step_matrix,
 )
 from symhbm.model.contacts.planar.march import (
+    APART,
     BEGIN,
     CLOSED,
     END,
@@ -174,6 +177,19 @@ def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
 
 
 @Loop
+def slope_of_opening(
+    waves: Any, order: Any, is_sine: Any, variable: bool, angle: float, out: Any
+) -> None:
+    """Write the derivatives (P or more) of the angle at which the limit falls through zero."""
+    at, row = np.empty((3, 3)), np.empty((2, len(order)))
+    motion_at(waves, angle, at)
+    functions_at(order, is_sine, angle, row)
+    out[:] = 0.0
+    if at[2, 1] < 0.0:
+        add_along(row[0], 1.0, variable, 0.0, 0.0, -1 / at[2, 1], out)
+
+
+@Loop
 def moving(
     waves: Any,
     order: Any,
@@ -196,6 +212,9 @@ def moving(
     (n_pieces, 2, P + 2) those of ``a`` at both ends of slip and of both components of ``q`` of
     stick; the last two columns are by the position of the slider at the begin. ``starts``
     (2, P + 2) takes the derivatives of that, and what a change of it adds up to over all periods.
+
+    Before a contact opens ``a`` is a power of the time left, whose derivatives at a fixed angle
+    grow without bound: the nodes of that step move with the angle of opening.
     """
     size, n = len(order), jacobian.shape[1]
     total = n + 2
@@ -207,6 +226,7 @@ def moving(
     right = np.empty((STAGES, total))
     whole = np.zeros((2 * size, total))
     coefficients[:] = 0.0
+    stretch = np.zeros(total)
     if not opens:
         q[0, n] = q[1, n + 1] = 1.0
     for i in range(count):
@@ -255,11 +275,23 @@ def moving(
                     add_along(row[0], 1.0, variable, -s / limit, c / limit, 0.0, a_begin)
                     for m in range(total):
                         a_begin[m] -= (c * q[1, m] - s * q[0, m]) / limit
+            following = pieces[min(i + 1, count - 1)]
+            moves = following[KIND] == APART
+            stretch[:] = 0.0
+            if moves:
+                slope_of_opening(waves, order, is_sine, variable, end, stretch)
             for j in range(STAGES):
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
+                shift = 0.0
+                if moves:
+                    motion_at(waves, own[j, ANGLE], at)
+                    shift = at[1, 2] * c - at[0, 2] * s - own[j, TURN] * own[j, LIMIT_RATE]
+                    shift *= NODES[j]
+                    for k in range(STAGES):
+                        shift -= own[j, ALONG] * BEFORE[j, k] * own[k, TURN]
                 for m in range(total):
-                    right[j, m] = -own[j, ALONG] * a_begin[m]
+                    right[j, m] = shift * stretch[m] - own[j, ALONG] * a_begin[m]
                 add_along(row[1], 0.0, variable, -s, c, 0.0, right[j])
                 add_along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
             step_matrix(own, length, system)
@@ -273,28 +305,32 @@ def moving(
                     turned[m] = a_begin[m]
                 for k in range(STAGES):
                     factor = length * BEFORE[j, k]
+                    turn = BEFORE[j, k] * own[k, TURN]
                     for m in range(total):
-                        turned[m] += factor * right[k, m]
+                        turned[m] += factor * right[k, m] + turn * stretch[m]
                 factor = length * WEIGHTS[j]
                 for m in range(total):
                     a_end[m] += factor * right[j, m]
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
                 limit = own[j, LIMIT]
+                rate = own[j, LIMIT_RATE] * NODES[j]
                 for m in range(total):
-                    force[0, m], force[1, m] = -limit * s * turned[m], limit * c * turned[m]
+                    force[0, m] = rate * c * stretch[m] - limit * s * turned[m]
+                    force[1, m] = rate * s * stretch[m] + limit * c * turned[m]
                 add_along(row[0], 1.0, variable, 0.0, 0.0, c, force[0])
                 add_along(row[0], 1.0, variable, 0.0, 0.0, s, force[1])
                 for k in range(2):
                     for m in range(size):
                         factor = own[j, WEIGHT] * norm[m] * row[0, m]
                         target = whole[k * size + m]
-                        coefficients[k * size + m] += factor * limit * (c if k == 0 else s)
+                        value = limit * (c if k == 0 else s)
+                        coefficients[k * size + m] += factor * value
+                        moved = own[j, WEIGHT] * norm[m] * NODES[j] * row[1, m] + factor / length
                         for p in range(total):
-                            target[p] += factor * force[k, p]
+                            target[p] += factor * force[k, p] + moved * value * stretch[p]
             edges[i, 0], edges[i, 1] = a_begin, a_end
             a_begin[:] = a_end
-            following = pieces[min(i + 1, count - 1)]
             if i + 1 == count or following[KIND] != SLIP or following[HOW] != GOES_ON:
                 motion_at(waves, end, at)
                 functions_at(order, is_sine, end, row)
