@@ -360,7 +360,8 @@ def bends_of(law, basis):
 
 def error_of_second(law, basis, point, rng, step):
     """Second derivatives of a weighted force against differences of first ones, relative."""
-    here, weights = Point(law, basis, point), rng.normal(size=basis.n_components * len(law.directions))
+    here = Point(law, basis, point)
+    weights = rng.normal(size=len(here.motion))
     size = np.where(np.arange(len(point)) < len(weights), np.abs(here.motion).max(), point)
     direction = rng.uniform(-1, 1, len(point)) * size
     by_name = {name: here.values[[i]] for i, name in enumerate(law.parameters)}
@@ -562,10 +563,9 @@ def test_path_in_a_parameter():
 def test_sensitivities_of_peaks(kind):
     problem = problem_of(KINDS[kind], (0, 1, 2))
     found = sh.sensitivity(sh.frf(problem, (13, 24), progress=False))
-    assert "exact" in found.sensitivity_status.values.ravel()
-    names = [*KINDS[kind].parameters]
+    assert {*found.sensitivity_status.values.ravel().tolist()} == {"exact"}
     largest = int(np.nanargmax(found.peak_amplitude.values))
-    for name in names:
+    for name in KINDS[kind].parameters:
         value, step = float(problem.parameters[name][0]), 1e-4
         peaks = [
             np.nanmax(sh.frf(changed, (13, 24), progress=False).peak_amplitude.values)
@@ -574,16 +574,17 @@ def test_sensitivities_of_peaks(kind):
             )
         ]
         measured = (peaks[1] - peaks[0]) / (2 * step * value)
-        slope = found[f"peak_amplitude_by_{name}"].values[largest]
-        assert float(np.ravel(slope)[0]) == pytest.approx(measured, rel=1e-5, abs=1e-10), name
+        slopes = found[f"peak_amplitude_by_{name}"].values[largest]
+        (slope,) = slopes[np.isfinite(slopes)]
+        assert slope == pytest.approx(measured, rel=1e-5), name
 
 
 @pytest.mark.parametrize(("kind", "loads"), [("constant", (4, 10)), ("load", (3, 10))])
 def test_peaks_over_the_load(kind, loads):
     problem = problem_of(KINDS[kind], (0, 1, 2))
     curve = sh.peak_curve(problem, "normal_load", loads, frequency=(12, 30), progress=False)
-    for k in (0, curve.sizes["point"] // 2, -1):
-        point = curve.isel(point=k)
+    for k in (0, curve.sizes["normal_load"] // 2, -1):
+        point = curve.isel(normal_load=k)
         there = problem.with_parameters(normal_load=float(point.normal_load))
         peak = np.nanmax(sh.frf(there, (12, 30), progress=False).peak_amplitude.values)
         assert float(point.peak_amplitude) == pytest.approx(peak, rel=1e-8)

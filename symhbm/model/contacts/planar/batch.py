@@ -204,6 +204,7 @@ def locate(
     starts = np.empty((2, n + 2))
     vector, matrix, row = np.empty(size), np.empty((size, size)), np.empty((2, size))
     normal, by_normal = np.empty(n), np.empty(n)
+    bends[:] = 0.0
     for j in range(len(motions)):
         stiffness, friction = values[j, 0], values[j, 2]
         series_of(order, is_sine, motions[j], values[j], waves)

@@ -299,7 +299,7 @@ class PlanarFriction(NormalLaw):
         imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         *numbers, _, _ = self._arrays(basis, len(motion))
-        bends = np.zeros((len(motion), *[sum(self.n_variables(basis))] * 2))
+        bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
         self._march(basis, motion, given, imposed, *numbers, np.ascontiguousarray(weights), bends)
         if basis.order[0] > 0:
             return bends
