@@ -345,6 +345,78 @@ def test_first_derivatives_beside_onsets(kind, switch, distance):
     assert np.median(errors) < (1e-8 if abs(distance) > 1e-5 else 1e-6)
 
 
+@lru_cache
+def bends_of(law, basis):
+    size = basis.n_components * len(law.directions)
+    motion, values = ca.SX.sym("motion", size), ca.SX.sym("values", len(law.parameters))
+    events, weights = ca.SX.sym("events", law.n_events(basis)), ca.SX.sym("weights", size)
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    force, whole = law.force(basis, motion, 1.0, by_name, events), ca.vertcat(motion, values)
+    bend = ca.hessian(ca.dot(weights, force), whole)[0]
+    spread = ca.jacobian(law.event_variables(motion, 1.0, by_name), whole)
+    inputs = [motion, values, events, weights]
+    return ca.Function("bends", inputs, [ca.densify(bend), ca.densify(spread)])
+
+
+def error_of_second(law, basis, point, rng, step):
+    """Second derivatives of a weighted force against differences of first ones, relative."""
+    here = Point(law, basis, point)
+    weights = rng.normal(size=len(here.motion))
+    size = np.where(np.arange(len(point)) < len(weights), np.abs(here.motion).max(), point)
+    direction = rng.uniform(-1, 1, len(point)) * size
+    by_name = {name: here.values[[i]] for i, name in enumerate(law.parameters)}
+    arguments = here.located, here.motion[None], 1.0, by_name, weights[None]
+    moving = law.moving_events(basis, *arguments)[0]
+    np.testing.assert_allclose(moving, moving.T, rtol=0, atol=1e-12 * np.abs(moving).max())
+    inputs = here.motion, here.values, here.located.events[0], weights
+    frozen, spread = (np.asarray(part.full()) for part in bends_of(law, basis)(*inputs))
+    exact = (frozen + spread.T @ moving @ spread) @ direction
+    shares = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+    difference = sum(
+        sign * share * Point(law, basis, point + sign * k * step * direction).slopes.T @ weights
+        for k, share in shares.items()
+        for sign in (1, -1)
+    )
+    return np.abs(difference / step - exact).max() / max(np.abs(exact).max(), 1e-300)
+
+
+@pytest.mark.parametrize("harmonics", [(0, 1, 2), (1, 3)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_second_derivatives(kind, harmonics):
+    law, basis, rng = KINDS[kind], FourierBasis(harmonics), np.random.default_rng(10)
+    errors, found = [], set()
+    for _ in range(40):
+        motion = random_motion(rng, basis, len(law.directions))
+        load = rng.uniform(-0.5, 4) if law.varies else 10 ** rng.uniform(-1, 0.3)
+        stiffness, normal, friction = rng.uniform(0.3, 2, 3)
+        values = values_of(law, stiffness, normal, friction, load)
+        found.add(seen(law, basis, motion, values))
+        point = np.concatenate([motion.ravel(), *values.values()])
+        errors.append(error_of_second(law, basis, point, rng, 3e-5))
+    slips, opens = {(True, True, False), (True, False, False)}, {(True, True, True)}
+    assert found >= (slips | opens if law.varies else slips)
+    assert np.median(errors) < 1e-9
+    assert np.max(errors) < 1e-5
+
+
+@pytest.mark.parametrize("distance", [1e-1, -1e-1, 1e-3, -1e-3])
+@pytest.mark.parametrize(("kind", "switch"), ONSETS)
+def test_second_derivatives_beside_onsets(kind, switch, distance):
+    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2)), np.random.default_rng(5)
+    errors = []
+    for _ in range(4):
+        motion = random_motion(rng, basis, len(law.directions))
+        load = -0.5 if switch == 2 else 1.2
+        values = np.array([v[0] for v in values_of(law, 1.3, 0.8, 0.6, load).values()])
+        start = onset(law, basis, motion, values, switch)
+        if start is None:
+            continue
+        start[: motion.size] *= 1 + distance
+        errors.append(error_of_second(law, basis, start, rng, 2e-3 * abs(distance)))
+    assert len(errors) >= 3
+    assert np.max(errors) < 1e-7
+
+
 @pytest.mark.parametrize(("kind", "switch"), ONSETS)
 def test_margins_to_second_order(kind, switch):
     law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2)), np.random.default_rng(6)
@@ -487,6 +559,37 @@ def test_path_in_a_parameter():
         np.testing.assert_allclose(point.amplitude.values, expected, rtol=1e-8)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_sensitivities_of_peaks(kind):
+    problem = problem_of(KINDS[kind], (0, 1, 2))
+    found = sh.sensitivity(sh.frf(problem, (13, 24), progress=False))
+    assert {*found.sensitivity_status.values.ravel().tolist()} == {"exact"}
+    largest = int(np.nanargmax(found.peak_amplitude.values))
+    for name in KINDS[kind].parameters:
+        value, step = float(problem.parameters[name][0]), 1e-4
+        peaks = [
+            np.nanmax(sh.frf(changed, (13, 24), progress=False).peak_amplitude.values)
+            for changed in (
+                problem.with_parameters(**{name: value * (1 + s)}) for s in (-step, step)
+            )
+        ]
+        measured = (peaks[1] - peaks[0]) / (2 * step * value)
+        slopes = found[f"peak_amplitude_by_{name}"].values[largest]
+        (slope,) = slopes[np.isfinite(slopes)]
+        assert slope == pytest.approx(measured, rel=1e-5), name
+
+
+@pytest.mark.parametrize(("kind", "loads"), [("constant", (4, 10)), ("load", (3, 10))])
+def test_peaks_over_the_load(kind, loads):
+    problem = problem_of(KINDS[kind], (0, 1, 2))
+    curve = sh.peak_curve(problem, "normal_load", loads, frequency=(12, 30), progress=False)
+    for k in (0, curve.sizes["normal_load"] // 2, -1):
+        point = curve.isel(normal_load=k)
+        there = problem.with_parameters(normal_load=float(point.normal_load))
+        peak = np.nanmax(sh.frf(there, (12, 30), progress=False).peak_amplitude.values)
+        assert float(point.peak_amplitude) == pytest.approx(peak, rel=1e-8)
+
+
 def test_many_contacts_are_each_their_own():
     law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(9)
     motions = np.array([random_motion(rng, basis, 3).ravel() for _ in range(6)])
@@ -498,6 +601,13 @@ def test_many_contacts_are_each_their_own():
     for j, motion in enumerate(motions):
         own = single | {"normal_load": values["normal_load"][[j]]}
         np.testing.assert_array_equal(force_of(law, basis, motion, own)[0].ravel(), forces[j])
+    weights = rng.normal(size=motions.shape)
+    whole = law.moving_events(basis, located, motions, 1.0, values, weights)
+    for j in range(6):
+        own = single | {"normal_load": values["normal_load"][[j]]}
+        alone = law.locate(basis, motions[[j]], 1.0, own)
+        arguments = alone, motions[[j]], 1.0, own, weights[[j]]
+        np.testing.assert_array_equal(law.moving_events(basis, *arguments)[0], whole[j])
     parts = located.details.split(2)
     np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
     assert parts[0].figures.shape[1] == batch.SLIP_DISTANCE + 1

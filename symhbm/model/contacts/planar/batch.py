@@ -13,6 +13,7 @@ import numpy as np
 
 from symhbm.model.contacts.planar.collocation import EXCESS, STAGES, WEIGHT
 from symhbm.model.contacts.planar.march import BEGIN, END, KIND, NODE, SLIP, STICK
+from symhbm.model.contacts.planar.moving_events import moving_events, opening
 from symhbm.model.contacts.planar.period import MOVES, RESTS, period
 from symhbm.model.contacts.planar.rest import resting_place, weights_of
 from symhbm.model.contacts.planar.series import (
@@ -173,6 +174,8 @@ def locate(
     margins: Any,
     slopes: Any,
     figures: Any,
+    weights: Any,
+    bends: Any,
 ) -> int:
     """Locate the events of contacts: 0, or what has failed.
 
@@ -182,7 +185,9 @@ def locate(
     ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written
     are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
     (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes``
-    (n, q, P + 1 + K), and ``figures`` (n, 6).
+    (n, q, P + 1 + K), and ``figures`` (n, 6). Where there are ``weights`` (n, m K), ``bends``
+    (n, P + 1 + K, P + 1 + K) takes the second derivatives of weighted forces that events and
+    sliders add as they move, without those of resting places.
     """
     size, highest = len(order), int(order[len(order) - 1])
     variable = motions.shape[1] == 3 * size
@@ -195,9 +200,11 @@ def locate(
     place_slopes, jacobian = np.empty((3, n)), np.empty((2 * size, n))
     coefficients = np.empty(2 * size)
     pieces, nodes = np.empty((most, 7)), np.empty((most * STAGES, 8))
-    turns, starts = np.empty((most * STAGES, n + 2)), np.empty((2, n))
+    turns, edges = np.empty((most * STAGES, 2, n + 2)), np.empty((most, 2, n + 2))
+    starts = np.empty((2, n + 2))
     vector, matrix, row = np.empty(size), np.empty((size, size)), np.empty((2, size))
     normal, by_normal = np.empty(n), np.empty(n)
+    bends[:] = 0.0
     for j in range(len(motions)):
         stiffness, friction = values[j, 0], values[j, 2]
         series_of(order, is_sine, motions[j], values[j], waves)
@@ -264,8 +271,13 @@ def locate(
             opens = n_closed >= 0
             moving(
                 waves, order, is_sine, norm, variable, opens, pieces, count, nodes, coefficients,
-                jacobian, turns, starts,
+                jacobian, turns, edges, starts,
             )  # fmt: skip
+            if len(weights):
+                moving_events(
+                    waves, order, is_sine, norm, variable, opens, pieces, count, nodes, turns,
+                    edges, starts, weights[j], bends[j, :n, :n],
+                )  # fmt: skip
         events[j, : 2 * size * n] = jacobian.ravel()
         events[j, -2 * size :] = 0.0
         if kind == MOVES:
@@ -276,6 +288,9 @@ def locate(
                     product += jacobian[i, k] * variables[k]
                 events[j, -2 * size + i] = coefficients[i] - product
         waves[2] = press
+        if len(weights) and variable:
+            own = bends[j, n:, n:]
+            opening(closed, n_closed, waves, order, is_sine, norm, weights[j], own)
         figures_of(
             waves, stiffness, kind, n_closed, closed, pieces, count, nodes, turning, figures[j]
         )

@@ -132,6 +132,66 @@ def _asked(
     return float(place[2]), slopes[2], second
 
 
+def resting_bends(
+    basis: FourierBasis, variables: FloatArray, weights: FloatArray, varies: bool
+) -> FloatArray:
+    """Second derivatives (P, P) of the resting place times weights (2), by the variables (P)."""
+    size = basis.n_components
+    push = variables[2 * size + 1 :] if varies else np.zeros(size)
+    rows = [variables[:size], variables[size : 2 * size], push]
+    waves = _waves(basis, rows, variables[2 * size])
+    angles, place, sides = np.empty(3), np.empty(3), np.empty((3, 8))
+    n = resting_place(waves, angles, place)
+    weights_of(waves, angles, n, place, sides)
+    if n == 1:
+        return np.zeros((len(variables), len(variables)))
+    first, second = _conditions(basis, n, varies)
+    point = np.concatenate([place[:2], angles[:n], variables]), np.isinf(sides[:n, 5])
+    slopes = np.asarray(first(*point).full())
+    own = slopes[:, : 2 + n]
+    multipliers = np.linalg.solve(own.T, np.concatenate([weights, np.zeros(n)]))
+    spread = np.vstack([-np.linalg.solve(own, slopes[:, 2 + n :]), np.eye(len(variables))])
+    return -spread.T @ np.asarray(second(*point, multipliers).full()) @ spread
+
+
+@lru_cache(maxsize=64)
+def _conditions(basis: FourierBasis, n: int, varies: bool) -> tuple[ca.Function, ca.Function]:
+    """What determines the resting place and ``n`` active instants: slopes, and weighted bends.
+
+    Each instant asks most, all ask as much, and the directions of two are opposite; an instant
+    that is ``flat`` stays.
+    """
+    size = basis.n_components
+    whole = ca.SX.sym("whole", 2 + n + (3 * size + 1 if varies else 2 * size + 1))
+    flat, angle = ca.SX.sym("flat", n), ca.SX.sym("angle")
+    place, variables = whole[:2], whole[2 + n :]
+    sines, order = basis.is_sine, basis.order
+    functions = ca.vertcat(
+        *(
+            ca.sin(h * angle) if sine else ca.cos(h * angle)
+            for h, sine in zip(order.tolist(), sines.tolist(), strict=True)
+        )
+    )
+    motion = ca.vertcat(*(ca.dot(variables[k * size : (k + 1) * size], functions) for k in (0, 1)))
+    limit = variables[2 * size]
+    if varies:
+        limit += ca.dot(variables[2 * size + 1 :], functions)
+    asked = ca.norm_2(motion - place) - limit
+    normal = (motion - place) / ca.norm_2(motion - place)
+    each = ca.Function("each", [angle, whole], [asked, ca.jacobian(asked, angle), normal])
+    asks, slopes, normals = zip(*(each(whole[2 + i], whole) for i in range(n)), strict=True)
+    rows = [ca.if_else(flat[i], whole[2 + i], slopes[i]) for i in range(n)]
+    rows.append(asks[0] - asks[1])
+    a, b = normals[:2]
+    rows.append(asks[0] - asks[2] if n == 3 else a[0] * b[1] - a[1] * b[0])
+    conditions, multipliers = ca.vertcat(*rows), ca.SX.sym("multipliers", 2 + n)
+    bends = ca.hessian(ca.dot(multipliers, conditions), whole)[0]
+    return (
+        ca.Function("slopes", [whole, flat], [ca.densify(ca.jacobian(conditions, whole))]),
+        ca.Function("bends", [whole, flat, multipliers], [ca.densify(bends)]),
+    )
+
+
 def _rows(basis: FourierBasis, angle: float, derivative: int, varies: bool) -> FloatArray:
     """``x``, ``y`` and ``r`` at an angle, or their derivatives there, by all variables (3, P)."""
     size, functions = basis.n_components, basis.values(angle, derivative)

@@ -24,7 +24,7 @@ from symhbm.model.contacts.law import Located, Switch, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
-from symhbm.model.contacts.planar.expansion import margin_by_variables
+from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.numerics import FloatArray, FourierBasis, check
 
@@ -189,20 +189,25 @@ class PlanarFriction(NormalLaw):
         """
         n, given = len(motion), self.physical(frequency, values)
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
-        written = events, margins, slopes, figures = self._arrays(basis, n)
+        written = events, margins, slopes, figures, *_ = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        most, failed = 100 + 50 * basis.highest, TOO_MANY
-        while failed == TOO_MANY and most < _MOST:
-            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
-            most *= 4
-        if failed:
-            raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
+        self._march(basis, motion, given, imposed, *written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, batch.SLIPS])
             states[:, batch.SLIPS] = np.where(finite, held[:, batch.SLIPS], states[:, batch.SLIPS])
         by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
+
+    def _march(self, basis: FourierBasis, *arrays: FloatArray) -> None:
+        """`batch.locate` with as many pieces as it takes."""
+        motion, given, imposed, *written = arrays
+        most, failed = 100 + 50 * basis.highest, TOO_MANY
+        while failed == TOO_MANY and most < _MOST:
+            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
+            most *= 4
+        if failed:
+            raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
 
     def margins_within(
         self,
@@ -213,7 +218,7 @@ class PlanarFriction(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
+        written = _, margins, slopes, *_ = self._arrays(basis, len(motion))
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked = np.full(len(motion), batch.ASKED)
         batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
@@ -221,10 +226,11 @@ class PlanarFriction(NormalLaw):
         return margins + error * np.linalg.norm(by_motion, axis=-1)
 
     def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
-        """Where `batch.locate` writes events, margins, their slopes and figures."""
+        """Where `batch.locate` writes events, margins, their slopes and figures; no weights."""
         q, variables = len(self.switches), sum(self.n_variables(basis))
         events = np.empty((n, self.n_events(basis)))
-        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+        numbers = np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
+        return events, *numbers, np.empty((0, 0)), np.empty((0, 0, 0))
 
     def _chain(
         self, motion: FloatArray, given: FloatArray, slopes: FloatArray
@@ -290,11 +296,24 @@ class PlanarFriction(NormalLaw):
         values: Values,
         weights: FloatArray,
     ) -> FloatArray:
-        """NotImplementedError: first derivatives are all that is exact so far."""
-        raise NotImplementedError(
-            f"{self!r}: its force has exact first derivatives and no second ones, which "
-            "sensitivity, peak_curve and minimise_peak need"
-        )
+        """Of slip, of where it begins and ends, of closing and opening, and of resting places."""
+        imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
+        motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
+        *numbers, _, _ = self._arrays(basis, len(motion))
+        bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
+        self._march(basis, motion, given, imposed, *numbers, np.ascontiguousarray(weights), bends)
+        if basis.order[0] > 0:
+            return bends
+        figures, own = located.details.figures, slice(self.n_variables(basis)[0])
+        rests = (figures[:, batch.STICK_SHARE] == 1) & (figures[:, batch.SLIP_DISTANCE] == 0)
+        parameters = np.array([values[name] for name in self.parameters])
+        for j in np.flatnonzero(rests):
+            whole = np.concatenate([motion[j], [frequency], parameters[:, j]])
+            variables = np.asarray(_variables(self, basis)(whole)[0].full()).ravel()[own]
+            # The mean of the force is that of the motion less the resting place.
+            mean = -weights[j, [0, basis.n_components]]
+            bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
+        return bends
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""

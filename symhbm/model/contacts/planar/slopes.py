@@ -18,6 +18,8 @@ from symhbm.model.contacts.planar.collocation import (
     BEFORE,
     DIRECTION,
     LIMIT,
+    LIMIT_RATE,
+    NODES,
     STAGES,
     TURN,
     WEIGHT,
@@ -27,6 +29,7 @@ from symhbm.model.contacts.planar.collocation import (
     step_matrix,
 )
 from symhbm.model.contacts.planar.march import (
+    APART,
     BEGIN,
     CLOSED,
     END,
@@ -87,7 +90,7 @@ def integrals(
 
 
 @Loop
-def _along(
+def add_along(
     row: Any, mean: float, variable: bool, x: float, y: float, limit: float, out: Any
 ) -> None:
     """Add ``x dx + y dy + limit dr`` at an instant, by all variables, to ``out``.
@@ -123,16 +126,16 @@ def rest_slopes(
                 # Without a motion all instants are the same: the mean of any that follows.
                 for j in range(len(order)):
                     row[0, j] = 1.0 if order[j] == 0 else 0.0
-            _along(row[0], 1.0, variable, 1.0, 0.0, 0.0, out[0])
-            _along(row[0], 1.0, variable, 0.0, 1.0, 0.0, out[1])
-            _along(row[0], 1.0, variable, 0.0, 0.0, -1.0, out[2])
+            add_along(row[0], 1.0, variable, 1.0, 0.0, 0.0, out[0])
+            add_along(row[0], 1.0, variable, 0.0, 1.0, 0.0, out[1])
+            add_along(row[0], 1.0, variable, 0.0, 0.0, -1.0, out[2])
             return
-        _along(row[0], 1.0, variable, nx, ny, -1.0, asks[i])
+        add_along(row[0], 1.0, variable, nx, ny, -1.0, asks[i])
         # By how much n turns: at the instant, and with the instant that moves.
         move = -across / (length * bend)
         along = 1.0 / length + across / length * move
-        _along(row[0], 1.0, variable, -ny * along, nx * along, 0.0, turns[i])
-        _along(row[1], 0.0, variable, nx * move, ny * move, -move, turns[i])
+        add_along(row[0], 1.0, variable, -ny * along, nx * along, 0.0, turns[i])
+        add_along(row[1], 0.0, variable, nx * move, ny * move, -move, turns[i])
         for j in range(out.shape[1]):
             out[2, j] += weight * asks[i, j]
     if n == 2:
@@ -174,6 +177,19 @@ def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
 
 
 @Loop
+def slope_of_opening(
+    waves: Any, order: Any, is_sine: Any, variable: bool, angle: float, out: Any
+) -> None:
+    """Write the derivatives (P or more) of the angle at which the limit falls through zero."""
+    at, row = np.empty((3, 3)), np.empty((2, len(order)))
+    motion_at(waves, angle, at)
+    functions_at(order, is_sine, angle, row)
+    out[:] = 0.0
+    if at[2, 1] < 0.0:
+        add_along(row[0], 1.0, variable, 0.0, 0.0, -1 / at[2, 1], out)
+
+
+@Loop
 def moving(
     waves: Any,
     order: Any,
@@ -187,12 +203,18 @@ def moving(
     coefficients: Any,
     jacobian: Any,
     turns: Any,
+    edges: Any,
     starts: Any,
 ) -> None:
     """Write the force's coefficients (2 K) and their derivatives (2 K, P) of one that moves.
 
-    ``turns`` (n_nodes, P + 2) takes those of ``a`` at the nodes; ``starts`` (2, P), those of the
-    position of the slider at the begin, which the last two columns of ``turns`` are by.
+    ``turns`` (n_nodes, 2, P + 2) takes those of ``a`` and ``a'`` at the nodes, ``edges``
+    (n_pieces, 2, P + 2) those of ``a`` at both ends of slip and of both components of ``q`` of
+    stick; the last two columns are by the position of the slider at the begin. ``starts``
+    (2, P + 2) takes the derivatives of that, and what a change of it adds up to over all periods.
+
+    Before a contact opens ``a`` is a power of the time left, whose derivatives at a fixed angle
+    grow without bound: the nodes of that step move with the angle of opening.
     """
     size, n = len(order), jacobian.shape[1]
     total = n + 2
@@ -204,6 +226,7 @@ def moving(
     right = np.empty((STAGES, total))
     whole = np.zeros((2 * size, total))
     coefficients[:] = 0.0
+    stretch = np.zeros(total)
     if not opens:
         q[0, n] = q[1, n + 1] = 1.0
     for i in range(count):
@@ -218,8 +241,9 @@ def moving(
                 for k in range(2):
                     q[k, :] = 0.0
                     share = -at[k, 1] / rate if rate > 0 else 0.0
-                    _along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
+                    add_along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
             integrals(begin, end, order, is_sine, norm, vector, matrix)
+            edges[i] = q
             for k in range(2):
                 place = piece[FIRST] if k == 0 else piece[LAST]
                 for j in range(size):
@@ -244,51 +268,69 @@ def moving(
                     turn = 0.0
                     for j in range(STAGES):
                         turn += AT_BEGIN[j] * own[j, TURN]
-                    _along(row[1], 0.0, variable, -s / along, c / along, 0.0, a_begin)
-                    _along(row[0], 1.0, variable, 0.0, 0.0, -turn / along, a_begin)
+                    add_along(row[1], 0.0, variable, -s / along, c / along, 0.0, a_begin)
+                    add_along(row[0], 1.0, variable, 0.0, 0.0, -turn / along, a_begin)
                 else:
                     limit = at[2, 0]
-                    _along(row[0], 1.0, variable, -s / limit, c / limit, 0.0, a_begin)
+                    add_along(row[0], 1.0, variable, -s / limit, c / limit, 0.0, a_begin)
                     for m in range(total):
                         a_begin[m] -= (c * q[1, m] - s * q[0, m]) / limit
+            following = pieces[min(i + 1, count - 1)]
+            moves = following[KIND] == APART
+            stretch[:] = 0.0
+            if moves:
+                slope_of_opening(waves, order, is_sine, variable, end, stretch)
             for j in range(STAGES):
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
+                shift = 0.0
+                if moves:
+                    motion_at(waves, own[j, ANGLE], at)
+                    shift = at[1, 2] * c - at[0, 2] * s - own[j, TURN] * own[j, LIMIT_RATE]
+                    shift *= NODES[j]
+                    for k in range(STAGES):
+                        shift -= own[j, ALONG] * BEFORE[j, k] * own[k, TURN]
                 for m in range(total):
-                    right[j, m] = -own[j, ALONG] * a_begin[m]
-                _along(row[1], 0.0, variable, -s, c, 0.0, right[j])
-                _along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
+                    right[j, m] = shift * stretch[m] - own[j, ALONG] * a_begin[m]
+                add_along(row[1], 0.0, variable, -s, c, 0.0, right[j])
+                add_along(row[0], 1.0, variable, 0.0, 0.0, -own[j, TURN], right[j])
             step_matrix(own, length, system)
             factorise(system, pivots)
             solve_factorised(system, pivots, right)
             a_end[:] = a_begin
             for j in range(STAGES):
-                turned = turns[first + j]
+                turned = turns[first + j, 0]
+                turns[first + j, 1] = right[j]
                 for m in range(total):
                     turned[m] = a_begin[m]
                 for k in range(STAGES):
                     factor = length * BEFORE[j, k]
+                    turn = BEFORE[j, k] * own[k, TURN]
                     for m in range(total):
-                        turned[m] += factor * right[k, m]
+                        turned[m] += factor * right[k, m] + turn * stretch[m]
                 factor = length * WEIGHTS[j]
                 for m in range(total):
                     a_end[m] += factor * right[j, m]
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
                 limit = own[j, LIMIT]
+                rate = own[j, LIMIT_RATE] * NODES[j]
                 for m in range(total):
-                    force[0, m], force[1, m] = -limit * s * turned[m], limit * c * turned[m]
-                _along(row[0], 1.0, variable, 0.0, 0.0, c, force[0])
-                _along(row[0], 1.0, variable, 0.0, 0.0, s, force[1])
+                    force[0, m] = rate * c * stretch[m] - limit * s * turned[m]
+                    force[1, m] = rate * s * stretch[m] + limit * c * turned[m]
+                add_along(row[0], 1.0, variable, 0.0, 0.0, c, force[0])
+                add_along(row[0], 1.0, variable, 0.0, 0.0, s, force[1])
                 for k in range(2):
                     for m in range(size):
                         factor = own[j, WEIGHT] * norm[m] * row[0, m]
                         target = whole[k * size + m]
-                        coefficients[k * size + m] += factor * limit * (c if k == 0 else s)
+                        value = limit * (c if k == 0 else s)
+                        coefficients[k * size + m] += factor * value
+                        moved = own[j, WEIGHT] * norm[m] * NODES[j] * row[1, m] + factor / length
                         for p in range(total):
-                            target[p] += factor * force[k, p]
+                            target[p] += factor * force[k, p] + moved * value * stretch[p]
+            edges[i, 0], edges[i, 1] = a_begin, a_end
             a_begin[:] = a_end
-            following = pieces[min(i + 1, count - 1)]
             if i + 1 == count or following[KIND] != SLIP or following[HOW] != GOES_ON:
                 motion_at(waves, end, at)
                 functions_at(order, is_sine, end, row)
@@ -296,8 +338,8 @@ def moving(
                 limit = max(at[2, 0], 0.0)
                 for m in range(total):
                     q[0, m], q[1, m] = limit * s * a_end[m], -limit * c * a_end[m]
-                _along(row[0], 1.0, variable, 1.0, 0.0, -c, q[0])
-                _along(row[0], 1.0, variable, 0.0, 1.0, -s, q[1])
+                add_along(row[0], 1.0, variable, 1.0, 0.0, -c, q[0])
+                add_along(row[0], 1.0, variable, 0.0, 1.0, -s, q[1])
     jacobian[:] = whole[:, :n]
     starts[:] = 0.0
     if opens:
@@ -307,6 +349,8 @@ def moving(
     for m in range(n):
         starts[0, m] = (d * q[0, m] - b * q[1, m]) / determinant
         starts[1, m] = (a * q[1, m] - c * q[0, m]) / determinant
+    starts[0, n], starts[0, n + 1] = d / determinant, -b / determinant
+    starts[1, n], starts[1, n + 1] = -c / determinant, a / determinant
     for j in range(2 * size):
         for m in range(n):
             jacobian[j, m] += whole[j, n] * starts[0, m] + whole[j, n + 1] * starts[1, m]
