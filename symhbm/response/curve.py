@@ -201,7 +201,7 @@ class _Curve:
         problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
         unknowns = np.array([solution.unknowns for solution in solutions])
         frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
-        table = describe_each(problems, unknowns, frequencies, solves, self.request.stability)
+        table = describe_each(problems, unknowns, frequencies, solves, self.request.tells_stability)
         if self.request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):
                 both = slip_angles(*pair, table["contact_state"][i] == 1)

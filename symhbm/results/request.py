@@ -16,6 +16,7 @@ _ROUND_OFF = 1e-9
 """Distance from an end of the band, relative to its largest value, that is round-off."""
 OF_PEAKS = ("coefficient", "amplitude", "dof")
 """Variables that verify peaks, without ``peak_``, beside the parameter at the peak."""
+_STABILITY = frozenset({"growth_rate", "stability"})
 _JSON_KEYS = {"per_dof": "each"}
 """Keys of fields in JSON where they differ: those of archives that exist."""
 
@@ -52,6 +53,11 @@ class Request:
     def unit(self) -> float:
         """The value in continuation (rad/s for a frequency) over that of the user (Hz)."""
         return RADIANS if self.frequency is None else 1.0
+
+    @property
+    def tells_stability(self) -> bool:
+        """Whether stability is wanted, and kept: it takes longer than all else at a point."""
+        return self.stability and (self.keep is None or not _STABILITY.isdisjoint(self.keep))
 
     def shown(self, value: float) -> float:
         """A value in the user's unit; the ends of the band come back without round-off."""

@@ -48,6 +48,20 @@ def test_three_solutions():
     assert grid.stability.values.ravel()[order].tolist() == [1, 0, 1]
 
 
+def test_what_is_not_kept_is_not_computed(monkeypatch):
+    whole = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN])
+    told = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN], keep=["stability"])
+    assert told.stability.identical(whole.stability)
+
+    def forbidden(*_):
+        raise AssertionError
+
+    monkeypatch.setattr("symhbm.response.describe.growth_rate", forbidden)
+    without = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN], keep=["amplitude"])
+    assert without.amplitude.identical(whole.amplitude)
+    assert "growth_rate" in without.attrs["left_out"]
+
+
 def fastest_growth(omega, amplitude):
     """Largest real part of the exponents of one harmonic beside a response of the Duffing one.
 

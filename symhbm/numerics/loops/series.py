@@ -17,8 +17,8 @@ _CLOSEST = 1e-8
 """Width [rad] of a cell below which a pair of zeros does not count."""
 _STEPS = 60
 """Most steps to a zero, each at least a bisection."""
-_LAST_STEP = 1e-9
-"""Last step to a zero, relative to the angle."""
+_LAST_STEP = 1e-6
+"""Last step to a zero [rad] times the highest harmonic: what is left is about its cube."""
 
 
 @Loop
@@ -31,6 +31,20 @@ def at(cosine: Any, sine: Any, angle: float) -> tuple[float, float]:
         slope += h * (sine[h] * c - cosine[h] * s)
         c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
     return value, slope
+
+
+@Loop
+def bent_at(cosine: Any, sine: Any, angle: float) -> tuple[float, float, float]:
+    """Value, slope and second derivative of a series at an angle [rad]."""
+    turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
+    c, s, value, slope, bend = 1.0, 0.0, 0.0, 0.0, 0.0
+    for h in range(len(cosine)):
+        wave = cosine[h] * c + sine[h] * s
+        value += wave
+        slope += h * (sine[h] * c - cosine[h] * s)
+        bend -= h * h * wave
+        c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
+    return value, slope, bend
 
 
 @Loop
@@ -112,23 +126,27 @@ def _start(
 def _zero(
     cosine: Any, sine: Any, level: float, left: float, right: float, root: float, rises: bool
 ) -> float:
-    """Where a monotone series passes a level, from a ``root`` nearby: Newton's method, guarded."""
+    """Where a monotone series passes a level, from a ``root`` nearby: Halley's method, guarded."""
+    last = _LAST_STEP / (len(cosine) - 1)
     for _ in range(_STEPS):
-        value, slope = at(cosine, sine, root)
+        value, slope, bend = bent_at(cosine, sine, root)
         value -= level
         if (value > 0) == rises:
             right = root
         else:
             left = root
         new = 0.5 * (left + right)
+        near = False
         if slope != 0.0:
-            newton = root - value / slope
-            if left <= newton <= right:
-                new = newton
+            newton = value / slope
+            bow = 0.5 * newton * bend / slope
+            # Where the slope changes by as much as itself, Newton's step is the safer one.
+            halley = root - (newton / (1 - bow) if abs(bow) < 0.5 else newton)
+            if left <= halley <= right:
+                new, near = halley, abs(bow) < 1e-3
         step = abs(new - root)
         root = new
-        # The error of Newton's method after a step is its square.
-        if step <= _LAST_STEP * (1 + abs(root)):
+        if step <= 1e-15 * (1 + abs(root)) or (near and step <= last):
             break
     return root
 

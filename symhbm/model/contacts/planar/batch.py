@@ -13,7 +13,6 @@ import numpy as np
 
 from symhbm.model.contacts.planar.collocation import EXCESS, STAGES, WEIGHT
 from symhbm.model.contacts.planar.march import BEGIN, END, KIND, NODE, SLIP, STICK
-from symhbm.model.contacts.planar.moving_events import moving_events, opening
 from symhbm.model.contacts.planar.period import MOVES, RESTS, period
 from symhbm.model.contacts.planar.rest import resting_place, weights_of
 from symhbm.model.contacts.planar.series import (
@@ -29,7 +28,7 @@ from symhbm.model.contacts.planar.slopes import (
     rest_slopes,
     resting,
 )
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops import Loop, arrays
 
 SLIPS, OPENS, TOUCHES = range(3)
 """Switches of a contact: its margins."""
@@ -50,6 +49,15 @@ def series_of(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) ->
             part = 1 if is_sine[i] else 0
             waves[k, part, order[i]] += stiffness * motion[k * size + i]
     waves[2, 0, 0] += values[3]
+
+
+@Loop
+def limit_of(friction: float, waves: Any, press: Any) -> None:
+    """Write ``p`` (2, H + 1) out of waves, and ``mu p`` in its place."""
+    for k in range(2):
+        arrays.copy(waves[2, k], press[k])
+        for h in range(waves.shape[2]):
+            waves[2, k, h] *= friction
 
 
 @Loop
@@ -174,8 +182,6 @@ def locate(
     margins: Any,
     slopes: Any,
     figures: Any,
-    weights: Any,
-    bends: Any,
 ) -> int:
     """Locate the events of contacts: 0, or what has failed.
 
@@ -185,9 +191,7 @@ def locate(
     ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written
     are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
     (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes``
-    (n, q, P + 1 + K), and ``figures`` (n, 6). Where there are ``weights`` (n, m K), ``bends``
-    (n, P + 1 + K, P + 1 + K) takes the second derivatives of weighted forces that events and
-    sliders add as they move, without those of resting places.
+    (n, q, P + 1 + K), and ``figures`` (n, 6).
     """
     size, highest = len(order), int(order[len(order) - 1])
     variable = motions.shape[1] == 3 * size
@@ -204,7 +208,6 @@ def locate(
     starts = np.empty((2, n + 2))
     vector, matrix, row = np.empty(size), np.empty((size, size)), np.empty((2, size))
     normal, by_normal = np.empty(n), np.empty(n)
-    bends[:] = 0.0
     for j in range(len(motions)):
         stiffness, friction = values[j, 0], values[j, 2]
         series_of(order, is_sine, motions[j], values[j], waves)
@@ -248,10 +251,7 @@ def locate(
                         block[i, 1 + m] += matrix[i, m]
         for i in range(n):
             variables[i] = normal[i] * (friction if i >= 2 * size else 1.0)
-        for h in range(highest + 1):
-            for k in range(2):
-                press[k, h] = waves[2, k, h]
-                waves[2, k, h] *= friction
+        limit_of(friction, waves, press)
         n_active = resting_place(waves, angles, place)
         weights_of(waves, angles, n_active, place, sides)
         rest_slopes(order, is_sine, variable, angles, sides, n_active, place_slopes)
@@ -273,24 +273,18 @@ def locate(
                 waves, order, is_sine, norm, variable, opens, pieces, count, nodes, coefficients,
                 jacobian, turns, edges, starts,
             )  # fmt: skip
-            if len(weights):
-                moving_events(
-                    waves, order, is_sine, norm, variable, opens, pieces, count, nodes, turns,
-                    edges, starts, weights[j], bends[j, :n, :n],
-                )  # fmt: skip
-        events[j, : 2 * size * n] = jacobian.ravel()
-        events[j, -2 * size :] = 0.0
-        if kind == MOVES:
-            # Near the onset of slip the product of derivatives and variables has lost digits.
-            for i in range(2 * size):
+        left = events[j, events.shape[1] - 2 * size :]
+        for i in range(2 * size):
+            arrays.copy(jacobian[i], events[j, i * n : (i + 1) * n])
+            left[i] = 0.0
+            if kind == MOVES:
+                # Near the onset of slip the product of derivatives and variables has lost digits.
                 product = 0.0
                 for k in range(n):
                     product += jacobian[i, k] * variables[k]
-                events[j, -2 * size + i] = coefficients[i] - product
-        waves[2] = press
-        if len(weights) and variable:
-            own = bends[j, n:, n:]
-            opening(closed, n_closed, waves, order, is_sine, norm, weights[j], own)
+                left[i] = coefficients[i] - product
+        for k in range(2):
+            arrays.copy(press[k], waves[2, k])
         figures_of(
             waves, stiffness, kind, n_closed, closed, pieces, count, nodes, turning, figures[j]
         )

@@ -24,9 +24,11 @@ from symhbm.model.contacts.law import Located, Switch, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
+from symhbm.model.contacts.planar.bends import bends_of
 from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.numerics import FloatArray, FourierBasis, check
+from symhbm.numerics.loops import Loop
 
 Given = Literal["normal_load", "gap", "constant"]
 """What is a parameter of a load that varies with the motion, or a load that does not."""
@@ -189,9 +191,9 @@ class PlanarFriction(NormalLaw):
         """
         n, given = len(motion), self.physical(frequency, values)
         imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
-        written = events, margins, slopes, figures, *_ = self._arrays(basis, n)
+        written = events, margins, slopes, figures = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
-        self._march(basis, motion, given, imposed, *written)
+        self._march(batch.locate, basis, motion, given, imposed, *written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, batch.SLIPS])
@@ -199,12 +201,12 @@ class PlanarFriction(NormalLaw):
         by_motion, by_given = self._chain(motion, given, slopes)
         return Located(events, states, margins, by_motion, Periods(figures, by_given))
 
-    def _march(self, basis: FourierBasis, *arrays: FloatArray) -> None:
-        """`batch.locate` with as many pieces as it takes."""
+    def _march(self, loop: Loop, basis: FourierBasis, *arrays: FloatArray) -> None:
+        """`batch.locate` or `bends_of` with as many pieces as it takes."""
         motion, given, imposed, *written = arrays
         most, failed = 100 + 50 * basis.highest, TOO_MANY
         while failed == TOO_MANY and most < _MOST:
-            failed = batch.locate(*numbers_of(basis), motion, given, imposed, most, *written)
+            failed = loop(*numbers_of(basis), motion, given, imposed, most, *written)
             most *= 4
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
@@ -218,7 +220,7 @@ class PlanarFriction(NormalLaw):
         values: Values,
     ) -> FloatArray:
         """Margins and what the error does to them, without the force."""
-        written = _, margins, slopes, *_ = self._arrays(basis, len(motion))
+        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked = np.full(len(motion), batch.ASKED)
         batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
@@ -226,11 +228,10 @@ class PlanarFriction(NormalLaw):
         return margins + error * np.linalg.norm(by_motion, axis=-1)
 
     def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
-        """Where `batch.locate` writes events, margins, their slopes and figures; no weights."""
+        """Where `batch.locate` writes events, margins, their slopes and figures."""
         q, variables = len(self.switches), sum(self.n_variables(basis))
         events = np.empty((n, self.n_events(basis)))
-        numbers = np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
-        return events, *numbers, np.empty((0, 0)), np.empty((0, 0, 0))
+        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
 
     def _chain(
         self, motion: FloatArray, given: FloatArray, slopes: FloatArray
@@ -299,9 +300,9 @@ class PlanarFriction(NormalLaw):
         """Of slip, of where it begins and ends, of closing and opening, and of resting places."""
         imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
-        *numbers, _, _ = self._arrays(basis, len(motion))
         bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
-        self._march(basis, motion, given, imposed, *numbers, np.ascontiguousarray(weights), bends)
+        weights = np.ascontiguousarray(weights)
+        self._march(bends_of, basis, motion, given, imposed, weights, bends)
         if basis.order[0] > 0:
             return bends
         figures, own = located.details.figures, slice(self.n_variables(basis)[0])

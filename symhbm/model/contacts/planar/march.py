@@ -144,7 +144,9 @@ def _end_of_slip(
 ) -> float:
     """How far [rad] into a step nothing pushes the slider any more; the step ends with that."""
     at = np.empty((3, 3))
-    turns = nodes[:, TURN].copy()
+    turns = np.empty(STAGES)
+    for i in range(STAGES):
+        turns[i] = nodes[i, TURN]
     left, right = 0.0, 1.0
     for i in range(STAGES):
         share = (nodes[i, 0] - begin) / length

@@ -52,7 +52,7 @@ from symhbm.model.contacts.planar.slopes import (
     integrals,
     slope_of_opening,
 )
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops import Loop, arrays
 
 
 @Loop
@@ -86,7 +86,8 @@ def opening(
         for k in range(2):
             motion_at(waves, closed[k, i], at)
             functions_at(order, is_sine, closed[k, i], row)
-            own[0], own[1:] = 1.0, row[0]
+            own[0] = 1.0
+            arrays.copy(row[0], own[1:])
             if at[2, 1] != 0.0:
                 push = weights_at(norm, row[0], weights, 2 * len(order))
                 _add(push / abs(at[2, 1]), own, own, result)
@@ -270,7 +271,8 @@ def _backwards(
                     # Where nothing pushes any more: x' . n = r'.
                     sidestep = at[1, 1] * c - at[0, 1] * s
                     bend = at[0, 2] * c + at[1, 2] * s - at[2, 2] + sidestep * sidestep / limit
-                    v[:] = sidestep * turned
+                    v[:] = 0.0
+                    arrays.add(sidestep, turned, v)
                     add_along(row[1], 0.0, variable, c, s, -1.0, v)
                     if bend < 0.0:
                         _add(-along / bend, v, v, result)
@@ -308,7 +310,7 @@ def _backwards(
             x, y = 0.0, 0.0
             if moves:
                 motion_at(waves, own[j, ANGLE], at)
-                u += at[2, 1] * NODES[j] * stretch
+                arrays.add(at[2, 1] * NODES[j], stretch, u)
                 x, y = NODES[j] * at[0, 2], NODES[j] * at[1, 2]
             _add(-2 * share, u, rates, result)
             factor = -limit * (share * own[j, TURN] + push[j])
@@ -316,7 +318,7 @@ def _backwards(
                 v[m] = factor * turned[m] + 2 * across[j] * u[m]
             add_along(row[1], 0.0, variable, -2 * share * c, -2 * share * s, 0.0, v)
             if moves:
-                v -= 2 * share * (x * c + y * s) * stretch
+                arrays.add(-2 * share * (x * c + y * s), stretch, v)
             _add(1.0, v, turned, result)
             if moves:
                 _of_stretch(
@@ -339,8 +341,7 @@ def _backwards(
             if adds:
                 v[:] = 0.0
                 for j in range(STAGES):
-                    for m in range(n):
-                        v[m] += AT_BEGIN[j] * turns[first + j, 1, m]
+                    arrays.add(AT_BEGIN[j], turns[first + j, 1, :n], v)
                 _add(-2 * back / along, u, v, result)
                 v[:] = 0.0
                 add_along(row[1], 0.0, variable, c, s, 0.0, v)

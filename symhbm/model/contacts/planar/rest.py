@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts.planar.series import motion_at
+from symhbm.model.contacts.planar.series import LAST_STEP, motion_at
 from symhbm.numerics.loops import Loop
 
 _ROUNDS = 40
@@ -98,7 +98,7 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
             break
         basis[n] = worst
         total = n + 1
-        best, members_of_best = np.inf, 0
+        before, best, members_of_best = out[2], np.inf, 0
         for mask in range(1, 1 << total):
             members = 0
             for i in range(total):
@@ -142,6 +142,9 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
                 n += 1
         for i in range(n):
             basis[i] = chosen[i]
+        # Each point that is added asks for more: round-off alone would go around in circles.
+        if best <= before:
+            break
     return n
 
 
@@ -170,12 +173,12 @@ def _highest(waves: Any, left: float, right: float, x: float, y: float, at: Any)
             left = angle
         else:
             right = angle
-        new = 0.5 * (left + right)
+        new, last = 0.5 * (left + right), _SETTLED
         if bend < 0 and left <= angle - slope / bend <= right:
-            new = angle - slope / bend
+            new, last = angle - slope / bend, LAST_STEP
         step = abs(new - angle)
         angle = new
-        if step <= _SETTLED:
+        if step <= last:
             break
     return angle
 
@@ -193,7 +196,7 @@ def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
                 if bend >= 0:
                     return False
                 angles[i] -= slope / bend
-                if abs(slope / bend) <= _SETTLED:
+                if abs(slope / bend) <= LAST_STEP:
                     break
             value, slope, bend = _asks(waves, angles[i], x, y, at)
             tx, ty = at[0, 0] - x, at[1, 0] - y

@@ -13,6 +13,8 @@ import numpy as np
 from symhbm.numerics.loops import Loop
 
 ROUND_OFF = 2.2e-16
+LAST_STEP = 1e-10
+"""Last step [rad] of Newton's method: what is left is about its square."""
 _DOUBLE = 1e-14
 """Relative size below which a smallest limit is a zero: it opens for no time."""
 _MOST = 5000
@@ -81,12 +83,12 @@ def extreme_between(waves: Any, sign: float, left: float, right: float) -> Any:
             right = angle
         else:
             left = angle
-        new = 0.5 * (left + right)
+        new, last = 0.5 * (left + right), 1e-15
         if bend > 0 and left <= angle - slope / bend <= right:
-            new = angle - slope / bend
+            new, last = angle - slope / bend, LAST_STEP
         step = abs(new - angle)
         angle = new
-        if step <= 1e-15:
+        if step <= last:
             break
     motion_at(waves, angle, out)
     return angle, out[2, 0]

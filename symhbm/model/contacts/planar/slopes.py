@@ -43,7 +43,7 @@ from symhbm.model.contacts.planar.march import (
     STICK,
 )
 from symhbm.model.contacts.planar.series import motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops import Loop, arrays
 
 
 @Loop
@@ -243,8 +243,8 @@ def moving(
                     share = -at[k, 1] / rate if rate > 0 else 0.0
                     add_along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
             integrals(begin, end, order, is_sine, norm, vector, matrix)
-            edges[i] = q
             for k in range(2):
+                arrays.copy(q[k], edges[i, k])
                 place = piece[FIRST] if k == 0 else piece[LAST]
                 for j in range(size):
                     coefficients[k * size + j] -= vector[j] * place
@@ -297,20 +297,17 @@ def moving(
             step_matrix(own, length, system)
             factorise(system, pivots)
             solve_factorised(system, pivots, right)
-            a_end[:] = a_begin
+            arrays.copy(a_begin, a_end)
             for j in range(STAGES):
                 turned = turns[first + j, 0]
-                turns[first + j, 1] = right[j]
-                for m in range(total):
-                    turned[m] = a_begin[m]
+                arrays.copy(right[j], turns[first + j, 1])
+                arrays.copy(a_begin, turned)
                 for k in range(STAGES):
                     factor = length * BEFORE[j, k]
                     turn = BEFORE[j, k] * own[k, TURN]
                     for m in range(total):
                         turned[m] += factor * right[k, m] + turn * stretch[m]
-                factor = length * WEIGHTS[j]
-                for m in range(total):
-                    a_end[m] += factor * right[j, m]
+                arrays.add(length * WEIGHTS[j], right[j], a_end)
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
                 limit = own[j, LIMIT]
@@ -329,8 +326,9 @@ def moving(
                         moved = own[j, WEIGHT] * norm[m] * NODES[j] * row[1, m] + factor / length
                         for p in range(total):
                             target[p] += factor * force[k, p] + moved * value * stretch[p]
-            edges[i, 0], edges[i, 1] = a_begin, a_end
-            a_begin[:] = a_end
+            arrays.copy(a_begin, edges[i, 0])
+            arrays.copy(a_end, edges[i, 1])
+            arrays.copy(a_end, a_begin)
             if i + 1 == count or following[KIND] != SLIP or following[HOW] != GOES_ON:
                 motion_at(waves, end, at)
                 functions_at(order, is_sine, end, row)
@@ -340,7 +338,8 @@ def moving(
                     q[0, m], q[1, m] = limit * s * a_end[m], -limit * c * a_end[m]
                 add_along(row[0], 1.0, variable, 1.0, 0.0, -c, q[0])
                 add_along(row[0], 1.0, variable, 0.0, 1.0, -s, q[1])
-    jacobian[:] = whole[:, :n]
+    for j in range(2 * size):
+        arrays.copy(whole[j, :n], jacobian[j])
     starts[:] = 0.0
     if opens:
         return

@@ -51,14 +51,16 @@ def locate(
     """Locate the events of contacts.
 
     ``motions`` (n, 2 K), coefficients of ``u`` and ``v``; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides. Written are ``events``
-    (n, 4 K^2 + 3 K), ``margins`` (n, 3), their ``slopes`` (n, 3, 2 K + 4) by motion and values,
-    ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and ``turning`` (n, 4, 2).
+    ``mu`` and ``N0``; ``held`` (n,), whether they slip, or (0,) where motions decide. Written are
+    ``events`` (n, 4 K^2 + 3 K), ``margins`` (n, 3), their ``slopes`` (n, 3, 2 K + 4) by motion and
+    values, ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and ``turning``
+    (n, 4, 2).
     """
     waves = np.empty((4, 2, int(order[len(order) - 1]) + 1))
     for j in range(len(motions)):
         noise = _waves(order, is_sine, motions[j], values[j], waves)
-        counts[j] = march(waves, noise, held[j], pieces[j], turning[j])
+        imposed = held[j] if len(held) else -1
+        counts[j] = march(waves, noise, imposed, pieces[j], turning[j])
         coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
         _margins(order, is_sine, motions[j], values[j], turning[j], margins[j], slopes[j])
         _figures(waves, values[j, 0], pieces[j], counts[j], turning[j], figures[j])

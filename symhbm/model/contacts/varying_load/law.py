@@ -163,11 +163,11 @@ class VariableLoadFriction(NormalLaw):
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
         n, size = len(motion), basis.n_components
         given = self.physical(frequency, values)
-        imposed = np.full(n, -1) if held is None else held[:, SLIP].astype(int)
+        imposed = _NONE if held is None else held[:, SLIP].astype(int)
         events, margins = np.empty((n, self.n_events(basis))), np.empty((n, 3))
         slopes, figures = np.empty((n, 3, 2 * size + 4)), np.empty((n, 6))
         pieces = np.zeros((n, most_pieces(basis.highest), 6))
-        counts, turning = np.zeros(n, dtype=int), np.empty((n, 4, 2))
+        counts, turning = np.empty(n, dtype=int), np.empty((n, 4, 2))
         motion = np.ascontiguousarray(motion)
         written = events, margins, slopes, figures, pieces, counts, turning
         locate(*_numbers(basis), motion, given, imposed, *written)
@@ -323,6 +323,10 @@ class VariableLoadFriction(NormalLaw):
         parts = periods.pieces, periods.counts, np.ascontiguousarray(weights), result
         moving_events(*_numbers(basis), *arrays, *parts)
         return result
+
+
+_NONE = np.empty(0, dtype=int)
+"""Of contacts whose motions decide whether they slip."""
 
 
 @lru_cache(maxsize=64)
