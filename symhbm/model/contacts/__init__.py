@@ -34,7 +34,7 @@ from symhbm.model.contacts.law import (
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
 from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.planar import PlanarFriction
+from symhbm.model.contacts.planar import PlanarFriction, middle_of
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
@@ -72,6 +72,7 @@ __all__ = [
     "is_name",
     "located_of",
     "loops_near_limit",
+    "middle_of",
     "named",
     "on_loop",
     "renumbered",

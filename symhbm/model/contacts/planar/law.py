@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.history import Behaviour
-from symhbm.model.contacts.law import Located, Switch, Values
+from symhbm.model.contacts.law import Located, SpringSliders, Switch, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
@@ -135,6 +135,13 @@ class PlanarFriction(NormalLaw):
         stiffness, normal, friction, _ = self.physical(1.0, values).T
         pressed = (np.asarray(self.load(1.0, values)) > 0) | self.margins_move
         return (normal > 0) | ((stiffness * friction > 0) & pressed)
+
+    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
+        """With two tangential directions; a constant load presses without a spring."""
+        if self.varies:
+            return super().spring_sliders(frequency, values)
+        stiffness, none, friction, load = self.physical(frequency, values).T
+        return SpringSliders(stiffness, none, friction, load, load)
 
     def n_variables(self, basis: FourierBasis) -> tuple[int, int]:
         """Numbers of what both forces are homogeneous in, see `batch`."""
