@@ -42,7 +42,8 @@ class ExactMotion:
     frequency
         Angular, [rad/s].
     state : (2 n_dof + n_contacts,)
-        Displacement, its derivative by ``tau`` [m] and friction forces [N] at ``tau = 0``.
+        Displacement, its derivative by ``tau`` [m] and friction forces [N] at ``tau = 0``; with
+        planar friction those across follow, (2 n_dof + 2 n_contacts,).
     event_angle : (n_events,)
         Angles where a contact changes its state [rad].
     event_contact : (n_events,)
@@ -112,8 +113,8 @@ class ExactMotion:
     def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Displacement [m], velocity [m/s] and friction forces [N] at the angles ``tau`` [rad].
 
-        ``tau`` (...) gives (..., n_dof), (..., n_dof) and (..., n_contacts). Raises as
-        `symhbm.numerics.check.array`.
+        ``tau`` (...) gives (..., n_dof), (..., n_dof) and (..., n_contacts), with planar friction
+        (..., 2 n_contacts), those across last. Raises as `symhbm.numerics.check.array`.
         """
         tau = check.array("tau", tau)
         x, slope, friction = self._cells.evaluate(self._linear, tau.ravel() % (2 * np.pi))
@@ -157,7 +158,8 @@ class ExactMotion:
     def coefficients(self, harmonics: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Fourier coefficients of displacement [m] and friction forces [N].
 
-        Shapes (n_dof, n_components) and (n_contacts, n_components), components as in
+        Shapes (n_dof, n_components) and (n_contacts, n_components), with planar friction
+        (2 n_contacts, n_components), those across last; components as in
         `symhbm.numerics.fourier.FourierBasis`. Raises as `symhbm.numerics.fourier.check_harmonics`.
         """
         basis = FourierBasis(check_harmonics(harmonics))  # type: ignore[arg-type]

@@ -30,8 +30,8 @@ ONCE, TWICE = ((TO_POWERS.T / part).T for part in (_ORDER + 1, (_ORDER + 1) * (_
 """As `TO_POWERS` after one integration, and after two: the powers begin with 1, and with 2."""
 _BEFORE = _NODES[:, None] ** (_ORDER + 1) @ ONCE
 _BEFORE_TWICE = _NODES[:, None] ** (_ORDER + 2) @ TWICE
-_LAST = np.linalg.inv(np.polynomial.legendre.legvander(2 * _NODES - 1, _STAGES - 1))[-1]
-"""Last coefficient of the Legendre series of values at the nodes."""
+_LAST = np.linalg.inv(np.polynomial.legendre.legvander(2 * _NODES - 1, _STAGES - 1))[-4:]
+"""Last coefficients of the Legendre series of values at the nodes."""
 _LONGEST = 2.0
 """Longest step [rad] times the highest harmonic of the force."""
 _SHORTEST = 1e-9
@@ -152,11 +152,11 @@ class PlanarMotion(IntegratedMotion):
             settled = max(moved, turned) < _QUADRATIC
         else:
             return None
-        # What the first term left out does after one integration more, or two.
-        left = width**2 * np.abs(_LAST @ acceleration).max() / (8 * _STAGES * self.size)
-        turned = width * np.abs(_LAST @ turn) * radius.max(axis=0) / (4 * _STAGES * scale)
-        error = max(left, turned.max(initial=0.0)) / INTEGRATION_TOLERANCE
-        return Step(width, acceleration, turn, factors, slopes, float(error))
+        # What the first terms left out do after one integration more, or two.
+        left = width**2 * _left_out(acceleration) / (8 * _STAGES * self.size)
+        turned = width * _left_out(turn * radius.max(axis=0) / scale) / (4 * _STAGES)
+        error = max(left, turned) / INTEGRATION_TOLERANCE
+        return Step(width, acceleration, turn, factors, slopes, error)
 
     def _equations(
         self,
@@ -322,6 +322,12 @@ class PlanarMotion(IntegratedMotion):
         by_radius = self.friction[contacts, None] * (self.springs_normal[contacts] @ by_x)
         by_force[contacts] = along[:, :, None] * by_radius[:, None]
         by_force[contacts] += (radius * beside)[:, :, None] * by_direction[contacts, None]
+
+
+def _left_out(values: FloatArray) -> float:
+    """Size of the terms that follow those of series by values (s, n) at nodes, at their decay."""
+    before, last = np.abs(_LAST @ values).reshape(2, -1).max(axis=1, initial=0.0)
+    return float(last * min(1.0, last / before)) if before > 0 else float(last)
 
 
 @dataclass(frozen=True)
