@@ -77,7 +77,14 @@ VARIABLES = {
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
     "highest_harmonic": Variable((), "1", "highest harmonic of the response; those above are 0"),
     "truncation_error": Variable(
-        (), "1", "estimated error of the displacements by the harmonics left out, relative"
+        (),
+        "1",
+        "estimated error of displacements and normal forces by the harmonics left out, relative",
+    ),
+    "normal_force_error": Variable(
+        ("contact",),
+        "1",
+        "estimated error of the normal force by the harmonics left out, over the largest force",
     ),
     "converged": Variable((), "1", "whether the point solves the equations"),
     "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),

@@ -208,8 +208,9 @@ def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:
     Those across follow where there are some.
     """
     result = np.zeros((len(friction), linear.n_tangential, linear.n_contacts))
-    result[:, :, linear.active] = friction.reshape(len(friction), linear.n_tangential, -1)
-    return result.reshape(len(friction), -1)
+    shape = len(friction), linear.n_tangential, len(linear.active)
+    result[:, :, linear.active] = friction.reshape(shape)
+    return result.reshape(len(friction), linear.n_tangential * linear.n_contacts)
 
 
 def _words(linear: LinearMotion, state: FloatArray, contact: np.ndarray) -> np.ndarray:

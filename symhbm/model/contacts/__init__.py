@@ -31,8 +31,9 @@ from symhbm.model.contacts.law import (
     Switch,
     graph_of,
 )
+from symhbm.model.contacts.marched import Marched, marched
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.normal import NormalLaw
+from symhbm.model.contacts.normal import NORMAL, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction, middle_of
 from symhbm.model.contacts.polynomial import PolynomialLaw
@@ -41,6 +42,7 @@ from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
+    "NORMAL",
     "Behaviour",
     "ContactLaw",
     "Contacts",
@@ -54,6 +56,7 @@ __all__ = [
     "Instants",
     "Located",
     "Loop",
+    "Marched",
     "MemorylessLaw",
     "NormalLaw",
     "Parameter",
@@ -72,6 +75,7 @@ __all__ = [
     "is_name",
     "located_of",
     "loops_near_limit",
+    "marched",
     "middle_of",
     "named",
     "on_loop",
