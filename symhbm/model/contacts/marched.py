@@ -37,7 +37,8 @@ class Marched(NamedTuple):
 def _slide(pull: Any, limit: Any, most: int, settled: float) -> float:
     """Work (over the stiffness of the spring) per period of a slider.
 
-    ``pull`` (2, n) and ``limit`` (n,) are the spring's force at rest and the limit [N], at samples.
+    ``pull`` (2, n) and ``limit`` (n,) are the spring's force at rest and the limit [N], at samples;
+    where the limit is negative the contact is open.
     """
     count = len(limit)
     x, y, size = 0.0, 0.0, 0.0
@@ -48,6 +49,10 @@ def _slide(pull: Any, limit: Any, most: int, settled: float) -> float:
         first_x, first_y, work = x, y, 0.0
         for i in range(count):
             dx, dy = pull[0, i] - pull[0, i - 1], pull[1, i] - pull[1, i - 1]
+            if limit[i - 1] < 0.0 < limit[i]:
+                # It has closed in between: the spring remembers what it moved since.
+                since = limit[i] / (limit[i] - limit[i - 1])
+                dx, dy = dx * since, dy * since
             new_x, new_y, largest = x + dx, y + dy, max(limit[i], 0.0)
             force = math.hypot(new_x, new_y)
             if force > largest:
@@ -78,8 +83,8 @@ def marched(
     for count in (_SAMPLES // 4, _SAMPLES // 2, _SAMPLES):
         at = basis.values(2 * np.pi * np.arange(count) / count).T
         pull = [stiffness * parts.get(name, none) @ at for name in ("tangential", "across")]
-        force = np.maximum(load + normal * parts.get("normal", none) @ at, 0.0)
-        limit, pull = friction * force, np.stack(pull, axis=1)
+        press = load + normal * parts.get("normal", none) @ at
+        force, limit, pull = np.maximum(press, 0.0), friction * press, np.stack(pull, axis=1)
         work = [_slide(*one, _MOST_LAPS, _SETTLED) for one in zip(pull, limit, strict=True)]
         spring = np.where(stiffness > 0, stiffness, 1.0)[:, 0]
         open_share = np.mean(force == 0, axis=1)
