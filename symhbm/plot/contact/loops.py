@@ -277,10 +277,15 @@ def _left_out(found: Histories, drawn: list[History]) -> list[str]:
 
 def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None = None) -> None:
     """The legend of a family, or that of the marks of the only contact that opens or closes."""
-    if len(found.of) > 1 or "normal" not in found.contact.law.directions:
+    names, handles = found.contact.law.directions, []
+    if len(found.of) > 1 or not {"normal", "across"} & {*names}:
         Family(found.dataset, found.dims).explain(ax)
         return
-    handles = [Line2D([], [], label=limit, **_LIMIT)] if limit is not None else []
+    if limit is not None and "across" in names:
+        styles = dict(tangential="-", across="--").items()
+        handles = [Line2D([], [], color="black", linestyle=s, label=name) for name, s in styles]
+    if limit is not None:
+        handles.append(Line2D([], [], label=limit, **_LIMIT))
     if (drawn[0].state == Behaviour.OPENS).any():
         handles.append(Line2D([], [], color="black", label="open", **_OPEN))
     for name, (before, after, mark) in _EVENTS.items():
