@@ -38,8 +38,8 @@ def periodic_motion(
 
     Newton's method with exact derivatives finds the motion that repeats itself. With springs and
     sliders alone, whose normal load may move and which may open, it is linear between events and
-    known to round-off, as its events are. With smooth laws and planar friction it is integrated step
-    by step, to the relative tolerance ``integration_tolerance``, and events are located on the steps.
+    known to round-off, as its events are. With smooth laws and planar friction it is integrated
+    step by step, to the relative tolerance ``integration_tolerance``, events located on the steps.
 
     Parameters
     ----------
@@ -62,10 +62,11 @@ def periodic_motion(
     Returns
     -------
     Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
-    coefficients (of planar friction also those across), the changes of contact states along ``event``, Floquet multipliers, the work of
-    the exciting force and where it goes; with contacts that have a normal direction also their
-    normal force, its mean and extremes, and how long they are open. Where nothing converged,
-    ``converged`` is False, the values are NaN and ``status`` says why.
+    coefficients, of planar friction also the force across; the changes of contact states along
+    ``event``, Floquet multipliers, the work of the exciting force and where it goes; with contacts
+    that have a normal direction also their normal force, its mean and extremes, and how long they
+    are open. Where nothing converged, ``converged`` is False, the values are NaN and ``status``
+    says why.
 
     Raises
     ------

@@ -140,7 +140,9 @@ VARIABLES = {
     "friction_force_coefficient": Variable(
         ("contact", "harmonic", "component"), "N", "Fourier coefficient of the friction force"
     ),
-    "friction_force_across": Variable(("contact",), "N", "friction force across the tangential one"),
+    "friction_force_across": Variable(
+        ("contact",), "N", "friction force across the tangential one"
+    ),
     "friction_force_across_coefficient": Variable(
         ("contact", "harmonic", "component"),
         "N",

@@ -187,7 +187,9 @@ def _margins(
     for j in np.flatnonzero(linear.rubs & (at.state == STICK)).tolist():
         force = linear.contact_stiffness[j] * travel[:, j]
         force[0] += at.force[j]
-        squares = [np.convolve(part, part) for part in (linear.friction[j] * pressure[:, j], *force.T)]
+        squares = [
+            np.convolve(part, part) for part in (linear.friction[j] * pressure[:, j], *force.T)
+        ]
         square = (squares[0] - squares[1] - squares[2])[: DEGREE + 1]
         terms = max(np.abs(part).max() for part in squares)
         margin[:, 0, j] = square / terms if terms else _ALWAYS

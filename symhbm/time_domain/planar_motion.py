@@ -264,7 +264,7 @@ class PlanarMotion(IntegratedMotion):
         return powers
 
     def follow(self, at: Instant, step: Step, share: float, closes: np.ndarray) -> Instant:
-        """The motion after a share of a step; ``closes`` (m,) tells what has closed at its start."""
+        """The motion after a share of a step; ``closes`` (m,) tells what closed at its start."""
         n, slips = self.n_dof, np.flatnonzero(np.abs(at.state) == 1)
         by_x, by_slope, by_force, by_direction = at.by_start
         by_direction = by_direction.copy()
@@ -346,7 +346,9 @@ class PlanarCells(Cells):
         assert isinstance(linear, PlanarMotion)
         travel, slope = self.travel(cell, share)
         x, state = self.displacement[cell, 0] + travel, self.state[cell]
-        angle = np.einsum("nk,nkm->nm", share[:, None] ** np.arange(DEGREE + 1), self.direction[cell])
+        angle = np.einsum(
+            "nk,nkm->nm", share[:, None] ** np.arange(DEGREE + 1), self.direction[cell]
+        )
         wall = np.stack([np.cos(angle), np.sin(angle)], 2) * linear.limits(x)[:, :, None]
         moved = np.einsum("mde,ne->nmd", linear.pairs, travel)
         spring = self.friction[cell] + linear.contact_stiffness[:, None] * moved

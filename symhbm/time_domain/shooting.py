@@ -229,9 +229,7 @@ def shoot(
         motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
     except ArithmeticError:
         n_state = 2 * integrator.n_dof + len(integrator.active)
-        motion = describe_motion(
-            _Bounded(balance, frequency), np.zeros(n_state), 0, Status.GROWS
-        )
+        motion = describe_motion(_Bounded(balance, frequency), np.zeros(n_state), 0, Status.GROWS)
         return replace(motion, periodicity=np.inf)
     if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
         # The tolerance of motions exact to round-off is below that of the integrator.

@@ -181,9 +181,7 @@ def _of_instants(dataset: xr.Dataset, contact: Contact) -> History | None:
     omega = RADIANS * float(dataset["frequency"])
     force = law.at_instants(moved.T, velocity.T, omega, along).force.T
     none = np.zeros(moved.shape[1])
-    return History(
-        np.append(angle, angle[0] + 2 * np.pi), moved, force, none, none.astype(int)
-    )
+    return History(np.append(angle, angle[0] + 2 * np.pi), moved, force, none, none.astype(int))
 
 
 def _wrapped(values: FloatArray) -> FloatArray:

@@ -208,7 +208,8 @@ def _of_normal_forces(
             continue
         place = slice(law.directions.index("normal") * size, None)
         before, after = (
-            sliders.normal_stiffness[:, None] * larger.contacts.motions(group, each)[:, place][:, :size]
+            sliders.normal_stiffness[:, None]
+            * larger.contacts.motions(group, each)[:, place][:, :size]
             for each in motions
         )
         load = sliders.normal_load[:, None]
