@@ -60,12 +60,14 @@ class SliderContacts(NamedTuple):
 class SpringSliderContacts(NamedTuple):
     """Contacts that are springs and sliders, (n,) each.
 
-    Their numbers ``contact`` among all contacts, those of their ``tangential`` and ``normal``
-    displacements among all, -1 without one, and what they are, as `SpringSliders`.
+    Their numbers ``contact`` among all contacts, those of their ``tangential`` displacements, of
+    those ``across`` and ``normal`` to them among all, -1 without one, and what they are, as
+    `SpringSliders`.
     """
 
     contact: NDArray[np.intp]
     tangential: NDArray[np.intp]
+    across: NDArray[np.intp]
     normal: NDArray[np.intp]
     sliders: SpringSliders
 
@@ -230,23 +232,22 @@ class Structure(ABC):
 
     def spring_sliders(self, frequency: float) -> SpringSliderContacts:
         """All contacts that are springs and sliders, at a frequency [rad/s]."""
-        parts, values = [np.zeros((3, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
+        parts, values = [np.zeros((4, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
         for group in self.groups:
             sliders = group.law.spring_sliders(frequency, self.values_of(group))
             if sliders is None:
                 continue
             names = group.law.directions
-            if "normal" not in names:
+            if len(names) == 1 and names != ("normal",):
                 names = ("tangential",)
             rows = [
                 group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
-                for name in ("tangential", "normal")
+                for name in ("tangential", "across", "normal")
             ]
             parts.append(np.array([group.contacts, *rows]))
             values.append(np.array(sliders))
-        contact, tangential, normal = np.concatenate(parts, axis=1)
         joined = SpringSliders(*np.concatenate(values, axis=1))
-        return SpringSliderContacts(contact, tangential, normal, joined)
+        return SpringSliderContacts(*np.concatenate(parts, axis=1), joined)
 
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]

@@ -1,6 +1,7 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain
@@ -20,7 +21,14 @@ from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
-from symhbm.response.accuracy import BranchPart, Refinement, Solution, joined, status_of
+from symhbm.response.accuracy import (
+    BranchPart,
+    Refinement,
+    Solution,
+    has_normal_forces,
+    joined,
+    status_of,
+)
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
 from symhbm.results import Request, tables
 
@@ -186,7 +194,7 @@ class _Curve:
         """Results of solutions in arrays of a ``shape``, at their places in the flattened array."""
         size, highest = math.prod(shape), self.highest_level
         table = unsolved(self._problem(highest), size, self.request.stability)
-        table |= self._truncation(size, highest)
+        table |= self._truncation(size, highest) | self._normal(size)
         table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [solution.solves for solution in solutions]
         solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
@@ -213,7 +221,9 @@ class _Curve:
         tangents = np.array([solution.tangents for solution in solutions])
         slopes = amplitude_slopes(problems[0], unknowns, tangents) * self.request.unit
         slopes[~table["converged"]] = np.nan
-        return table | self._truncation(len(solutions), level, errors) | self._slopes(slopes)
+        truncation = self._truncation(len(solutions), level, errors)
+        table |= truncation | self._normal(len(solutions), solutions)
+        return table | self._slopes(slopes)
 
     def _slopes(self, slopes: FloatArray) -> Table:
         """Slopes of the amplitudes (n_points, 2, n_dof) before and after the points, by name."""
@@ -227,6 +237,17 @@ class _Curve:
             return {}
         highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
+
+    def _normal(self, count: int, solutions: Sequence[Solution] = ()) -> Table:
+        """Errors of normal forces of ``count`` rows; empty without an accuracy or such contacts."""
+        problem = self._problem(0)
+        if self.request.accuracy is None or not has_normal_forces(problem):
+            return {}
+        errors = np.full((count, problem.model.n_contacts), np.nan)
+        for i, solution in enumerate(solutions):
+            if len(solution.normal):
+                errors[i] = solution.normal
+        return dict(normal_force_error=errors)
 
     def _events(self, solution: Solution) -> list[Event]:
         """The events at one point, of the contacts of all sectors."""

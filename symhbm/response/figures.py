@@ -1,7 +1,8 @@
 """Figures that verify one stored point: residuals, energy balance and friction law.
 
 They are recomputed from the coefficients alone, the friction by a slider marched from reversal to
-reversal instead of the closed forms.
+reversal instead of the closed forms. Contacts whose load moves or that slide in a plane are marched
+over samples: their results count as wrong by what exceeds the error of that march.
 """
 
 from typing import Any, NamedTuple
@@ -9,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.model.contacts import Marched, marched
 from symhbm.numerics import (
     FloatArray,
     Table,
@@ -37,6 +39,9 @@ FIGURES = {
     # At the onset of slip the stick fraction moves with the root of round-off.
     "contact_mismatch": Figure(
         1e-6, "stored contact results against the recomputed friction law", CONTACT
+    ),
+    "march_error": Figure(
+        None, "estimated error of dissipation marched over samples, relative", CONTACT
     ),
     "amplitude_mismatch": Figure(
         1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
@@ -74,16 +79,19 @@ def point_figures(
     embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
     point = unknowns[None], np.array([omega]), evaluation.states
     results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
-    marched, scale = _marched(problem, unknowns, omega, results)
-    dissipation = stored.get("dissipation", marched)
+    of_law, scale = _marched(problem, unknowns, omega, results)
+    sampled = _sampled(problem, unknowns, omega)
+    dissipation = stored.get("dissipation", of_law)
     figures = {
         "residual_stored": evaluation.norm,
         "residual_larger": larger.evaluate(embedded, omega).norm,
         "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
     }
     if stored.keys() >= {*CONTACT}:
-        mismatch = _contact_mismatch(problem, evaluation, results, stored, marched, scale)
-        figures["contact_mismatch"] = mismatch
+        mismatch = _contact_mismatch(problem, evaluation, results, stored, of_law, scale)
+        beyond, error = _beyond(sampled, stored, scale)
+        figures["contact_mismatch"] = max(mismatch, beyond)
+        figures["march_error"] = error
     if "amplitude" in stored:
         amplitude = largest_displacement(basis, problem.layout.coefficients(unknowns))[0]
         figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
@@ -138,12 +146,44 @@ def _marched(
         slipped += np.abs(trial - force)
     spread = value.max(axis=1) - value.min(axis=1)
     rubs = stiffness > 0
-    marched = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+    lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
     if problem.samples is not None:
-        marched = results["dissipation"][contact]
-    dissipation[contact] = marched
+        lost = results["dissipation"][contact]
+    dissipation[contact] = lost
     scale[contact] = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
     return dissipation, scale
+
+
+def _sampled(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float
+) -> list[tuple[np.ndarray, Marched, Marched]]:
+    """Contacts whose load moves or that slide in a plane: numbers, a march, and its errors."""
+    result, relative = [], problem.layout.relative(unknowns)
+    for group in problem.contacts.groups:
+        values = problem.contacts.values_of(group)
+        if group.law.sliders(frequency, values) is None:
+            motion = problem.contacts.motions(group, relative)
+            found = marched(group.law, problem.basis, motion, frequency, values)
+            if found is not None:
+                result.append((group.contacts, *found))
+    return result
+
+
+def _beyond(
+    sampled: list[tuple[np.ndarray, Marched, Marched]], stored: dict, scale: FloatArray
+) -> tuple[float, float]:
+    """How far stored results are beyond the errors of marches, and the largest of these errors."""
+    beyond, largest = [0.0], [0.0]
+    for contacts, found, errors in sampled:
+        force = np.where(found.largest_normal_force > 0, found.largest_normal_force, 1.0)
+        work = np.where(scale[contacts] > 0, scale[contacts], 1.0)
+        sizes = dict(dissipation=work, open_fraction=np.ones(len(contacts)))
+        largest.append(np.max(errors.dissipation / work, initial=0.0))
+        for name, value in found._asdict().items():
+            if name in stored:
+                distance = np.abs(stored[name][contacts] - value) - getattr(errors, name)
+                beyond.append(np.max(distance / sizes.get(name, force), initial=0.0))
+    return float(np.max(beyond)), float(np.max(largest))
 
 
 def _work_of_contacts(

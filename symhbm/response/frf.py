@@ -73,8 +73,9 @@ def frf(
         product; names that share a dimension go in pairs.
     accuracy
         Largest error of the displacements by truncation of the harmonics, relative to their
-        amplitudes. Every point then has the harmonics that this needs, those of the problem at
-        least, and its ``highest_harmonic`` and expected ``truncation_error``. By default all
+        amplitudes, and of normal forces that vary with the motion, relative to the largest over
+        the period (``normal_force_error``). Every point then has the harmonics that this needs,
+        those of the problem at least, and its ``highest_harmonic`` and expected ``truncation_error``. By default all
         points have the harmonics of the problem.
     stability
         Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where

@@ -19,7 +19,7 @@ from symhbm.numerics import (
     unknowns_of,
 )
 from symhbm.results import check_dataset, schema
-from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of
+from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of, in_plane
 
 _NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
 _KINDS = {"slip": "onset of slip", "stick": "end of slip", "apart": "opening"}
@@ -38,8 +38,8 @@ def periodic_motion(
 
     Newton's method with exact derivatives finds the motion that repeats itself. With springs and
     sliders alone, whose normal load may move and which may open, it is linear between events and
-    known to round-off, as its events are. With cubic springs it is integrated step by step, to the
-    relative tolerance ``integration_tolerance``.
+    known to round-off, as its events are. With smooth laws and planar friction it is integrated
+    step by step, to the relative tolerance ``integration_tolerance``, events located on the steps.
 
     Parameters
     ----------
@@ -62,10 +62,11 @@ def periodic_motion(
     Returns
     -------
     Dataset with displacement, velocity and friction force along ``angle`` (``omega t``), their
-    coefficients, the changes of contact states along ``event``, Floquet multipliers, the work of
-    the exciting force and where it goes; with contacts that have a normal direction also their
-    normal force, its mean and extremes, and how long they are open. Where nothing converged,
-    ``converged`` is False, the values are NaN and ``status`` says why.
+    coefficients, of planar friction also the force across; the changes of contact states along
+    ``event``, Floquet multipliers, the work of the exciting force and where it goes; with contacts
+    that have a normal direction also their normal force, its mean and extremes, and how long they
+    are open. Where nothing converged, ``converged`` is False, the values are NaN and ``status``
+    says why.
 
     Raises
     ------
@@ -130,14 +131,16 @@ def _describe(
     angle = 2 * np.pi * np.arange(n_angles) / n_angles
     displacement, velocity, friction = motion.at(angle)
     response, force = motion.coefficients(harmonics)
-    neutral = np.zeros(problem.model.n_contacts, dtype=bool)
+    n_contacts = problem.model.n_contacts
+    across = friction[:, n_contacts:], force[n_contacts:]
+    neutral = np.zeros(n_contacts, dtype=bool)
     neutral[motion.neutral_contacts] = True
     values = dict(
         displacement=displacement,
         velocity=velocity,
-        friction_force=friction,
+        friction_force=friction[:, :n_contacts],
         coefficient=by_harmonic(basis, response),
-        friction_force_coefficient=by_harmonic(basis, force),
+        friction_force_coefficient=by_harmonic(basis, force[:n_contacts]),
         amplitude=motion.amplitude,
         multiplier_real=np.real(motion.multipliers),
         multiplier_imag=np.imag(motion.multipliers),
@@ -147,11 +150,14 @@ def _describe(
         stick_fraction=motion.stick_fraction,
     )
     laws = [group.law for group in problem.model.groups]
-    if any("normal" in law.directions for law in laws):
+    if across[0].size:
+        names = "friction_force_across", "friction_force_across_coefficient"
+        values |= zip(names, (across[0], by_harmonic(basis, across[1])), strict=True)
+    told = {name for law in laws for name in law.variables}
+    if told & {*_NORMAL}:
         values["normal_force"] = motion.normal_force(angle)
-        told = {name for law in laws for name in law.variables}
         values |= {name: getattr(motion, name) for name in _NORMAL if name in told}
-    if curved(problem):
+    if curved(problem) or in_plane(problem):
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}

@@ -9,8 +9,8 @@ from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Status, solve_point
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
-from symhbm.numerics import RADIANS, check
-from symhbm.response.accuracy import Refinement, Solution, check_accuracy
+from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.response.accuracy import Refinement, Solution, check_accuracy, has_normal_forces
 from symhbm.response.describe import describe, unsolved
 from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
@@ -79,7 +79,7 @@ def solve(
     if angles is not None:
         check_angles(problem, angles)
     accuracy, stability = check_accuracy(problem, accuracy), check_stability(problem, stability)
-    problem, solution, error = _solved(problem, RADIANS * frequency, accuracy)
+    problem, solution, error, normal = _solved(problem, RADIANS * frequency, accuracy)
     stability = stability or not problem.single_valued
     point = describe(problem, solution.unknowns, frequency, solution.iterations, stability)
     status: str = solution.status
@@ -97,6 +97,11 @@ def solve(
     if accuracy is not None:
         point["highest_harmonic"] = np.int32(problem.basis.highest)
         point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
+        if has_normal_forces(problem):
+            of_contacts = np.full(problem.model.n_contacts, np.nan)
+            if point["converged"] and len(normal):
+                of_contacts[:] = normal
+            point["normal_force_error"] = of_contacts
         if status == Status.SUCCESS and error > accuracy:
             status = Status.ACCURACY_NOT_REACHED
     result = schema.label_point(problem, frequency, point, str(status), accuracy)
@@ -107,18 +112,22 @@ def solve(
 
 def _solved(
     problem: HarmonicBalance, frequency: float, accuracy: float | None
-) -> tuple[HarmonicBalance, NewtonResult, float]:
-    """The problem with the harmonics that the accuracy needs, its solution and truncation error."""
+) -> tuple[HarmonicBalance, NewtonResult, float, FloatArray]:
+    """The problem with the harmonics that the accuracy needs, its solution and truncation errors.
+
+    The last are those of normal forces.
+    """
+    unknown = np.zeros(0)
     if accuracy is None:
-        return problem, solve_point(problem, frequency), np.nan
+        return problem, solve_point(problem, frequency), np.nan, unknown
     refinement = Refinement(problem, FrequencyProblem, accuracy)
     problem = refinement.equations(0).problem
     start = solve_point(problem, frequency)
     if not start.converged:
-        return problem, start, np.nan
+        return problem, start, np.nan, unknown
     solution = Solution(frequency, 0, start.unknowns, np.nan, start.iterations)
     solution = refinement.settle(solution)
     problem = refinement.equations(solution.level).problem
     assert solution.unknowns is not None
     result = replace(start, unknowns=solution.unknowns, iterations=solution.solves)
-    return problem, result, solution.error
+    return problem, result, solution.error, solution.normal

@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
-from symhbm.model.contacts import ContactLaw
+from symhbm.model.contacts import NORMAL, ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, without
@@ -57,6 +57,11 @@ def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
     return f"{prefix}coefficient", *_axes(Description(dataset).moving, prefix).values(), count
 
 
+def _inner(name: str) -> tuple[str, ...]:
+    """Dimensions of a variable beside those of points."""
+    return ("contact",) if name in NORMAL else VARIABLES[name].inner
+
+
 def _axes(moving: str, prefix: str) -> dict[str, str]:
     """Names of the variables of the frequency and of the moving parameter, by parameter."""
     return {"frequency": "frequency"} | {moving: prefix + moving}
@@ -85,7 +90,7 @@ class StoredPoints:
         self.problem, self.dataset, self.prefix, self._laws = problem, dataset, prefix, laws
         self.description = Description(dataset)
         moving = self.description.moving
-        keys = OF_PEAKS if prefix else _OF_POINTS
+        keys = OF_PEAKS if prefix else (*_OF_POINTS, *NORMAL)
         names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
         coefficient, axes = dataset[names["coefficient"]], _axes(moving, prefix)
         inner = ("peak",) if prefix else ("point", moving, "solution")
@@ -94,7 +99,7 @@ class StoredPoints:
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
         try:
             self.stored = {
-                key: dataset[name].transpose(*self.dims, *VARIABLES[name].inner).values
+                key: dataset[name].transpose(*self.dims, *_inner(name)).values
                 for key, name in names.items()
             }
             like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)

@@ -77,7 +77,14 @@ VARIABLES = {
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
     "highest_harmonic": Variable((), "1", "highest harmonic of the response; those above are 0"),
     "truncation_error": Variable(
-        (), "1", "estimated error of the displacements by the harmonics left out, relative"
+        (),
+        "1",
+        "estimated error of displacements and normal forces by the harmonics left out, relative",
+    ),
+    "normal_force_error": Variable(
+        ("contact",),
+        "1",
+        "estimated error of the normal force by the harmonics left out, over the largest force",
     ),
     "converged": Variable((), "1", "whether the point solves the equations"),
     "contact_model_valid": Variable((), "1", "whether the friction law holds for this motion"),
@@ -132,6 +139,14 @@ VARIABLES = {
     "friction_force": Variable(("contact",), "N", "friction force"),
     "friction_force_coefficient": Variable(
         ("contact", "harmonic", "component"), "N", "Fourier coefficient of the friction force"
+    ),
+    "friction_force_across": Variable(
+        ("contact",), "N", "friction force across the tangential one"
+    ),
+    "friction_force_across_coefficient": Variable(
+        ("contact", "harmonic", "component"),
+        "N",
+        "Fourier coefficient of the friction force across the tangential one",
     ),
     "normal_force": Variable(
         ("contact",), "N", "normal force, of contacts that have a normal direction"

@@ -1,7 +1,7 @@
 """Exact periodic motions in the time domain, and the stability of responses."""
 
 from symhbm.time_domain.exact_motion import ExactMotion
-from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import check_stability, growth_rate, verdict
@@ -13,5 +13,6 @@ __all__ = [
     "curved",
     "exact_motion_of",
     "growth_rate",
+    "in_plane",
     "verdict",
 ]

@@ -53,21 +53,32 @@ class Cells:
         self, linear: LinearMotion, cell: np.ndarray, share: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """As `evaluate`, at shares (n,) of given cells (n,)."""
-        powers = share[:, None] ** _POWER
-        rates = np.zeros_like(powers)
-        rates[:, 1:] = _POWER[1:] * powers[:, :-1] / self.width[cell, None]
-        values = self.displacement[cell]
-        slope = np.einsum("nk,nkd->nd", rates, values)
-        travel = np.einsum("nk,nkd->nd", powers[:, 1:], values[:, 1:])
+        travel, slope = self.travel(cell, share)
         state, normal = self.state[cell], linear.normal
         spring = np.where(state == STICK, linear.contact_stiffness, 0.0)
         friction = self.friction[cell] + spring * (travel @ linear.directions.T)
         if len(normal):
             moved = normal.stiffness * (travel @ normal.directions.T)
             friction[:, normal.contact] += normal.along_wall(state) * moved
-        return values[:, 0] + travel, slope, friction
+        return self.displacement[cell, 0] + travel, slope, friction
 
-    def pressed_loss(self, linear: LinearMotion) -> FloatArray:
+    def travel(self, cell: np.ndarray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement since the start of cells and its derivative by ``tau``, (n, n_dof)."""
+        powers = share[:, None] ** _POWER
+        rates = np.zeros_like(powers)
+        rates[:, 1:] = _POWER[1:] * powers[:, :-1] / self.width[cell, None]
+        values = self.displacement[cell]
+        slope = np.einsum("nk,nkd->nd", rates, values)
+        return np.einsum("nk,nkd->nd", powers[:, 1:], values[:, 1:]), slope
+
+    def friction_loss(self, linear: LinearMotion) -> FloatArray:
+        """What contacts dissipate by friction, (n_active,) [J]."""
+        travel = self.displacement[:, 1:].sum(axis=1) @ linear.directions.T
+        result = np.where(np.abs(self.state) == 1, self.friction * travel, 0.0).sum(axis=0)
+        result[linear.normal.contact] += self._pressed_loss(linear)
+        return result
+
+    def _pressed_loss(self, linear: LinearMotion) -> FloatArray:
         """What (n_normal,) [J] contacts dissipate beyond the friction at the start of each slip."""
         normal, state = linear.normal, self.state
         contact, share = normal.contact, normal.along_wall(state)

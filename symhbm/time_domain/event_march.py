@@ -23,13 +23,13 @@ _ALWAYS = np.eye(DEGREE + 1)[0]
 """Powers of a margin that is always positive."""
 _INSTANT = 1e-13
 """Distance of events [rad] below which they share one state."""
-_SHORTEST = 1e-15
+SHORTEST = 1e-15
 """Shortest interval between events [rad]: the round-off of an angle."""
 _OUTSIDE = 1e-9
 """Share of a cell over which a contact may exceed its limit by round-off alone."""
 _NOISE = 1e-13
 """Share of the terms of a margin below which it is round-off: walls that move with the slider."""
-_EVENTS_PER_CONTACT = 2000
+EVENTS_PER_CONTACT = 2000
 """Events per contact above which contacts change their states without end."""
 
 
@@ -100,9 +100,9 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
         share = min(1.0, (length - tau) / flow.width)
         powers *= share ** _POWER[:, None]
         margin = _margins(linear, powers, friction, limit, of_contact, ended_slip, touching)
-        at, changing, side = _first_event(margin)
+        at, changing, side = first_event(margin)
         width = share * at * flow.width
-        if width > _SHORTEST:
+        if width > SHORTEST:
             powers = powers * at ** _POWER[:, None]
             cells.append((tau, width, powers, friction.copy(), of_contact.copy()))
             variation = _carry(linear, flow.transition(share * at), of_contact, variation)
@@ -135,7 +135,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
                 friction[j] = 0.0
                 variation[2 * n + j] = _since_closing(linear, slope, j) @ variation[:n]
             events.append((tau, j, of_contact[j]))
-        if len(events) > _EVENTS_PER_CONTACT * count:
+        if len(events) > EVENTS_PER_CONTACT * count:
             raise ArithmeticError("the contacts change their states without end")
     angle, contact, begins = zip(*events, strict=True) if events else ([], [], [])
     return March(
@@ -297,7 +297,7 @@ def _above_noise(margin: FloatArray, terms: float) -> FloatArray:
     return margin if np.abs(margin).max() > _NOISE * terms else _ALWAYS
 
 
-def _first_event(margin: FloatArray) -> tuple[float, np.ndarray, np.ndarray]:
+def first_event(margin: FloatArray) -> tuple[float, np.ndarray, np.ndarray]:
     """Share of the cell at the first event, 1 without one, the contacts that have it, and sides."""
     count = margin.shape[2]
     lowest = np.einsum("ik,kc->ic", BERNSTEIN, margin.reshape(DEGREE + 1, -1)).min(axis=0)

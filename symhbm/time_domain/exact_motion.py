@@ -6,6 +6,7 @@ Newton's method with the exact derivative of the period map, or of the map over 
 the force is antiperiodic.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import chain
 
@@ -16,7 +17,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.time_domain.cells import Cells
-from symhbm.time_domain.event_march import march
+from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
 from symhbm.time_domain.normal_springs import APART
 from symhbm.time_domain.normal_springs import slip as slip_of
@@ -41,7 +42,8 @@ class ExactMotion:
     frequency
         Angular, [rad/s].
     state : (2 n_dof + n_contacts,)
-        Displacement, its derivative by ``tau`` [m] and friction forces [N] at ``tau = 0``.
+        Displacement, its derivative by ``tau`` [m] and friction forces [N] at ``tau = 0``; with
+        planar friction those across follow, (2 n_dof + 2 n_contacts,).
     event_angle : (n_events,)
         Angles where a contact changes its state [rad].
     event_contact : (n_events,)
@@ -111,8 +113,8 @@ class ExactMotion:
     def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Displacement [m], velocity [m/s] and friction forces [N] at the angles ``tau`` [rad].
 
-        ``tau`` (...) gives (..., n_dof), (..., n_dof) and (..., n_contacts). Raises as
-        `symhbm.numerics.check.array`.
+        ``tau`` (...) gives (..., n_dof), (..., n_dof) and (..., n_contacts), with planar friction
+        (..., 2 n_contacts), those across last. Raises as `symhbm.numerics.check.array`.
         """
         tau = check.array("tau", tau)
         x, slope, friction = self._cells.evaluate(self._linear, tau.ravel() % (2 * np.pi))
@@ -156,7 +158,8 @@ class ExactMotion:
     def coefficients(self, harmonics: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Fourier coefficients of displacement [m] and friction forces [N].
 
-        Shapes (n_dof, n_components) and (n_contacts, n_components), components as in
+        Shapes (n_dof, n_components) and (n_contacts, n_components), with planar friction
+        (2 n_contacts, n_components), those across last; components as in
         `symhbm.numerics.fourier.FourierBasis`. Raises as `symhbm.numerics.fourier.check_harmonics`.
         """
         basis = FourierBasis(check_harmonics(harmonics))  # type: ignore[arg-type]
@@ -200,10 +203,14 @@ def exact_motion(
 
 
 def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:
-    """Values of all contacts from those of the active ones (n, n_active), zero for the others."""
-    result = np.zeros((len(friction), linear.n_contacts))
-    result[:, linear.active] = friction
-    return result
+    """Values of all contacts from those of the active ones (n, n_active), zero for the others.
+
+    Those across follow where there are some.
+    """
+    result = np.zeros((len(friction), linear.n_tangential, linear.n_contacts))
+    shape = len(friction), linear.n_tangential, len(linear.active)
+    result[:, :, linear.active] = friction.reshape(shape)
+    return result.reshape(len(friction), linear.n_tangential * linear.n_contacts)
 
 
 def _words(linear: LinearMotion, state: FloatArray, contact: np.ndarray) -> np.ndarray:
@@ -225,7 +232,11 @@ def _normal_forces(linear: LinearMotion, cells: Cells) -> FloatArray:
 
 
 def describe_motion(
-    linear: LinearMotion, state: FloatArray, iterations: int, status: Status
+    linear: LinearMotion,
+    state: FloatArray,
+    iterations: int,
+    status: Status,
+    march: Callable[..., March] = march,
 ) -> ExactMotion:
     """All results of a motion from its ``state`` (2 n_dof + n_active,) at ``tau = 0``."""
     n, omega, active = linear.n_dof, linear.frequency, linear.active
@@ -243,11 +254,8 @@ def describe_motion(
     apart_always = len(linear.normal) > 0 and bool(np.all(cells.state == APART))
     if status != Status.SUCCESS and apart_always and is_rigid(linear):
         status = Status.NOT_HELD
-    relative = cells.displacement @ linear.all_directions.T
-    travel = relative[:, 1:, active].sum(axis=1)
     loss, apart = np.zeros(linear.n_contacts), np.where(linear.load < 0, 1.0, 0.0)
-    loss[active] = np.where(np.abs(cells.state) == 1, cells.friction * travel, 0.0).sum(axis=0)
-    loss[active[linear.normal.contact]] += cells.pressed_loss(linear)
+    loss[active] = cells.friction_loss(linear)
     slip, words = 1 - apart, _words(linear, cells.state, np.arange(len(active)))
     slip[~linear.sprung] = 0.0
     slip[active] = cells.width @ (words == "slip") / (2 * np.pi)
@@ -256,7 +264,7 @@ def describe_motion(
     work, damping_loss = cells.work(linear)
     return ExactMotion(
         frequency=omega,
-        state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :])[0]]),
+        state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :]).ravel()]),
         event_angle=run.event_angle,
         event_contact=active[run.event_contact],
         event_kind=_words(linear, run.event_state, run.event_contact),

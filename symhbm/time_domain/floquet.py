@@ -18,9 +18,12 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import Group, MemorylessLaw, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.event_march import march
-from symhbm.time_domain.linear_motion import LinearMotion, curved
+from symhbm.time_domain.linear_motion import LinearMotion, curved, in_plane
 from symhbm.time_domain.normal_springs import STICK
 from symhbm.time_domain.periodic_orbit import state_of
+from symhbm.time_domain.planar_march import planar_march
+from symhbm.time_domain.planar_motion import PlanarMotion
+from symhbm.time_domain.shooting import size_of
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -92,8 +95,12 @@ def _of_march(
     problem: HarmonicBalance, frequency: float, unknowns: FloatArray
 ) -> NDArray[np.complex128]:
     """Multipliers of the exact motion over a period from the state of a solution."""
-    if curved(problem):
+    if curved(problem) and not in_plane(problem):
         raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
+    if in_plane(problem):
+        planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
+        state = planar.of_active(state_of(problem.located(), unknowns, frequency))
+        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex)
     linear = LinearMotion(problem, frequency)
     width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
     if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:

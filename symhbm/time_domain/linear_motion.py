@@ -72,8 +72,8 @@ class LinearMotion:
         Contacts that can carry a force.
     rubs : (n_active,)
         Which of them have friction.
-    directions : (n_active, n_dof)
-        Their directions ``w_j``, 0 without friction.
+    directions, across : (n_active, n_dof)
+        Their directions ``w_j``, 0 without friction, and those at a right angle of planar friction.
     contact_stiffness, limit : (n_active,)
         Their ``k_d`` [N/m] and ``mu F_n`` [N] at rest, 0 without friction.
     normal
@@ -86,6 +86,9 @@ class LinearMotion:
 
     Raises ValueError for other contacts and for a mass matrix that is not positive definite.
     """
+
+    n_tangential = 1
+    """Friction forces of a contact in a state."""
 
     def __init__(self, problem: HarmonicBalance, frequency: float):
         model = problem.model
@@ -115,7 +118,7 @@ class LinearMotion:
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
         """Raise ValueError for contacts whose motion between events is not linear."""
-        laws = {repr(group.law) for group in curved(problem)}
+        laws = {repr(group.law) for group in curved(problem) + in_plane(problem)}
         if laws:
             raise ValueError(
                 f"problem: expected contacts that are springs or sliders, got {', '.join(laws)}; "
@@ -123,7 +126,7 @@ class LinearMotion:
             )
 
     def _set_contacts(self, model: Structure) -> None:
-        contact, tangential, normal, sliders = model.spring_sliders(self.frequency)
+        contact, tangential, across, normal, sliders = model.spring_sliders(self.frequency)
         stiffness, normal_stiffness, friction, load, offset = sliders
         rows = model.directions.toarray()
         self.all_directions = rows[[of_contact[0] for of_contact in model.contact_rows]]
@@ -133,9 +136,11 @@ class LinearMotion:
         self.sprung = np.zeros(self.n_contacts, dtype=bool)
         self.load = np.full(self.n_contacts, np.nan)
         self.sprung[contact] = stiffness > 0
-        self.load[contact] = np.where(normal >= 0, load, np.nan)
+        self.load[contact] = np.where((normal >= 0) | (across >= 0), load, np.nan)
         self.active, self.rubs = contact[carries], rubs[carries]
         self.directions = np.where(self.rubs[:, None], rows[tangential[carries]], 0.0)
+        in_plane = self.rubs & (across[carries] >= 0)
+        self.across = np.where(in_plane[:, None], rows[across[carries]], 0.0)
         self.contact_stiffness = np.where(rubs, stiffness, 0.0)[carries]
         self.limit = np.where(rubs, friction * np.maximum(load, 0.0), 0.0)[carries]
         friction = np.where(rubs, friction, 0.0)
@@ -263,6 +268,19 @@ def curved(problem: HarmonicBalance) -> list[Group]:
         for group in model.groups
         if group.n
         and group.law.spring_sliders(0.0, values := model.values_of(group)) is None
+        and group.law.acts(values).any()
+    ]
+
+
+def in_plane(problem: HarmonicBalance) -> list[Group]:
+    """The groups whose contacts do something and have two tangential directions."""
+    model = problem.model
+    return [
+        group
+        for group in model.groups
+        if group.n
+        and "across" in group.law.directions
+        and group.law.spring_sliders(0.0, values := model.values_of(group)) is not None
         and group.law.acts(values).any()
     ]
 

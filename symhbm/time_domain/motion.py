@@ -6,8 +6,10 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import newton, solve_point
 from symhbm.numerics import FloatArray, by_harmonic, larger_set, unknowns_of
 from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
-from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.periodic_orbit import state_of
+from symhbm.time_domain.planar_march import planar_march, planar_shot
+from symhbm.time_domain.planar_motion import PlanarMotion
 from symhbm.time_domain.shooting import shoot
 
 Balanced = tuple[HarmonicBalance, FloatArray]
@@ -22,17 +24,20 @@ def exact_motion_of(
     There may be several, but with friction of a constant load alone: it is the one close to the
     response ``near``, by default to one that is solved for. Raises as `exact_motion` and `shoot`.
     """
-    if not curved(problem):
+    if not (curved(problem) or in_plane(problem)):
         return exact_motion(
             problem, frequency, None if near is None else state_of(*near, frequency)
         )
     if near is None:
         balance = problem.located()
-        if not all(group.law.odd for group in curved(problem)):
+        if not all(group.law.odd for group in curved(problem) + in_plane(problem)):
             balance = balance.with_harmonics((*range(max(*problem.harmonics, 2) + 1),))
         near = balance, solve_point(balance, frequency).unknowns
-    motion = shoot(*near, frequency)
-    return motion if motion.converged else shoot(*_with_more_harmonics(*near, frequency), frequency)
+    how = (PlanarMotion, planar_shot, planar_march) if in_plane(problem) else ()
+    motion = shoot(*near, frequency, *how)
+    if motion.converged:
+        return motion
+    return shoot(*_with_more_harmonics(*near, frequency), frequency, *how)
 
 
 def _with_more_harmonics(

@@ -11,7 +11,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
 from symhbm.numerics import Factorisation, FloatArray
 from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.linear_motion import LinearMotion, extremes
+from symhbm.time_domain.linear_motion import LinearMotion, extremes, in_plane
 from symhbm.time_domain.normal_springs import APART, STICK
 
 PERIODIC_TOLERANCE = 1e-11
@@ -79,30 +79,37 @@ def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
 
 
 def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
-    """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction."""
+    """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction.
+
+    With planar friction those across follow, (2 n_dof + 2 n_contacts,).
+    """
     located, relative = balance.locate(unknowns, frequency), balance.layout.relative(unknowns)
     size = balance.basis.n_components
-    friction = np.zeros((balance.n_contacts, size))
+    friction = np.zeros((2 if in_plane(balance) else 1, balance.n_contacts, size))
     for group in balance.groups:
         law, values = group.law, balance.contacts.values_of(group)
         rubs = "normal" not in law.directions or "tangential" in law.directions
         if group.n and rubs and law.spring_sliders(frequency, values) is not None:
             motion, states = balance.contacts.motions(group, relative), located.groups[group.name]
             force = law.forces(balance.basis, states, motion, frequency, values)
-            first = law.directions.index("tangential") * size if len(law.directions) > 1 else 0
-            friction[group.contacts] = force[:, first : first + size]
+            force = force.reshape(group.n, -1, size)
+            names = law.directions if len(law.directions) > 1 else ("tangential",)
+            for k, name in enumerate(("tangential", "across")[: len(friction)]):
+                if name in names:
+                    friction[k, group.contacts] = force[:, names.index(name)]
     x, slope = (
         balance.layout.coefficients(unknowns) @ balance.basis.values(0.0, d) for d in (0, 1)
     )
-    return np.concatenate([x, slope, friction @ balance.basis.values(0.0)])
+    return np.concatenate([x, slope, (friction @ balance.basis.values(0.0)).ravel()])
 
 
 def energy_scale(linear: LinearMotion) -> FloatArray:
-    """Roots of the energies of unit states (2 n_dof + n_active,)."""
+    """Roots of the energies of unit states (2 n_dof + n_tangential n_active,)."""
     inertia = linear.frequency**2 * np.diag(linear.mass)
     elastic = np.diag(linear.stiffness)
     spring = np.where(linear.rubs, linear.contact_stiffness, 1.0)
-    return np.sqrt(np.concatenate([elastic + inertia, inertia, 1 / spring]))
+    friction = np.tile(1 / spring, linear.n_tangential)
+    return np.sqrt(np.concatenate([elastic + inertia, inertia, friction]))
 
 
 def is_rigid(linear: LinearMotion) -> bool:
@@ -154,12 +161,15 @@ class Shot:
 
 def shot(linear: LinearMotion, state: FloatArray) -> Shot:
     """March from a state whose friction forces are put between their limits."""
-    length, sign = (np.pi, -1.0) if linear.antiperiodic else (2 * np.pi, 1.0)
     n, state = 2 * linear.n_dof, state.copy()
     limit = linear.limits(state[: linear.n_dof])
     state[n:] = np.clip(state[n:], -limit, limit)
-    run = march(linear, state, length)
-    assert run.jacobian is not None
+    return shot_of(linear, state, march(linear, state, np.pi if linear.antiperiodic else 2 * np.pi))
+
+
+def shot_of(linear: LinearMotion, state: FloatArray, run: March) -> Shot:
+    """The shot of a march from a state."""
+    sign = -1.0 if linear.antiperiodic else 1.0
     matrix = sign * run.jacobian - np.eye(len(state))
     return Shot(state, run, sign * run.end - state, matrix, energy_scale(linear))
 

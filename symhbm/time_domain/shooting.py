@@ -8,6 +8,7 @@ contacts on them. Motions need not be unique: a response nearby selects one.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -16,6 +17,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
+from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
 from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
 from symhbm.time_domain.normal_springs import STICK
@@ -190,7 +192,24 @@ class _Bounded(LinearMotion):
         """Any."""
 
 
-def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> ExactMotion:
+def size_of(balance: HarmonicBalance, unknowns: FloatArray) -> float:
+    """Bound [m] of a response, for tolerances."""
+    return float(np.abs(balance.layout.coefficients(unknowns)).sum(axis=1).max()) or 1.0
+
+
+def shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
+    """A shot that leaves contacts that never slip between their limits."""
+    return with_centres(linear, shot(linear, state))
+
+
+def shoot(
+    balance: HarmonicBalance,
+    unknowns: FloatArray,
+    frequency: float,
+    kind: Any = IntegratedMotion,
+    once: Callable[..., Shot] = shoot_once,
+    march: Callable[..., March] = march,
+) -> ExactMotion:
     """Find the periodic motion near a response (n_unknowns,) [m] to harmonic balance.
 
     ``frequency`` is angular [rad/s]. The motion repeats itself with the opposite sign after half a
@@ -200,19 +219,17 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     """
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.layout.coefficients(unknowns))
-    size = float(coefficients.sum(axis=1).max()) or 1.0
-    integrator = IntegratedMotion(balance, frequency, size)
+    integrator = kind(balance, frequency, size_of(balance, unknowns))
     even = coefficients[:, balance.basis.order % 2 == 0]
     integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
     start = integrator.of_active(state_of(balance, unknowns, frequency))
     try:
-        state, iterations, status = _periodic_state(integrator, start)
-        motion = describe_motion(integrator, state, iterations, status)
+        state, iterations, status = _periodic_state(integrator, start, once)
+        motion = describe_motion(integrator, state, iterations, status, march)
         motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
     except ArithmeticError:
-        motion = describe_motion(
-            _Bounded(balance, frequency), np.zeros_like(start), 0, Status.GROWS
-        )
+        n_state = 2 * integrator.n_dof + len(integrator.active)
+        motion = describe_motion(_Bounded(balance, frequency), np.zeros(n_state), 0, Status.GROWS)
         return replace(motion, periodicity=np.inf)
     if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
         # The tolerance of motions exact to round-off is below that of the integrator.
@@ -222,7 +239,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
 
 
 def _periodic_state(
-    integrator: IntegratedMotion, start: FloatArray
+    integrator: IntegratedMotion, start: FloatArray, once: Callable[..., Shot]
 ) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status."""
     scale = energy_scale(integrator)
@@ -231,7 +248,7 @@ def _periodic_state(
     def attempt(state: FloatArray) -> Shot:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return with_centres(integrator, shot(integrator, state))
+        return once(integrator, state)
 
     current = attempt(start)
     for iteration in range(_ITERATIONS):

@@ -290,3 +290,60 @@ def test_states_of_a_sweep_and_several_contacts(tmp_path):
     about = swept.contact_state.attrs
     assert about["flag_values"].tolist() == [-1, 0, 1, 2, 3]
     assert about["flag_meanings"] == "none stick slip open apart"
+
+
+def planar(normal_load):
+    pad = sh.Friction(
+        tangential=(0,), across=(1,), normal=(2,), contact_stiffness=1e4, normal_stiffness=1e4,
+        friction_coefficient=0.3, normal_load=normal_load,
+    )  # fmt: skip
+    matrices = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
+    force = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
+    return sh.HarmonicBalance(sh.Model(*matrices, contacts=dict(pad=pad)), force, range(4))
+
+
+@pytest.mark.parametrize("normal_load", [3.0, 20.0, 500.0])
+def test_histories_of_planar_friction(normal_load):
+    response = sh.solve(planar(normal_load), 18.5)
+    contact = contact_of(response, 0)
+    (history,) = histories(response, contact).of.values()
+    size = np.hypot(*history.force[:2])
+    assert (size <= history.limit + 1e-9).all()
+    slips = history.state == Behaviour.SLIPS
+    np.testing.assert_allclose(size[slips], history.limit[slips], atol=1e-9)
+    np.testing.assert_allclose(history.force[:, 0], history.force[:, -1], atol=1e-9)
+    middle = (history.force[:2, 1:] + history.force[:2, :-1]) / 2
+    work = (middle * np.diff(history.displacement[:2])).sum()
+    assert work == pytest.approx(response.dissipation.item(), rel=1e-3, abs=1e-12)
+    opened = (np.diff(history.angle) * (history.state[:-1] == Behaviour.OPENS)).sum()
+    assert opened == pytest.approx(2 * np.pi * response.open_fraction.item(), abs=1e-9)
+    sh.plot.hysteresis(response)
+    sh.plot.normal_force(response)
+
+
+def test_planar_motions_in_time_have_the_history_of_their_balance():
+    drawn = []
+    for dataset in (sh.solve(planar(3.0), 18.5), sh.periodic_motion(planar(3.0), 18.5)):
+        (history,) = histories(dataset, contact_of(dataset, 0)).of.values()
+        order = np.argsort(history.angle[:-1] % (2 * np.pi))
+        at = np.linspace(0.1, 6.1, 50)
+        angle = history.angle[:-1][order] % (2 * np.pi)
+        drawn.append([np.interp(at, angle, part[:-1][order]) for part in history.force])
+    np.testing.assert_allclose(*drawn, atol=1e-2)
+
+
+def test_a_law_without_memory_has_a_loop():
+    law = sh.SmoothLaw(
+        lambda y, v, p: p["k"] * y**3 + p["c"] * v,
+        parameters={"k": (1e7, "N/m^3"), "c": (5.0, "N s/m")},
+        directions=[(0,)],
+    )
+    model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"own": law})
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=10.0), (1, 3, 5))
+    response = sh.solve(problem, 17)
+    for dataset in (response, sh.periodic_motion(problem, 17)):
+        (history,) = histories(dataset, contact_of(dataset, 0)).of.values()
+        middle = (history.force[0, 1:] + history.force[0, :-1]) / 2
+        area = (middle * np.diff(history.displacement[0])).sum()
+        assert area == pytest.approx(dataset.dissipation.item(), rel=1e-3)
+        sh.plot.hysteresis(dataset)

@@ -10,9 +10,11 @@ import pytest
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from symhbm.numerics import FourierBasis, unknowns_of
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
 from symhbm.response.accuracy.truncation import SMALLEST
 from symhbm.time_domain.exact_motion import exact_motion
+from tests.pressed_contact import two_way
 
 TURN = 2 * np.pi
 ACCURACIES = (1e-2, 1e-3, 1e-4)
@@ -252,3 +254,29 @@ def test_sampled_friction_has_another_error():
     sampled = sh.HarmonicBalance(blade(1).model, blade(1).excitation, (1,), samples=64)
     with pytest.raises(ValueError, match="samples=64"):
         sh.frf(sampled, (10, 30), accuracy=1e-3)
+
+
+@pytest.mark.parametrize("hertz", [18, 24, 27])
+def test_normal_forces_are_within_their_estimate(hertz):
+    problem = two_way()
+    exact = sh.periodic_motion(problem, hertz, n_angles=4096)
+    force = exact.normal_force.isel(contact=0).values
+    for accuracy in (1e-2, 1e-4):
+        response = sh.solve(problem, hertz, accuracy=accuracy)
+        basis = FourierBasis(tuple(response.harmonic.values.tolist()))
+        wave = unknowns_of(basis, basis.harmonics, response.coefficient.values)
+        moved = basis.values(exact.angle.values) @ wave.reshape(2, -1)[1]
+        error = np.abs(np.maximum(5 + 1e4 * moved, 0) - force).max() / force.max()
+        estimate = response.normal_force_error.item()
+        assert error <= estimate <= response.truncation_error.item() <= accuracy
+        assert estimate < 30 * error
+        least = abs(response.least_normal_force - exact.least_normal_force).item()
+        assert least <= estimate * force.max()
+        assert abs(response.open_fraction - exact.open_fraction) < 0.5 * accuracy
+
+
+def test_curves_have_errors_of_normal_forces():
+    response = sh.frf(two_way(), (20, 26), accuracy=1e-3, progress=False)
+    errors = response.normal_force_error.isel(contact=0)
+    assert (errors <= response.truncation_error).all()
+    assert 0 < errors.max() <= 1e-3

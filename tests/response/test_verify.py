@@ -16,6 +16,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.cli import main
 from symhbm.response.verify import FIGURES, summary, verify
+from tests.pressed_contact import two_way
 
 ROOT = Path(__file__).parent.parent.parent
 BLADE = fig03.problem((1, 3)).with_parameters(normal_load=3)
@@ -390,3 +391,15 @@ def test_command_line_refuses(tmp_path):
     code, out, err = command("verify", text)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "Traceback" not in err
+
+
+def test_contacts_that_open_are_marched():
+    response = sh.frf(two_way(), (22, 26), progress=False)
+    verified = verify(response, exact="none", progress=False)
+    assert report(verified)["passed"]
+    assert 0 < verified.march_error.max() < 1e-3
+    for name in ("dissipation", "open_fraction", "mean_normal_force"):
+        damaged = response.copy(deep=True)
+        damaged[name] *= 1.01
+        wrong = verify(damaged, points=3, exact="none", progress=False)
+        assert wrong.contact_mismatch.max() > 1e-3

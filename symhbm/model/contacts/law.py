@@ -397,7 +397,8 @@ class ContactLaw(ABC):
         """Contacts as `symhbm.model.contacts.SpringSliders`, None where they are something else.
 
         Motions of such contacts are linear between their events, and so known in time. Directions
-        called "tangential" and "normal" are those of ``u`` and ``v``.
+        called "tangential" and "normal" are those of ``u`` and ``v``; with one called "across" the
+        friction force is a vector, and its slip is integrated in time.
         """
         sliders = self.sliders(frequency, values)
         if sliders is None:

@@ -6,6 +6,9 @@ Motions in time need no more than that of a law: shooting, Floquet multipliers, 
 from abc import abstractmethod
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from symhbm.model.contacts.history import History
 from symhbm.model.contacts.law import ContactLaw, Values
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -51,6 +54,25 @@ class MemorylessLaw(ContactLaw):
 
         Coefficients of the force by those of a velocity beside the motion, at a given displacement.
         """
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """From the force at instants; such contacts have no events and no limit."""
+        angle = 2 * np.pi * np.arange(n_angles + 1) / n_angles
+        none, result = np.zeros(len(angle)), []
+        for j, omega in enumerate(np.broadcast_to(frequency, len(motion)).tolist()):
+            parts = motion[j].reshape(-1, basis.n_components)
+            moved, slope = (parts @ basis.values(angle, d).T for d in (0, 1))
+            along = {name: np.full(len(angle), value[j]) for name, value in values.items()}
+            force = self.at_instants(moved.T, omega * slope.T, omega, along).force
+            result.append(History(angle, moved, force.T, none, none.astype(int)))
+        return result
 
     def breaks(
         self, basis: FourierBasis, motion: Any, frequency: float, values: Values

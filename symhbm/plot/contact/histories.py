@@ -12,6 +12,7 @@ from symhbm.model.contacts import (
     Coulomb,
     Ends,
     History,
+    MemorylessLaw,
     from_stored,
     named,
     weights_of,
@@ -86,7 +87,7 @@ def contact_of(dataset: xr.Dataset, contact: int) -> Contact:
     law = law_of_library(groups[name])
     if law is None or type(law).history is ContactLaw.history:
         raise ValueError(
-            f"contact={contact}: expected one of friction or a gap, it is of "
+            f"contact={contact}: expected one of a law that tells its history, it is of "
             f"{groups[name]['law']} in the group {name!r}"
         )
     called = named({group: each["parameters"] for group, each in groups.items()})[name]
@@ -111,6 +112,8 @@ def _weighted(values: xr.DataArray, ends: Ends) -> xr.DataArray:
 def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     """Of a motion stored over its period, with its events among the points."""
     law, rubs = contact.law, "tangential" in contact.law.directions
+    if isinstance(law, MemorylessLaw):
+        return _of_instants(dataset, contact)
     presses = "normal" in law.directions
     needed = ["friction_force"] * rubs + ["normal_force"] * presses
     check_variables(dataset, "displacement", "velocity", "event_angle", *needed)
@@ -143,9 +146,12 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
         constant = values["friction_coefficient"] * values["normal_load"]
         limit, limits = limit + constant, limits + constant
     if rubs:
-        forces.insert(0, dataset["friction_force"].isel(contact=contact.number).values)
+        names = ["friction_force", *["friction_force_across"] * ("across" in law.directions)]
+        forces[:0] = [dataset[name].isel(contact=contact.number).values for name in names]
         # At its events the slider is at its limit, on the side of the force nearby.
-        at.insert(0, np.sign(at_events("friction_force")) * limits)
+        nearby = np.array([at_events(name) for name in names])
+        size = np.linalg.norm(nearby, axis=0)
+        at[:0] = [*(nearby * limits / np.where(size > 0, size, 1.0))]
     points = np.concatenate([closed, event])
     place = np.argsort(points, kind="stable")
 
@@ -157,6 +163,25 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     state = after[np.searchsorted(event, points[place], side="right") - 1]
     displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
     return History(points[place], displacement, force, joined(limit, limits), state)
+
+
+def _of_instants(dataset: xr.Dataset, contact: Contact) -> History | None:
+    """Of a motion stored over its period, with a law without memory."""
+    law, angle = contact.law, dataset["angle"].values
+    check_variables(dataset, "displacement", "velocity")
+    moved, velocity = (
+        _wrapped(np.array([each.values for each in contact.relative(dataset[name])]))
+        for name in ("displacement", "velocity")
+    )
+    if not np.isfinite(moved).all():
+        return None
+    values = {own: contact.of_group(dataset[n]).values for own, n in contact.parameters.items()}
+    along = {own: np.full(moved.shape[1], value) for own, value in values.items()}
+    assert isinstance(law, MemorylessLaw)
+    omega = RADIANS * float(dataset["frequency"])
+    force = law.at_instants(moved.T, velocity.T, omega, along).force.T
+    none = np.zeros(moved.shape[1])
+    return History(np.append(angle, angle[0] + 2 * np.pi), moved, force, none, none.astype(int))
 
 
 def _wrapped(values: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from symhbm.model.contacts import Behaviour, History
+from symhbm.model.contacts import Behaviour, History, MemorylessLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.contact.histories import Histories, contact_of, histories
 from symhbm.plot.drawing import (
@@ -68,9 +68,11 @@ class Loop(NamedTuple):
 def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
     """Draw the friction force of a contact over its relative displacement through a period.
 
-    The area of a loop is the energy dissipated per cycle. Triangles are onsets of slip, circles its
-    ends, squares openings and diamonds closings; where a contact is open the line is broken. Dotted
-    lines are the limits of slip ``mu N``, which move with the normal force. Of a result of the
+    Of planar friction the force across is a broken line, over the displacement across; each is
+    within the circle of radius ``mu N``. Of a law without memory it is the force in each of its
+    directions. The area of loops is the energy dissipated per cycle. Triangles are onsets of slip,
+    circles its ends, squares openings and diamonds closings; where a contact is open the line is
+    broken. Dotted lines are the limits of slip ``mu N``, which move with the normal force. Of a result of the
     balance it is the force located on the motion, not the few terms of its series that the balance
     sees. Several points or parameter sets are a family; points that did not converge are left out,
     and the title tells how many.
@@ -92,26 +94,36 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     """
     found = _of_friction(dataset, contact)
     drawn = _drawn(found)
-    factor, unit = scaled(max(float(np.abs(h.displacement[0]).max()) for h in drawn), "m")
+    names = found.contact.law.directions
+    smooth = isinstance(found.contact.law, MemorylessLaw)
+    directions = [k for k, name in enumerate(names) if smooth or name != "normal"]
+    largest = max(float(np.abs(h.displacement[directions]).max()) for h in drawn)
+    factor, unit = scaled(largest, "m")
     with canvas(ax) as ax:
+        few = len(drawn) <= MOST_LEGEND_ENTRIES
         for member, history in _members(found):
-            x = factor * history.displacement[0]
-            _line(ax, x, history.force[0], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
+            for k in directions:
+                look = member if k == directions[0] else member._replace(style="--")
+                _line(ax, factor * history.displacement[k], history.force[k], history, look, few)
         notes = []
         if len(found.of) == 1:
-            loop = _loop(drawn[0])
+            history, loop = drawn[0], _loop(drawn[0])
             x = factor * loop.displacement
-            ax.fill(x, loop.force, color="0.94", zorder=0)
-            for sign in (-1, 1):
+            area = 0.0
+            for k in directions:
+                part = loop._replace(displacement=history.displacement[k], force=history.force[k])
+                ax.fill(factor * part.displacement, part.force, color="0.94", zorder=0)
+                area += part.area
+            for sign in (-1, 1) if loop.limit.any() else ():
                 if np.ptp(loop.limit):
                     ax.plot(x, sign * loop.limit, **_LIMIT)
                 else:
                     ax.axhline(sign * loop.limit[0], **_LIMIT)
-            lost, joule = scaled(loop.area, "J")
-            notes.append(f"contact {contact}: {lost * loop.area:.4g} {joule} per cycle")
+            lost, joule = scaled(area, "J")
+            notes.append(f"contact {contact}: {lost * area:.4g} {joule} per cycle")
         ax.set_title("\n".join([*notes, *_left_out(found, drawn)]))
         ax.set_xlabel(f"relative displacement [{unit}]")
-        ax.set_ylabel("friction force [N]")
+        ax.set_ylabel("contact force [N]" if smooth else "friction force [N]")
         _explain(ax, found, drawn, r"limit $\pm\mu N$")
     return figure_of(ax)
 
@@ -197,7 +209,7 @@ def loops_of(
 
 def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
     which = contact_of(dataset, contact)
-    if "tangential" not in which.law.directions:
+    if "tangential" not in which.law.directions and not isinstance(which.law, MemorylessLaw):
         raise ValueError(
             f"contact={contact}: expected one with friction, it is of {type(which.law).__name__} "
             f"in the group {which.group!r}; symhbm.plot.normal_force draws its force"
@@ -265,10 +277,15 @@ def _left_out(found: Histories, drawn: list[History]) -> list[str]:
 
 def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None = None) -> None:
     """The legend of a family, or that of the marks of the only contact that opens or closes."""
-    if len(found.of) > 1 or "normal" not in found.contact.law.directions:
+    names, handles = found.contact.law.directions, []
+    if len(found.of) > 1 or not {"normal", "across"} & {*names}:
         Family(found.dataset, found.dims).explain(ax)
         return
-    handles = [Line2D([], [], label=limit, **_LIMIT)] if limit is not None else []
+    if limit is not None and "across" in names:
+        styles = dict(tangential="-", across="--").items()
+        handles = [Line2D([], [], color="black", linestyle=s, label=name) for name, s in styles]
+    if limit is not None:
+        handles.append(Line2D([], [], label=limit, **_LIMIT))
     if (drawn[0].state == Behaviour.OPENS).any():
         handles.append(Line2D([], [], color="black", label="open", **_OPEN))
     for name, (before, after, mark) in _EVENTS.items():

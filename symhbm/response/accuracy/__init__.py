@@ -3,12 +3,14 @@
 from symhbm.response.accuracy.branch_parts import BranchPart, Solution, joined, status_of
 from symhbm.response.accuracy.harmonic_sets import check_accuracy
 from symhbm.response.accuracy.refinement import Refinement
+from symhbm.response.accuracy.truncation import has_normal_forces
 
 __all__ = [
     "BranchPart",
     "Refinement",
     "Solution",
     "check_accuracy",
+    "has_normal_forces",
     "joined",
     "status_of",
 ]

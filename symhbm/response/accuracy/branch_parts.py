@@ -9,7 +9,7 @@ import numpy as np
 from symhbm.continuation import Branch, Event, PathPoint, PathState, Status
 from symhbm.continuation.between import Peak, amplitude_and_slope, is_smooth_fold, leading
 from symhbm.numerics import FloatArray
-from symhbm.response.accuracy.truncation import SMALLEST
+from symhbm.response.accuracy.truncation import SMALLEST, Truncation
 
 _MARGIN = 2
 """Points that a refined part adds at both ends, so that it agrees with its neighbours there."""
@@ -24,7 +24,8 @@ class Solution:
 
     ``level`` is that of its harmonics, ``error`` the relative truncation error, ``solves`` the
     number of linear solves, ``tangents`` (2, n_unknowns + 1) the tangents of the path before and
-    after it, ``events`` those at it. At a fold the last entry of a tangent is 0.
+    after it, ``events`` those at it. At a fold the last entry of a tangent is 0. ``normal``
+    (n_contacts,) are errors of normal forces, as of `Truncation`.
     """
 
     value: float
@@ -34,15 +35,16 @@ class Solution:
     solves: int
     tangents: FloatArray | None = None
     events: tuple[Event, ...] = ()
+    normal: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
-    def of(cls, point: PathPoint, level: int, error: float) -> "Solution":
+    def of(cls, point: PathPoint, level: int, truncation: Truncation) -> "Solution":
         """The solution at a point of a path."""
         tangents = np.stack([point.before, point.after])
         if is_smooth_fold(point):
             tangents[:, -1] = 0.0
-        solution = point.value, level, point.unknowns, error
-        return cls(*solution, point.solves, tangents, point.events)
+        solution = point.value, level, point.unknowns, truncation.error
+        return cls(*solution, point.solves, tangents, point.events, truncation.normal)
 
     @classmethod
     def at(cls, value: float, level: int, state: PathState | None, solves: int) -> "Solution":

@@ -78,7 +78,9 @@ class Refinement:
         unknowns, tangents, events = solution.unknowns, solution.tangents, solution.events
         while unknowns is not None and np.isfinite(self.accuracy):
             (truncation,) = self._truncations(level, [value], [unknowns])
-            solution = Solution(value, level, unknowns, truncation.error, solves, tangents, events)
+            error, normal = truncation.error, truncation.normal
+            given = value, level, unknowns, error, solves, tangents, events, normal
+            solution = Solution(*given)
             needed = self._needed(level, truncation)
             if needed == level:
                 break
@@ -159,7 +161,7 @@ class Refinement:
         self.solves += branch.corrector.solves
         self.rejected += branch.rejected
         pairs = zip(branch.points, of_points, strict=False)
-        solutions = [Solution.of(point, level, truncation.error) for point, truncation in pairs]
+        solutions = [Solution.of(point, level, truncation) for point, truncation in pairs]
         errors = [truncation.error for _, truncation in zip(branch.peaks, of_peaks, strict=False)]
         return BranchPart(branch, level, 0, len(solutions) - 1, solutions, branch.peaks, errors)
 

@@ -24,6 +24,8 @@ _PHASELESS = 0.5
 _SETTLED = 0.1
 """Ratio of the last Newton step to the whole change at which the change is known well enough."""
 _MAX_STEPS = 5
+_SAMPLES = 16
+"""Samples of normal forces per period of the highest harmonic."""
 _BATCH = 400
 """Contacts located at once: few calls, bounded memory."""
 
@@ -32,13 +34,16 @@ class Truncation(NamedTuple):
     """Truncation error of one response.
 
     ``error`` is the largest relative error of the amplitudes of all degrees of freedom, relative to
-    `SMALLEST` of the largest amplitude at least. ``share`` (n_harmonics,) is the change by each
-    harmonic of the larger set, ``solves`` the number of linear solves.
+    `SMALLEST` of the largest amplitude at least, and of normal forces. ``share`` (n_harmonics,) is
+    the change by each harmonic of the larger set, ``solves`` the number of linear solves.
+    ``normal`` (n_contacts,) are the errors of normal forces relative to the largest over the
+    period, NaN without one; without contacts that have a normal direction it is empty.
     """
 
     error: float
     share: FloatArray
     solves: int
+    normal: FloatArray = np.zeros(0)
 
 
 NONE = Truncation(0.0, np.zeros(0), 0)
@@ -95,8 +100,9 @@ def distance(
     corrected = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
     if corrected is None:
         return Truncation(np.inf, np.zeros(0), corrector.solves + 1)
-    error, share = _error(finer, start[:-1], (corrected.point - start)[:-1])
-    return Truncation(error, share, corrector.solves + 1)
+    frequency = larger.at(value)[1]
+    found = _error(finer, frequency, start[:-1], (corrected.point - start)[:-1])
+    return found._replace(solves=corrector.solves + 1)
 
 
 @dataclass
@@ -135,8 +141,8 @@ class _Search:
             return Truncation(np.inf, np.zeros(0), self.solves)
         if not self.solves:
             return NONE
-        error, share = _error(self.larger, self.start, self.change)
-        return Truncation(error, share, self.solves)
+        found = _error(self.larger, self.frequency, self.start, self.change)
+        return found._replace(solves=self.solves)
 
 
 def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
@@ -156,9 +162,9 @@ def _batch(problems, larger, unknowns, frequencies) -> list[Truncation]:
 
 
 def _error(
-    larger: HarmonicBalance, start: FloatArray, change: FloatArray
-) -> tuple[float, FloatArray]:
-    """Relative error of a response that changes by ``change``, and the share of each harmonic."""
+    larger: HarmonicBalance, frequency: float, start: FloatArray, change: FloatArray
+) -> Truncation:
+    """Truncation error of a response that changes by ``change``, without linear solves."""
     motions = [larger.layout.coefficients(u) for u in (start, start + change)]
     before, after = (largest_displacement(larger.basis, motion)[0] for motion in motions)
     size = reference(after)
@@ -166,8 +172,53 @@ def _error(
     belongs = larger.basis.order[:, None] == np.array(larger.harmonics)
     of_amplitudes = float(np.max(np.abs(after - before) / size))
     of_coefficients = float(np.sqrt(square.sum(axis=1)).max())
-    error = max(of_amplitudes, _PHASELESS * of_coefficients)
-    return _SAFETY * error, np.sqrt(square @ belongs).max(axis=0)
+    error, share = max(of_amplitudes, _PHASELESS * of_coefficients), np.sqrt(square @ belongs)
+    normal, of_normal = _of_normal_forces(larger, frequency, start, change)
+    error = np.fmax(error, np.nanmax(normal, initial=0.0)) if len(normal) else error
+    share = np.sqrt(np.concatenate([share**2, of_normal**2 @ belongs])).max(axis=0)
+    return Truncation(float(_SAFETY * error), share, 0, _SAFETY * normal)
+
+
+def has_normal_forces(problem: HarmonicBalance) -> bool:
+    """Whether normal forces of contacts vary with the motion."""
+    laws = [(g.law, problem.model.values_of(g)) for g in problem.model.groups if g.n]
+    return any(
+        "normal" in law.directions and law.spring_sliders(0.0, values) is not None
+        for law, values in laws
+    )
+
+
+def _of_normal_forces(
+    larger: HarmonicBalance, frequency: float, start: FloatArray, change: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Largest changes of normal forces (n_contacts,) relative to the largest force; coefficients.
+
+    Those of ``k_n v`` (n, n_components) are relative to it too. Both are empty without contacts
+    that have a normal direction.
+    """
+    basis, size = larger.basis, larger.basis.n_components
+    tau = 2 * np.pi * np.arange(_SAMPLES * (basis.highest + 1)) / (_SAMPLES * (basis.highest + 1))
+    at = basis.values(tau).T
+    motions = [larger.layout.relative(unknowns) for unknowns in (start, start + change)]
+    result, parts = np.full(larger.n_contacts, np.nan), [np.zeros((0, size))]
+    for group in larger.contacts.groups:
+        law, values = group.law, larger.contacts.values_of(group)
+        sliders = law.spring_sliders(frequency, values) if "normal" in law.directions else None
+        if sliders is None:
+            continue
+        place = slice(law.directions.index("normal") * size, None)
+        before, after = (
+            sliders.normal_stiffness[:, None]
+            * larger.contacts.motions(group, each)[:, place][:, :size]
+            for each in motions
+        )
+        load = sliders.normal_load[:, None]
+        forces = [np.maximum(load + part @ at, 0.0) for part in (before, after)]
+        largest = np.max(forces, axis=(0, 2))
+        largest[largest == 0] = 1.0
+        result[group.contacts] = np.abs(forces[1] - forces[0]).max(axis=1) / largest
+        parts.append((after - before) / largest[:, None])
+    return (result if len(parts) > 1 else result[:0]), np.concatenate(parts)
 
 
 def reference(amplitude: FloatArray) -> FloatArray:

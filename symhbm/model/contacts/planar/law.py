@@ -19,13 +19,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.history import Behaviour
-from symhbm.model.contacts.law import Located, Switch, Values
+from symhbm.model.contacts.history import Behaviour, History
+from symhbm.model.contacts.law import Located, SpringSliders, Switch, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.bends import bends_of
 from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
+from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.numerics import FloatArray, FourierBasis, check
 from symhbm.numerics.loops import Loop
@@ -137,6 +138,13 @@ class PlanarFriction(NormalLaw):
         stiffness, normal, friction, _ = self.physical(1.0, values).T
         pressed = (np.asarray(self.load(1.0, values)) > 0) | self.margins_move
         return (normal > 0) | ((stiffness * friction > 0) & pressed)
+
+    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
+        """With two tangential directions; a constant load presses without a spring."""
+        if self.varies:
+            return super().spring_sliders(frequency, values)
+        stiffness, none, friction, load = self.physical(frequency, values).T
+        return SpringSliders(stiffness, none, friction, load, load)
 
     def n_variables(self, basis: FourierBasis) -> tuple[int, int]:
         """Numbers of what both forces are homogeneous in, see `batch`."""
@@ -315,6 +323,18 @@ class PlanarFriction(NormalLaw):
             mean = -weights[j, [0, basis.n_components]]
             bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
         return bends
+
+    def history(
+        self,
+        basis: FourierBasis,
+        motion: FloatArray,
+        frequency: float | FloatArray,
+        values: Values,
+        n_angles: int,
+    ) -> list[History]:
+        """From the pieces that `locate` finds."""
+        given = self.physical(frequency, values)
+        return [history_of(basis, *each, n_angles) for each in zip(motion, given, strict=True)]
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.planar.series import LAST_STEP, motion_at
+from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 
 _ROUNDS = 40
@@ -343,3 +344,13 @@ def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
         total = sides[0, 2] + sides[1, 2] + sides[2, 2]
         for i in range(3):
             sides[i, 2] = sides[i, 2] / total if total != 0 else 1.0 / 3
+
+
+def middle_of(samples: FloatArray) -> FloatArray:
+    """Where a slider rests, (2,), of samples (3, n) over a period of ``x``, ``y`` and ``r``."""
+    count = samples.shape[1]
+    waves = np.fft.rfft(samples)[:, : count // 4] / count
+    waves[:, 1:] *= 2
+    place = np.empty(3)
+    resting_place(np.stack([waves.real, -waves.imag], axis=1), np.empty(3), place)
+    return place[:2]

@@ -1,0 +1,167 @@
+"""Exact motions beside planar friction: many harmonics, one direction, closed form, derivatives."""
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.continuation import solve_point
+from symhbm.numerics import RADIANS
+from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.motion import exact_motion_of
+from symhbm.time_domain.planar_march import planar_march
+from symhbm.time_domain.planar_motion import PlanarMotion
+
+MATRICES = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
+ELLIPSE = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
+LINE = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 0, 2]})
+
+
+def pad(normal_load, across=True, **values):
+    given = dict(tangential=(0,), contact_stiffness=1e4, friction_coefficient=0.3)
+    given |= dict(across=(1,)) if across else {}
+    return sh.Friction(**given | dict(normal_load=normal_load) | values)
+
+
+def pressed(normal_load, across=True, **values):
+    return pad(normal_load, across, normal=(2,), normal_stiffness=1e4, **values)
+
+
+def problem_of(contacts, force=ELLIPSE, harmonics=range(6)):
+    return sh.HarmonicBalance(sh.Model(*MATRICES, contacts=contacts), force, harmonics)
+
+
+SYSTEMS = {
+    "constant load, slips always": (dict(pad=pad(8.0)), 24.0, (0, 0)),
+    "constant load, sticks at times": (dict(pad=pad(8.0)), 16.0, (1, 0)),
+    "varying load": (dict(pad=pressed(12.0)), 16.0, (1, 0)),
+    "opens": (dict(pad=pressed(3.0)), 24.0, (0, 1)),
+    "gap beside friction of one direction": (
+        dict(
+            pad=pressed(None, gap=2e-4),
+            own=sh.Friction(
+                tangential=(1,), contact_stiffness=5e3, friction_coefficient=0.2, normal_load=4.0
+            ),
+        ),
+        24.0,
+        (0, 1),
+    ),
+    "beside a cubic spring": (
+        dict(pad=pressed(9.0), own=sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e7)),
+        18.5,
+        (0, 0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_balance_approaches_it(name):
+    contacts, hertz, (sticks, opens) = SYSTEMS[name]
+    problem = problem_of(contacts)
+    motion = exact_motion_of(problem, RADIANS * hertz)
+    assert motion.converged
+    assert motion.periodicity < 1e-10
+    assert (motion.stick_fraction[0] > 1e-3, motion.open_fraction[0] > 0) == (sticks, opens)
+    lost = motion.friction_loss.sum() + motion.damping_loss
+    assert motion.work == pytest.approx(lost, rel=1e-10)
+    errors = []
+    for highest in (3, 8, 16):
+        balance = problem.with_harmonics(range(highest + 1))
+        found = balance.layout.coefficients(solve_point(balance, RADIANS * hertz).unknowns)
+        error = np.abs(found - motion.coefficients(range(highest + 1))[0]).max()
+        errors.append(error / np.abs(found).max())
+    assert errors[0] < 1e-3
+    assert errors[2] < max(0.05 * errors[0], 3e-11)
+    assert errors[2] < 2e-5
+
+
+@pytest.mark.parametrize(
+    ("load", "hertz", "build"), [(20.0, 18.5, pad), (9.0, 24.0, pressed), (3.0, 18.5, pressed)]
+)
+def test_a_motion_along_a_line_is_that_of_one_direction(load, hertz, build):
+    one, two = (
+        exact_motion_of(problem_of(dict(pad=build(load, across)), LINE), RADIANS * hertz)
+        for across in (False, True)
+    )
+    np.testing.assert_array_equal(one.event_kind, two.event_kind)
+    np.testing.assert_allclose(one.event_angle, two.event_angle, atol=1e-9)
+    first, second = (motion.coefficients(range(9))[0] for motion in (one, two))
+    np.testing.assert_allclose(first, second, rtol=0, atol=1e-10 * np.abs(first).max())
+    for name in ("friction_loss", "amplitude", "stick_fraction", "open_fraction"):
+        np.testing.assert_allclose(getattr(one, name), getattr(two, name), rtol=1e-8, atol=1e-12)
+    # Those of motions along the line, among those of all.
+    distance = np.abs(one.multipliers[:, None] - two.multipliers).min(axis=1)
+    own = np.abs(one.multipliers) > 1e-6
+    still = np.abs(np.abs(one.multipliers) - np.exp(-2.5 / 2 / hertz)) < 1e-6
+    assert distance[own & ~still].max() < 1e-8
+
+
+def test_a_circle_in_closed_form():
+    stiffness, limit, omega = 1e4, 3.0, RADIANS * 18
+    contact = sh.Friction(
+        tangential=(0,), across=(1,), contact_stiffness=stiffness, friction_coefficient=0.5,
+        normal_load=2 * limit,
+    )  # fmt: skip
+    body = sh.Model(np.eye(2), 2 * np.eye(2), 1e4 * np.eye(2), contacts=dict(pad=contact))
+    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+    motion = exact_motion_of(sh.HarmonicBalance(body, force, (1,)), omega)
+    wave, friction = motion.coefficients((1,))
+    radius = motion.amplitude[0]
+    displaced, pulled = wave[0] @ [1, -1j], friction[0] @ [1, -1j]
+    ratio = limit / (stiffness * radius)
+    expected = limit * (ratio + 1j * np.sqrt(1 - ratio**2)) * displaced / radius
+    assert pulled == pytest.approx(expected, rel=1e-10)
+    dynamic = (1e4 - omega**2 + 2j * omega) * displaced + pulled
+    assert dynamic == pytest.approx(10, rel=1e-10)
+    loss = 2 * np.pi * radius * limit * np.sqrt(1 - ratio**2)
+    assert motion.friction_loss[0] == pytest.approx(loss, rel=1e-10)
+
+
+@pytest.mark.parametrize(("load", "hertz", "build"), [(8.0, 16.0, pad), (3.0, 18.5, pressed)])
+def test_derivative_of_the_march(load, hertz, build):
+    problem = problem_of(dict(pad=build(load)))
+    linear = PlanarMotion(problem, RADIANS * hertz, 0.02)
+    state = np.array([4e-3, -6e-3, 1e-3, 5e-3, 8e-3, 2e-3, 0.4, -0.2])
+    unit = np.array([1e-2] * 6 + [1.0] * 2)
+    jacobian = planar_march(linear, state, 4.0).jacobian * unit
+    for i, size in enumerate(unit):
+        ends = []
+        for step in (-1e-5, 1e-5):
+            moved = state + step * size * np.eye(8)[i]
+            ends.append(planar_march(linear, moved, 4.0).end)
+        slope = (ends[1] - ends[0]) / 2e-5
+        np.testing.assert_allclose(jacobian[:, i], slope, rtol=0, atol=1e-5)
+
+
+def test_multipliers_of_a_balance():
+    problem = problem_of(dict(pad=pressed(3.0)), harmonics=range(13))
+    motion = exact_motion_of(problem, RADIANS * 24)
+    balanced = multipliers(problem, RADIANS * 24, solve_point(problem, RADIANS * 24).unknowns)
+    np.testing.assert_allclose(np.abs(balanced), np.abs(motion.multipliers), atol=1e-4)
+
+
+def test_a_contact_that_never_slips_is_in_the_middle():
+    contacts = SYSTEMS["gap beside friction of one direction"][0] | dict(pad=pressed(500.0))
+    problem = problem_of(contacts, harmonics=range(16))
+    motion = exact_motion_of(problem, RADIANS * 18.5)
+    np.testing.assert_array_equal(motion.neutral_contacts, [0])
+    balance = problem.layout.coefficients(solve_point(problem, RADIANS * 18.5).unknowns)
+    error = np.abs(balance - motion.coefficients(problem.harmonics)[0]).max()
+    assert error < 1e-5 * np.abs(balance).max()
+
+
+def test_dataset(tmp_path):
+    problem = problem_of(dict(pad=pressed(3.0)))
+    motion = sh.periodic_motion(problem, 24)
+    circle = np.hypot(motion.friction_force, motion.friction_force_across)
+    assert (circle <= 0.3 * motion.normal_force + 1e-9).all()
+    assert motion.least_normal_force.item() == 0
+    assert set(motion.event_kind.values) == {"opening", "closing"}
+    assert motion.integration_tolerance == 1e-12
+    sh.save(motion, tmp_path / "motion.nc")
+    assert sh.load(tmp_path / "motion.nc").identical(motion)
+
+
+def test_verify_compares_with_it():
+    response = sh.frf(problem_of(dict(pad=pressed(3.0))), (23, 25), progress=False)
+    verified = sh.verify(response, points=2, exact=1, progress=False)
+    assert 0 < verified.exact_difference.max() < 1e-3
