@@ -27,6 +27,7 @@ from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
+from symhbm.model.contacts.planar.rest import middle_of
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 Given = Literal["normal_load", "gap", "constant"]
@@ -322,6 +323,11 @@ class PlanarFriction(NormalLaw):
             mean = -weights[j, [0, basis.n_components]]
             bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
         return bends
+
+    @staticmethod
+    def middle_of(samples: FloatArray) -> FloatArray:
+        """Where a slider rests, (2,), of samples (3, n) over a period of ``x``, ``y``, ``r`` [N]."""
+        return middle_of(samples)
 
     def history(
         self,
