@@ -326,7 +326,7 @@ class PlanarFriction(NormalLaw):
 
     @staticmethod
     def middle_of(samples: FloatArray) -> FloatArray:
-        """Where a slider rests, (2,), of samples (3, n) over a period of ``x``, ``y``, ``r`` [N]."""
+        """Where a slider rests, (2,), of samples (3, n) of ``x``, ``y`` and ``r`` [N]."""
         return middle_of(samples)
 
     def history(
