@@ -247,7 +247,8 @@ class Structure(ABC):
             parts.append(np.array([group.contacts, *rows]))
             values.append(np.array(sliders))
         joined = SpringSliders(*np.concatenate(values, axis=1))
-        return SpringSliderContacts(*np.concatenate(parts, axis=1), joined)
+        contact, tangential, across, normal = np.concatenate(parts, axis=1)
+        return SpringSliderContacts(contact, tangential, across, normal, joined)
 
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.model.contacts import Marched, marched
+from symhbm.model.contacts import marched
 from symhbm.numerics import (
     FloatArray,
     Table,
@@ -30,6 +30,8 @@ class Figure(NamedTuple):
     needs: tuple[str, ...] = ()
 
 
+NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
+"""Results of contacts that open, verified where they are stored."""
 CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
 """Contact results of a point, verified together."""
 FIGURES = {
@@ -156,7 +158,7 @@ def _marched(
 
 def _sampled(
     problem: HarmonicBalance, unknowns: FloatArray, frequency: float
-) -> list[tuple[np.ndarray, Marched, Marched]]:
+) -> list[tuple[np.ndarray, Any, Any]]:
     """Contacts whose load moves or that slide in a plane: numbers, a march, and its errors."""
     result, relative = [], problem.layout.relative(unknowns)
     for group in problem.contacts.groups:
@@ -170,7 +172,7 @@ def _sampled(
 
 
 def _beyond(
-    sampled: list[tuple[np.ndarray, Marched, Marched]], stored: dict, scale: FloatArray
+    sampled: list[tuple[np.ndarray, Any, Any]], stored: dict, scale: FloatArray
 ) -> tuple[float, float]:
     """How far stored results are beyond the errors of marches, and the largest of these errors."""
     beyond, largest = [0.0], [0.0]

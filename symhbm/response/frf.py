@@ -75,8 +75,8 @@ def frf(
         Largest error of the displacements by truncation of the harmonics, relative to their
         amplitudes, and of normal forces that vary with the motion, relative to the largest over
         the period (``normal_force_error``). Every point then has the harmonics that this needs,
-        those of the problem at least, and its ``highest_harmonic`` and expected ``truncation_error``. By default all
-        points have the harmonics of the problem.
+        those of the problem at least, and its ``highest_harmonic`` and expected
+        ``truncation_error``. By default all points have the harmonics of the problem.
     stability
         Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where
         contacts slip by the derivative of the motion over a period. Responses with cubic springs

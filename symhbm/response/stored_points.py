@@ -9,9 +9,9 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
-from symhbm.model.contacts import NORMAL, ContactLaw
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
-from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
+from symhbm.response.figures import CONTACT, FIGURES, NORMAL, amplitude_difference, point_figures
 from symhbm.results import OF_PEAKS, VARIABLES, Description, without
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of

@@ -1,6 +1,7 @@
 """The periodic motion in time: event-driven for springs and sliders, by shooting with others."""
 
 from functools import partial
+from typing import Any
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import newton, solve_point
@@ -33,7 +34,7 @@ def exact_motion_of(
         if not all(group.law.odd for group in curved(problem) + in_plane(problem)):
             balance = balance.with_harmonics((*range(max(*problem.harmonics, 2) + 1),))
         near = balance, solve_point(balance, frequency).unknowns
-    how = (PlanarMotion, planar_shot, planar_march) if in_plane(problem) else ()
+    how: Any = (PlanarMotion, planar_shot, planar_march) if in_plane(problem) else ()
     motion = shoot(*near, frequency, *how)
     if motion.converged:
         return motion

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symhbm.model.contacts import middle_of
+from symhbm.model.contacts import PlanarFriction
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.event_march import EVENTS_PER_CONTACT, SHORTEST, March, first_event
@@ -226,8 +226,8 @@ def planar_shot(linear: PlanarMotion, state: FloatArray) -> Shot:
 
 
 def _middle(linear: PlanarMotion, cells: Cells, contact: int) -> FloatArray:
-    """The force (2,) [N] in the middle of those a contact that sticks has, see `middle_of`."""
+    """The force (2,) [N] in the middle of those that a contact has which sticks."""
     tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
     x, _, force = cells.evaluate(linear, tau)
     parts = [*force.reshape(_SAMPLES, 2, -1)[:, :, contact].T, linear.limits(x)[:, contact]]
-    return middle_of(np.array(parts))
+    return PlanarFriction.middle_of(np.array(parts))

@@ -8,6 +8,7 @@ tangential direction has no motion across it.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -55,7 +56,7 @@ class Instant:
     force: FloatArray
     state: FloatArray
     direction: FloatArray
-    by_start: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+    by_start: Any
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Step:
     width: float
     acceleration: FloatArray
     turn: FloatArray
-    factors: tuple[FloatArray, FloatArray]
+    factors: Any
     slopes: tuple[FloatArray, FloatArray]
     error: float
 

@@ -31,18 +31,17 @@ from symhbm.model.contacts.law import (
     Switch,
     graph_of,
 )
-from symhbm.model.contacts.marched import Marched, marched
+from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.normal import NORMAL, NormalLaw
+from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.planar import PlanarFriction, middle_of
+from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.polynomial import PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
     "FREE",
-    "NORMAL",
     "Behaviour",
     "ContactLaw",
     "Contacts",
@@ -56,7 +55,6 @@ __all__ = [
     "Instants",
     "Located",
     "Loop",
-    "Marched",
     "MemorylessLaw",
     "NormalLaw",
     "Parameter",
@@ -76,7 +74,6 @@ __all__ = [
     "located_of",
     "loops_near_limit",
     "marched",
-    "middle_of",
     "named",
     "on_loop",
     "renumbered",

@@ -72,10 +72,10 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     within the circle of radius ``mu N``. Of a law without memory it is the force in each of its
     directions. The area of loops is the energy dissipated per cycle. Triangles are onsets of slip,
     circles its ends, squares openings and diamonds closings; where a contact is open the line is
-    broken. Dotted lines are the limits of slip ``mu N``, which move with the normal force. Of a result of the
-    balance it is the force located on the motion, not the few terms of its series that the balance
-    sees. Several points or parameter sets are a family; points that did not converge are left out,
-    and the title tells how many.
+    broken. Dotted lines are the limits of slip ``mu N``, which move with the normal force. Of a
+    result of the balance it is the force located on the motion, not the few terms of its series
+    that the balance sees. Several points or parameter sets are a family; points that did not
+    converge are left out, and the title tells how many.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None
         Family(found.dataset, found.dims).explain(ax)
         return
     if limit is not None and "across" in names:
-        styles = dict(tangential="-", across="--").items()
+        styles: Any = dict(tangential="-", across="--").items()
         handles = [Line2D([], [], color="black", linestyle=s, label=name) for name, s in styles]
     if limit is not None:
         handles.append(Line2D([], [], label=limit, **_LIMIT))

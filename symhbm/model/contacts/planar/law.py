@@ -28,6 +28,7 @@ from symhbm.model.contacts.planar.bends import bends_of
 from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
+from symhbm.model.contacts.planar.rest import middle_of
 from symhbm.numerics import FloatArray, FourierBasis, check
 from symhbm.numerics.loops import Loop
 
@@ -323,6 +324,11 @@ class PlanarFriction(NormalLaw):
             mean = -weights[j, [0, basis.n_components]]
             bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
         return bends
+
+    @staticmethod
+    def middle_of(samples: FloatArray) -> FloatArray:
+        """Where a slider rests, (2,), of samples (3, n) of ``x``, ``y`` and ``r`` [N]."""
+        return middle_of(samples)
 
     def history(
         self,
