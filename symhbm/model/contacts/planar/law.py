@@ -130,11 +130,18 @@ class PlanarFriction(NormalLaw):
             return super().holds(values)
         return np.zeros(len(np.asarray(values["contact_stiffness"])), dtype=bool)
 
+    def closed(self) -> dict[str, float]:
+        """A load that varies touches; a constant one is as it is."""
+        return super().closed() if self.varies else {}
+
     def acts(self, values: Values) -> NDArray[np.bool_]:
         """Those that have a spring which pushes, or one which pulls under a load."""
         stiffness, normal, friction, _ = self.physical(1.0, values).T
         pressed = (np.asarray(self.load(1.0, values)) > 0) | self.margins_move
         return (normal > 0) | ((stiffness * friction > 0) & pressed)
+
+    def spring_sliders(self, frequency: float, values: Values) -> None:  # type: ignore[override]
+        """None: the direction of slip turns, so that no motion is linear between events."""
 
     def n_variables(self, basis: FourierBasis) -> tuple[int, int]:
         """Numbers of what both forces are homogeneous in, see `batch`."""
