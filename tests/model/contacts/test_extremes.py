@@ -58,3 +58,13 @@ def test_constant_planar_friction_beside_a_coupled_stop():
     # The spring of the stop takes its share of the load, whatever friction does.
     at_rest = sh.static_states(problem).static_displacement.values
     assert at_rest[0, 0] == pytest.approx((20.0 + 1e4 * 1e-3) / 2e4, rel=1e-9)
+
+
+def test_stored_results_of_contacts_are_verified():
+    response = sh.frf(problem_of(), (14, 16), progress=False)
+    assert sh.verify(response, exact="none", progress=False).contact_mismatch.max() < 1e-9
+    for name in ("open_fraction", "mean_normal_force", "largest_normal_force", "slip_distance"):
+        wrong = response.copy(deep=True)
+        wrong[name][5, 0] = 1.01 * wrong[name][5, 0] + 1e-4
+        found = sh.verify(wrong, exact="none", progress=False).contact_mismatch
+        assert found.max() == found[5] > 1e-4, name
