@@ -91,7 +91,7 @@ class NormalLaw(ContactLaw):
     @property
     def margins_move(self) -> bool:
         """Whether the load depends on the frequency."""
-        return bool(_load_slopes(self, 1).at_frequency)
+        return _load_slopes(self, 1).moves
 
     def monotone(self, values: Values) -> bool:
         """False: contacts that open make folds, and so may friction with a load that varies."""
@@ -143,10 +143,10 @@ _LOADS = {
 
 
 class _Slopes(NamedTuple):
-    """Compiled derivatives of the load of contacts, and whether it depends on the frequency."""
+    """Compiled derivatives of the loads of ``n`` contacts; whether the frequency moves them."""
 
     compiled: Compiled
-    at_frequency: int
+    moves: bool
     n: int
 
     def __call__(
@@ -165,4 +165,4 @@ def _load_slopes(law: NormalLaw, n: int) -> _Slopes:
     first, second = ca.jacobian(load, variables), ca.hessian(load, variables)[0]
     outputs = [ca.densify(load), ca.densify(first), ca.vec(ca.densify(second))]
     function = ca.Function("load_slopes", [frequency, values], outputs)
-    return _Slopes(Compiled(function.map(n)), ca.jacobian(load, frequency).nnz(), n)
+    return _Slopes(Compiled(function.map(n)), bool(ca.jacobian(load, frequency).nnz()), n)
