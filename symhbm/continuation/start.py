@@ -55,8 +55,9 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     Newton's method starts from the response with all contacts stuck, then from that without
     friction; where responses are unique, first from the one with less residual force. Where both
     fail, the response is followed from a small force, at which every contact sticks and cubic
-    springs hardly act, to the full force, and where there may be several from frequencies beside. At
-    an undamped resonance, which only cubic springs bound, the start is the linear response beside.
+    springs hardly act, to the full force, and where there may be several from frequencies
+    beside. At an undamped resonance, which only cubic springs bound, the start is the linear
+    response beside it.
     """
     result = _solve_at(problem, frequency)
     failed = result.status == Status.NO_CONVERGENCE and problem.samples is None

@@ -539,9 +539,7 @@ def test_no_contact_mistuning_exceeds_the_bound(
 
 def test_one_solution_at_each_value_is_no_choice():
     stop = sh.Gap(normal=[(0,), (1,)], normal_stiffness=1e3, gap=1e-3)
-    pair = sh.Model(
-        np.eye(2), np.eye(2), [[1.1e4, -1e3], [-1e3, 1.1e4]], contacts={"stop": stop}
-    )
+    pair = sh.Model(np.eye(2), np.eye(2), [[1.1e4, -1e3], [-1e3, 1.1e4]], contacts={"stop": stop})
     problem = sh.HarmonicBalance(pair, sh.PointForce(amplitude=1.0), (0, 1, 2))
     over = sh.mistuning.uniform(problem, 2, seed=1, gap=0.2)
     grid = np.linspace(14.0, 20.0, 7)
