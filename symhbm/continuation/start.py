@@ -8,7 +8,7 @@ import numpy as np
 from symhbm.balance import Evaluation, HarmonicBalance, is_held
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import ParameterProblem
+from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
 
@@ -16,6 +16,8 @@ _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""
 _OFF_RESONANCE = 1.01
 """Frequency of a linear response to start from, over that of an unbounded resonance."""
+_BESIDE = (1.05, 0.95, 1.25, 0.8)
+"""Frequencies from which a response is followed, over that where Newton's method fails."""
 
 
 def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
@@ -53,9 +55,19 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     Newton's method starts from the response with all contacts stuck, then from that without
     friction; where responses are unique, first from the one with less residual force. Where both
     fail, the response is followed from a small force, at which every contact sticks and cubic
-    springs hardly act, to the full force. At an undamped resonance, which only cubic springs bound,
-    the start is the linear response beside it.
+    springs hardly act, to the full force, and where there may be several from frequencies
+    beside. At an undamped resonance, which only cubic springs bound, the start is the linear
+    response beside it.
     """
+    result = _solve_at(problem, frequency)
+    failed = result.status == Status.NO_CONVERGENCE and problem.samples is None
+    if failed and not problem.single_valued and problem.model.has_matrices:
+        return _from_beside(problem, frequency) or result
+    return result
+
+
+def _solve_at(problem: HarmonicBalance, frequency: float) -> NewtonResult:
+    """As `solve_point`, at this frequency alone."""
     if 0 in problem.harmonics and not is_held(problem):
         at_rest = np.zeros(problem.n_unknowns)
         return NewtonResult(at_rest, problem.evaluate(at_rest, frequency), 0, Status.NOT_HELD)
@@ -93,6 +105,22 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     last = results[-1]
     known = last.converged or last.status == Status.UNDEFINED_FORCE
     return last if known else replace(last, status=Status.NO_CONVERGENCE)
+
+
+def _from_beside(problem: HarmonicBalance, frequency: float) -> NewtonResult | None:
+    """The response followed along the frequency, None where no path comes from beside."""
+    for start in np.array(_BESIDE) * frequency:
+        beside = _solve_at(problem, start)
+        if not beside.converged:
+            continue
+        path = Path(FrequencyProblem(problem), beside.unknowns, start, frequency)
+        points = list(path)
+        if path.status == Status.REACHED_END:
+            balance = partial(problem.evaluate, frequency=frequency)
+            result = newton(balance, points[-1].unknowns)
+            if result.converged:
+                return result
+    return None
 
 
 def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:

@@ -85,7 +85,7 @@ def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -
     kinds |= dict(converged=bool, contact_model_valid=bool)
     table = {}
     records: dict[str, Any] = {**VARIABLES, **records_of_problem(problem)}
-    kinds |= dict.fromkeys(_of_laws(problem), float)
+    kinds |= dict.fromkeys(variables_of_laws(problem), float)
     for name, kind in kinds.items():
         shape = n_points, *(sizes[dim] for dim in records[name].inner)
         table[name] = tables.blank(np.dtype(kind), shape)
@@ -136,7 +136,7 @@ def results_of_contacts(
 ) -> Table:
     """Results of the contacts (n_points, n_contacts), added where several laws act on one."""
     first, shape = problems[0], (len(problems), problems[0].n_contacts)
-    otherwise = _OF_CONTACTS | dict.fromkeys(_of_laws(first), np.nan)
+    otherwise = _OF_CONTACTS | dict.fromkeys(variables_of_laws(first), np.nan)
     table: Table = {name: np.full(shape, nothing) for name, nothing in otherwise.items()}
     relative = first.layout.relative(unknowns)
     for group in first.groups:
@@ -157,7 +157,7 @@ def results_of_contacts(
     return table
 
 
-def _of_laws(problem: HarmonicBalance) -> list[str]:
+def variables_of_laws(problem: HarmonicBalance) -> list[str]:
     """Names of the variables that contact laws tell beside those of all datasets."""
     return [name for group in problem.groups for name in group.law.variables]
 
@@ -215,7 +215,7 @@ def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:
     angles = ("theta_0", "theta_star")
     spread = {
         name: symmetry.spread_contacts(table[name].T).T
-        for name in (*_OF_CONTACTS, *_of_laws(problem))
+        for name in (*_OF_CONTACTS, *variables_of_laws(problem))
     }
     for name in angles:
         spread[name] = (spread[name] + lags) % (2 * np.pi)

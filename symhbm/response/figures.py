@@ -19,7 +19,7 @@ from symhbm.numerics import (
     turning_points,
     unknowns_of,
 )
-from symhbm.response.describe import results_of_contacts
+from symhbm.response.describe import results_of_contacts, variables_of_laws
 
 
 class Figure(NamedTuple):
@@ -30,8 +30,6 @@ class Figure(NamedTuple):
     needs: tuple[str, ...] = ()
 
 
-NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
-"""Results of contacts that open, verified where they are stored."""
 CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
 """Contact results of a point, verified together."""
 FIGURES = {
@@ -212,7 +210,10 @@ def _contact_mismatch(
     dissipation: FloatArray,
     scale: FloatArray,
 ) -> float:
-    """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale."""
+    """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale.
+
+    Of what laws tell beside these, relative to the largest of all contacts.
+    """
     if not problem.n_contacts:
         return 0.0
     near = np.zeros(problem.n_contacts, dtype=bool)
@@ -223,5 +224,17 @@ def _contact_mismatch(
         results["reversals"] != stored["reversals"],
         np.abs(stick - stored_stick),
         np.abs(dissipation - stored["dissipation"]) / np.where(scale > 0, scale, 1.0),
+        *(
+            _difference(stored[name], results[name])
+            for name in variables_of_laws(problem)
+            if name in stored
+        ),
     ]
     return float(np.max(np.array(mismatch, dtype=float)))
+
+
+def _difference(stored: FloatArray, results: FloatArray) -> FloatArray:
+    """Relative difference of values (n_contacts,), 1 where only one of both is a number."""
+    known, size = np.isfinite(results), np.abs(results[np.isfinite(results)]).max(initial=0.0)
+    difference = np.abs(np.where(known, results - stored, 0.0)) / (size or 1.0)
+    return np.where(known == np.isfinite(stored), difference, 1.0)

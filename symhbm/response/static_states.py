@@ -140,7 +140,7 @@ def _starts(at_rest: _AtRest) -> Iterator[FloatArray]:
     force = problem.force(at_rest.omega)[:, 0]
     springs, loads, rows = [], [], []
     for group in model.groups:
-        if isinstance(group.law, NormalLaw):
+        if isinstance(group.law, NormalLaw) and "normal" in group.law.directions:
             values = model.values_of(group)
             load = np.broadcast_to(group.law.load(at_rest.omega, values), group.n)
             balanced = np.maximum(load, 0) if group.law.preload == "balanced" else 0 * load

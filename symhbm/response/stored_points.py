@@ -11,8 +11,9 @@ from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
-from symhbm.response.figures import CONTACT, FIGURES, NORMAL, amplitude_difference, point_figures
-from symhbm.results import OF_PEAKS, VARIABLES, Description, without
+from symhbm.response.describe import variables_of_laws
+from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
+from symhbm.results import OF_PEAKS, VARIABLES, Description, records_of_problem, without
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of
 
@@ -57,11 +58,6 @@ def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
     return f"{prefix}coefficient", *_axes(Description(dataset).moving, prefix).values(), count
 
 
-def _inner(name: str) -> tuple[str, ...]:
-    """Dimensions of a variable beside those of points."""
-    return ("contact",) if name in NORMAL else VARIABLES[name].inner
-
-
 def _axes(moving: str, prefix: str) -> dict[str, str]:
     """Names of the variables of the frequency and of the moving parameter, by parameter."""
     return {"frequency": "frequency"} | {moving: prefix + moving}
@@ -90,8 +86,10 @@ class StoredPoints:
         self.problem, self.dataset, self.prefix, self._laws = problem, dataset, prefix, laws
         self.description = Description(dataset)
         moving = self.description.moving
-        keys = OF_PEAKS if prefix else (*_OF_POINTS, *NORMAL)
+        keys = OF_PEAKS if prefix else _OF_POINTS
+        keys = (*keys, *([] if prefix else variables_of_laws(problem)))
         names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
+        records = {**VARIABLES, **records_of_problem(problem)}
         coefficient, axes = dataset[names["coefficient"]], _axes(moving, prefix)
         inner = ("peak",) if prefix else ("point", moving, "solution")
         dims = [str(dim) for dim in coefficient.dims if dim not in _COEFFICIENT]
@@ -99,7 +97,7 @@ class StoredPoints:
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
         try:
             self.stored = {
-                key: dataset[name].transpose(*self.dims, *_inner(name)).values
+                key: dataset[name].transpose(*self.dims, *records[name].inner).values
                 for key, name in names.items()
             }
             like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)

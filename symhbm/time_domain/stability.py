@@ -31,8 +31,8 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     if wanted and not problem.model.has_matrices:
         raise ValueError(
             "stability=True: expected False for a structure without matrices; responses of "
-            "friction with damping are stable, for cubic springs use a whole structure, "
-            "of a condensed one the attribute structure of its model"
+            "friction under constant loads with damping are stable, for other contacts use a whole "
+            "structure, of a condensed one the attribute structure of its model"
         )
     return wanted
 

@@ -535,3 +535,17 @@ def test_no_contact_mistuning_exceeds_the_bound(
     assert point.converged
     factor = 0.3 * 2 * np.pi * frequency * point.amplitude.values / 1.0
     assert factor.max() <= (1 + np.sqrt(n_blades)) / 2 * (1 + 1e-9)
+
+
+def test_one_solution_at_each_value_is_no_choice():
+    stop = sh.Gap(normal=[(0,), (1,)], normal_stiffness=1e3, gap=1e-3)
+    pair = sh.Model(np.eye(2), np.eye(2), [[1.1e4, -1e3], [-1e3, 1.1e4]], contacts={"stop": stop})
+    problem = sh.HarmonicBalance(pair, sh.PointForce(amplitude=1.0), (0, 1, 2))
+    over = sh.mistuning.uniform(problem, 2, seed=1, gap=0.2)
+    grid = np.linspace(14.0, 20.0, 7)
+    opening = sh.frf(problem, (14, 20), at=grid, over=over, progress=False)
+    nominal = sh.frf(problem, (14, 20), at=grid, progress=False)
+    assert opening.sizes["solution"] == nominal.sizes["solution"] == 1
+    found = sh.statistics.amplification(opening, nominal)
+    chosen = [of.isel(solution=0) for of in (opening, nominal)]
+    xr.testing.assert_identical(found, sh.statistics.amplification(*chosen))

@@ -33,6 +33,8 @@ def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, s
         )
     description = Description(dataset)
     moving = description.moving
+    if dataset.sizes.get("solution") == 1:
+        dataset = dataset.isel(solution=0)
     dims = dataset["amplitude"].dims
     if "solution" in dims:
         raise ValueError(

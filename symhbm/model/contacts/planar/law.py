@@ -134,6 +134,10 @@ class PlanarFriction(NormalLaw):
             return super().holds(values)
         return np.zeros(len(np.asarray(values["contact_stiffness"])), dtype=bool)
 
+    def closed(self) -> dict[str, float]:
+        """A load that varies touches; a constant one is as it is."""
+        return super().closed() if self.varies else {}
+
     def acts(self, values: Values) -> NDArray[np.bool_]:
         """Those that have a spring which pushes, or one which pulls under a load."""
         stiffness, normal, friction, _ = self.physical(1.0, values).T

@@ -146,7 +146,7 @@ def _margins(
         margins[k] = -np.inf
         for i in range(2 * size + 4):
             slopes[k, i] = 0.0
-        if k == 0 and friction == 0.0:
+        if k == 0 and stiffness > 0.0 and friction == 0.0:
             margins[k] = np.inf
         elif k > 0 and normal == 0.0:
             margins[k] = -np.inf if (k == 1) == (load > 0) else np.inf
