@@ -1,6 +1,7 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
+from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -40,15 +41,19 @@ __all__ = [
     "DOUBT",
     "FRICTION_PARAMETERS",
     "PARAMETERS",
+    "Damping",
     "EngineOrder",
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "ModalDamping",
     "Model",
     "PointForce",
+    "RayleighDamping",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
+    "StructuralDamping",
     "Structure",
     "Symmetry",
     "bladed_disk",
