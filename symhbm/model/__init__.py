@@ -1,6 +1,7 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
+from symhbm.model.cyclic import Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
@@ -17,6 +18,7 @@ from symhbm.model.excitation import (
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -29,6 +31,7 @@ from symhbm.model.parameters import (
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
+    Matrices,
     SliderContacts,
     SpringSliderContacts,
     Structure,
@@ -46,10 +49,12 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Matrices",
     "ModalDamping",
     "Model",
     "PointForce",
     "RayleighDamping",
+    "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
@@ -64,6 +69,7 @@ __all__ = [
     "force_coefficients",
     "is_pattern",
     "natural_band",
+    "natural_modes_of",
     "positive_definite",
     "records_by_name",
     "single_blade",
