@@ -40,6 +40,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
     next_sector,
 )
+from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     follow,
@@ -93,10 +94,12 @@ __all__ = [
     "VariableLoadFriction",
     "bladed_disk",
     "condense",
+    "craig_bampton",
     "follow",
     "frf",
     "load",
     "minimise_peak",
+    "mistuned_ring",
     "mistuning",
     "natural_modes",
     "next_sector",

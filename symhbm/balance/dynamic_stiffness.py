@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, Structure, static_force
+from symhbm.model import Excitation, Structure
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6
@@ -41,9 +41,9 @@ class DynamicStiffness:
 
     def __init__(self, structure: Structure, excitation: Excitation, basis: FourierBasis):
         structure.check_harmonics(basis.harmonics)
-        shape = excitation.shape(structure.n_whole, basis)
+        shape = structure.force_shape(excitation, basis)
         each = structure.split_force(shape, basis)
-        static = static_force(excitation, structure.n_whole, basis)
+        static = structure.static_load(excitation, basis)
         self._load = structure.split_force(static[:, None], FourierBasis((0,)))[0]
         self.largest = float(np.abs(shape).max())
         self._structure, self._basis = structure, basis

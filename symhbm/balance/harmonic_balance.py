@@ -21,7 +21,6 @@ from symhbm.model import (
     Symmetry,
     check_excitation,
     find_symmetry,
-    static_force,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
 from symhbm.numerics import FloatArray, FourierBasis, LowRankSum, check, check_harmonics
@@ -98,7 +97,7 @@ class HarmonicBalance:
         check_excitation("excitation", excitation)
         model = model.under(excitation)
         if harmonics is None:
-            moves_mean = not model.odd or excitation.static(model.n_whole).any()
+            moves_mean = not model.odd or model.static_load(excitation).any()
             harmonics = (0, 1) if moves_mean else (1,)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
@@ -174,6 +173,7 @@ class HarmonicBalance:
     def _set_arguments(self) -> None:
         model, equations = self.model, self._equations
         named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
+        named |= {name: getattr(model, name) for name in model.matrix_terms}
         values = {}
         for group in model.groups:
             values[group.name] = {
@@ -182,8 +182,8 @@ class HarmonicBalance:
             named |= {group.parameters[own]: v for own, v in values[group.name].items()}
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
-            shape = self.excitation.shape(model.n_dof, self.basis)[equations.dofs]
-            static = static_force(self.excitation, model.n_dof, self.basis)[equations.dofs]
+            shape = model.felt_shape(self.excitation, self.basis)[equations.dofs]
+            static = model.felt_static(self.excitation, self.basis)[equations.dofs]
         else:
             shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
             static = np.zeros(self.n_dof)
@@ -201,7 +201,7 @@ class HarmonicBalance:
     @property
     def loaded(self) -> bool:
         """Whether a static force acts."""
-        return bool(self.excitation.static(self.model.n_whole).any())
+        return bool(self.model.static_load(self.excitation).any())
 
     @property
     def harmonics(self) -> tuple[int, ...]:
@@ -273,6 +273,8 @@ class HarmonicBalance:
         if len(of_force) < len(values):
             of_model = {k: v for k, v in values.items() if k in own}
             changes["model"] = self.model.with_parameters(**of_model)
+            if {*of_model} & {*self.model.matrix_terms}:
+                changes["linear"] = None
         if of_force:
             changes["excitation"] = self.excitation.with_parameters(**of_force)
             if {*of_force} != {"force_amplitude"}:

@@ -168,20 +168,21 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        return _restored, ({k: v for k, v in vars(self).items() if k not in _CACHED},)
+        kept = {name: value for name, value in vars(self).items() if name not in _CACHED}
+        return _restored, (type(self), kept)
 
 
 _CACHED = {"contact_rows", "directions", "records"}
 """Attributes that are computed from the others."""
 
 
-def _restored(values: dict[str, Any]) -> Model:
+def _restored(kind: type[Model], values: dict[str, Any]) -> Model:
     """The model that was pickled: it was checked when it was made, but its arrays are writable."""
     for value in values.values():
         array = value.data if sp.issparse(value) else value
         if isinstance(array, np.ndarray):
             array.setflags(write=False)
-    model = object.__new__(Model)
+    model = object.__new__(kind)
     model._store(**values)
     return model
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
 from symhbm.model.contacts import Ends, Group, Parameter, SpringSliders, weights_of
+from symhbm.model.excitation import static_force
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -26,6 +27,8 @@ from symhbm.model.parameters import (
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+AT_REST = FourierBasis((0,))
+"""What does not oscillate."""
 _INPUTS = {"unknowns", "frequency", "force_shape", "static_force"}
 """What else a balance is compiled for."""
 
@@ -469,6 +472,51 @@ class Structure(ABC):
         On the degrees of freedom (n_dof, 1 or 2), and shares of known patterns (n_patterns, ..).
         """
         return [(part, np.zeros((0, part.shape[1]))) for part in basis.by_harmonic(shape)]
+
+    def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
+        """Coefficients of an excitation of unit amplitude, (n_whole, n_components)."""
+        return excitation.shape(self.n_whole, basis)
+
+    def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
+        """What of an excitation does not oscillate, (n_whole,) [N].
+
+        ValueError for one that is not 0 where a basis leaves out harmonic 0.
+        """
+        return static_force(excitation, self.n_whole, basis)
+
+    def felt(self, shape: FloatArray, basis: FourierBasis) -> FloatArray:
+        """A force (n_whole, n_components) as the degrees of freedom feel it."""
+        return np.hstack([own for own, _ in self.split_force(shape, basis)])
+
+    def felt_static(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
+        """The static part of an excitation as the degrees of freedom feel it, (n_dof,) [N]."""
+        return self.felt(self.static_load(excitation, basis)[:, None], AT_REST)[:, 0]
+
+    def felt_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
+        """An excitation of unit amplitude as the degrees of freedom feel it."""
+        return self.felt(self.force_shape(excitation, basis), basis)
+
+    def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
+        """An excitation that a structure of the same matrices alone takes, for its archive."""
+        return excitation
+
+    @property
+    def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:
+        """Parameters that change a matrix: by name which one, and how.
+
+        "mass", "damping" or "stiffness", and by powers of the values (n,) what they add to its
+        stored entries, sparse (n_entries, n).
+        """
+        return {}
+
+    def constant_part(self, name: str) -> Any:
+        """A matrix, "mass", "damping" or "stiffness", without what `matrix_terms` add to it."""
+        return getattr(self, f"{name}_matrix")
+
+    @property
+    def loss_factor(self) -> float:
+        """Loss factor of structural damping."""
+        return 0.0
 
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]``, forces by motions and by force patterns, and its derivative by frequency."""

@@ -209,7 +209,7 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
         return inverse @ matrix
 
     damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
-    shape = problem.excitation.shape(problem.model.n_dof, problem.basis)[: problem.n_dof]
+    shape = problem.model.felt_shape(problem.excitation, problem.basis)[: problem.n_dof]
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     highest = np.inf

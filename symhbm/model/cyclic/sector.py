@@ -21,7 +21,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
-from symhbm.model.structure import Matrices, NearModes, Structure, weighted
+from symhbm.model.structure import AT_REST, Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check, negative_eigenvalues
 
 LARGEST = 300
@@ -193,8 +193,25 @@ class Sector(Structure):
 
     @property
     def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are not right, as the structure numbers them."""
-        return self.interfaces.others
+        """The degrees of freedom that are not right, as the structure numbers them.
+
+        Of a reduced one as the structure numbers them that it was made from.
+        """
+        kept = self.structure.kept
+        return self.interfaces.others if kept is None else kept[self.interfaces.others]
+
+    def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
+        """Coefficients of an excitation of unit amplitude on one sector."""
+        return self.structure.felt_shape(excitation, basis)
+
+    def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
+        """What of an excitation does not oscillate, on one sector, (n_whole,) [N]."""
+        return self.structure.felt_static(excitation, basis)
+
+    @property
+    def loss_factor(self) -> float:
+        """That of the structure."""
+        return self.structure.loss_factor
 
     def under(self, excitation: Excitation) -> Sector:
         """This sector as an engine order moves it.
@@ -272,7 +289,7 @@ class Sector(Structure):
         named = abs(self._directions_as_named)
         turned = abs(self.interfaces.rotation)
         columns = ((named[:, : self.n_whole] + named[:, self.n_whole :] @ turned) @ reach).nonzero()
-        return {*self.kept[np.unique(columns[1])].tolist()}
+        return {*self.interfaces.others[np.unique(columns[1])].tolist()}
 
     def folded(self, force: ComplexArray, nodal_diameter: int) -> ComplexArray:
         """A force on a sector (n_whole, n) as its degrees of freedom feel it, ``B^H f``."""

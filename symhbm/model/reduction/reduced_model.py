@@ -1,0 +1,98 @@
+"""A structure reduced by Craig and Bampton: a `Model` on some of its degrees of freedom."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.model.contacts import renumbered
+from symhbm.model.excitation import Excitation
+from symhbm.model.matrices import Model
+from symhbm.model.reduction.certificate import ReductionCertificate
+from symhbm.model.reduction.component import Component, projected
+from symhbm.model.reduction.deviations import force_as_felt
+from symhbm.numerics import FloatArray, FourierBasis
+
+
+class ReducedModel(Model):
+    """A `Model` on the degrees of freedom that `craig_bampton` keeps, with matrices of its own.
+
+    Forces are those of the whole structure, on any of its degrees of freedom.
+
+    Attributes
+    ----------
+    dofs : (n_dof,)
+        The degrees of freedom that are kept, as the whole structure numbers them: those of the
+        boundary, then one for each mode.
+    basis : (n_whole, n_dof)
+        Motion of the whole structure by that of the kept degrees of freedom.
+    fixed_frequencies : (n_modes,)
+        Natural frequencies with the boundary held [Hz].
+    modal_rows : (n_modes, n_dof)
+        Coordinates [m kg^1/2] of the modes with the boundary held, of unit mass, from the motion.
+    certificate
+        How exact it is, see `ReductionCertificate`.
+    blade_stiffness, blade_mass : (n_dof, n_dof)
+        What of the matrices is the blade's, None where nobody told.
+    """
+
+    dofs: NDArray[np.intp]
+    basis: FloatArray
+    fixed_frequencies: FloatArray
+    modal_rows: FloatArray
+    certificate: ReductionCertificate
+    blade_stiffness: FloatArray | None
+    blade_mass: FloatArray | None
+
+    def __init__(self, structure: Model, dofs: NDArray[np.intp], component: Component):
+        basis = component.basis
+        self._store(lumped=False, dofs=dofs, basis=basis, blade_stiffness=None, blade_mass=None)
+        natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)
+        self._store(fixed_frequencies=natural, modal_rows=component.modal_rows)
+        for name in ("mass_matrix", "stiffness_matrix"):
+            self._put_matrix(name, projected(getattr(structure, name), basis))
+        given = structure.damping
+        if given is None:
+            self._put_matrix("damping_matrix", projected(structure.damping_matrix, basis))
+        else:
+            self._store(damping=given)
+        position = {int(dof): i for i, dof in enumerate(dofs)}
+        self._store(
+            contacts=renumbered(structure.contacts, position.__getitem__),
+            row_ends=renumbered(structure.row_ends, position.__getitem__),
+            groups=structure.groups,
+            **{name: getattr(structure, name) for name in structure.contact_parameters},
+        )
+
+    def _put_matrix(self, name: str, matrix: FloatArray) -> None:
+        self._store(**{name: sp.csc_array(matrix)})
+
+    @property
+    def n_whole(self) -> int:
+        """Number of degrees of freedom of the whole structure."""
+        return len(self.basis)
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept, as the whole structure numbers them."""
+        return self.dofs
+
+    def everywhere(self, motion: FloatArray) -> FloatArray:
+        """Motion (n_whole, ...) of the whole structure from that (n_dof, ...) of what is kept."""
+        return np.tensordot(self.basis, motion, 1)
+
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """A force on the whole structure as the kept degrees of freedom feel it."""
+        return super().split_force(self.basis.T @ shape, basis)
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation as the kept degrees of freedom feel it."""
+        return force_as_felt(self, excitation, basis)
+
+    def __repr__(self) -> str:
+        return (
+            f"{super().__repr__()}\n  reduced from {self.n_whole} degrees of freedom, "
+            f"{len(self.fixed_frequencies)} modes with what is kept held, "
+            f"{self.certificate!r}"
+        )
