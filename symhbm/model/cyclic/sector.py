@@ -249,8 +249,15 @@ class Sector(Structure):
         if n not in self._waves:
             expansion = self.interfaces.expansion(n)
             adjoint = expansion.conj().T.tocsr()
-            parts = (getattr(self.structure, name) for name in Matrices._fields)
-            self._waves[n] = Matrices(*((adjoint @ matrix @ expansion).tocsc() for matrix in parts))
+            model = self.structure
+            given = model.damping  # its modes are those of a wave, not of a sector that is free
+            names = Matrices._fields if given is None else ("mass_matrix", "stiffness_matrix")
+            found = {
+                name: (adjoint @ getattr(model, name) @ expansion).tocsc() for name in names
+            }
+            if given is not None:
+                found["damping_matrix"] = given.matrix(*found.values())
+            self._waves[n] = Matrices(**found)
         return self._waves[n]
 
     def _wave_of(self, nodal_diameter: int | None) -> int:
