@@ -33,7 +33,19 @@ class CondensedStiffness(NamedTuple):
     undamped: PoleSum
     static: FloatArray
     fixed_frequencies: FloatArray
-    patterns: FloatArray
+    patterns: NDArray
+
+    @property
+    def fixed_widths(self) -> FloatArray:
+        """Half widths of the fixed-interface resonances, (n,) [rad/s]."""
+        poles = self.matrix.poles
+        nearest = [np.argmin(np.abs(poles - 1j * natural)) for natural in self.fixed_frequencies]
+        return np.abs(poles[np.array(nearest, dtype=int)].real)
+
+    def conjugate(self) -> "CondensedStiffness":
+        """That of the wave of the other sense, whose matrices are conjugate."""
+        parts = (part.conjugate() for part in (self.matrix, self.undamped, self.static))
+        return CondensedStiffness(*parts, self.fixed_frequencies, self.patterns.conj())
 
 
 class CondensedModel(Structure):
@@ -84,13 +96,7 @@ class CondensedModel(Structure):
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
         )
         attributes |= dict(condensed=condensed, lumped=False, _structure=structure)
-        nearest = [
-            np.argmin(np.abs(condensed.matrix.poles - 1j * natural))
-            for natural in condensed.fixed_frequencies
-        ]
-        attributes["fixed_widths"] = np.abs(
-            condensed.matrix.poles[np.array(nearest, dtype=int)].real
-        )
+        attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
         attributes["matrices"] = {
             n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
@@ -223,6 +229,10 @@ class CondensedModel(Structure):
         """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
         parts = map(basis.by_harmonic, (shape[self.dofs], self.share(shape)))
         return list(zip(*parts, strict=True))
+
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
+        return self.condensed.fixed_frequencies, self.fixed_widths
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""
