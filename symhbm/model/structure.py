@@ -339,6 +339,10 @@ class Structure(ABC):
         """Nodal diameters that differ, of one sector of a disk; None for a whole structure."""
         return None
 
+    def wave(self, harmonic: int) -> int | None:
+        """Nodal diameters of a harmonic, of a sector of a disk, None of a whole structure."""
+        return None
+
     def matrices(self, nodal_diameter: int | None = None) -> Matrices:
         """Matrices, of a sector of a disk those of a wave of so many nodal diameters.
 

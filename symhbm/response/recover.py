@@ -73,6 +73,9 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         inner, units, long_name, _ = meaning(name)
         dataset[name] = inner, value, {"units": units, "long_name": long_name}
     coordinates = {name: point[name].variable for name in ("harmonic", "component")}
+    if problem.model.nodal_diameters is not None:  # what `sector_response` needs
+        dataset["engine_order"] = point["engine_order"].variable
+        dataset.attrs["problem"] = point.attrs["problem"]
     return dataset.set_coords("frequency").assign_coords(coordinates)
 
 
@@ -85,11 +88,12 @@ def recovered(
     """
     model, basis = problem.model, problem.basis
     assert isinstance(model, CondensedModel)
-    structure, masters = model.structure, model.dofs
+    structure, masters = model.structure, model.masters
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
-    matrices = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
-    exact = [matrix.tocsr().astype(LONG) for matrix in matrices]
-    force = force_coefficients(problem.excitation, structure.n_dof, basis)
+    forces = structure.split_force(
+        force_coefficients(problem.excitation, structure.n_whole, basis), basis
+    )
+    force = np.hstack([own for own, _ in forces])
     evaluation, contacts = (
         problem.evaluate(unknowns, frequency),
         problem.contact_forces(unknowns, frequency),
@@ -100,11 +104,16 @@ def recovered(
     motion = np.zeros_like(force)
     motion[masters] = problem.layout.coefficients(unknowns)
     residual = np.zeros_like(force)
+    whole = np.zeros((structure.n_whole, basis.n_components))
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
         sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
+        wave = structure.wave(n)
+        mass, damping, rigidity = structure.matrices(wave)
+        matrices = rigidity, damping, mass
+        exact = [m.tocsr().astype(np.result_type(m.dtype, LONG)) for m in matrices]
         stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
         x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
         rows = stiffness[slaves]
@@ -122,10 +131,12 @@ def recovered(
         residual[:, at] = np.column_stack([imbalance.real, -imbalance.imag])[:, : len(sign)]
         terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in matrices]
         magnitude[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
+        everywhere = structure.expanded(motion[:, at] @ sign, wave)
+        whole[:, at] = np.column_stack([everywhere.real, -everywhere.imag])[:, : len(sign)]
     norm = float(np.abs(residual).max() / (magnitude.max() or 1.0))
     step = Factorisation(evaluation.jacobian).solve(residual[masters].ravel())
     size = length_of(unknowns) or 1.0
-    return motion, norm, np.nan if step is None else length_of(step) / size
+    return whole, norm, np.nan if step is None else length_of(step) / size
 
 
 def _unknowns(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:

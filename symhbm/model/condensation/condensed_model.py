@@ -124,6 +124,11 @@ class CondensedModel(Structure):
         return self._structure.with_parameters(**self.parameters)
 
     @property
+    def masters(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept among those of the equations of the structure."""
+        return self.dofs
+
+    @property
     def n_dof(self) -> int:
         """Number of degrees of freedom that are kept."""
         return len(self.dofs)

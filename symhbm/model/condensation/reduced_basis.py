@@ -98,6 +98,8 @@ def reduce(
                 errors, bounds, checked = [], [], []
                 continue
         errors.append(error)
+        if s < 0:  # the conjugate is the condensed stiffness of the wave of the other sense
+            approximate, exact = approximate.conj(), exact.conj()
         bounds.append(_friction_bound(approximate, exact))
         checked.append(abs(s) / (2 * np.pi))
     certificate = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
