@@ -25,6 +25,7 @@ from symhbm.model.parameters import (
     is_pattern,
     records_by_name,
 )
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
@@ -45,6 +46,8 @@ __all__ = [
     "ForceSum",
     "HarmonicForce",
     "Model",
+    "Place",
+    "Places",
     "PointForce",
     "SliderContacts",
     "SpringSliderContacts",
@@ -59,6 +62,7 @@ __all__ = [
     "force_coefficients",
     "is_pattern",
     "natural_band",
+    "number_of",
     "positive_definite",
     "records_by_name",
     "single_blade",

@@ -13,6 +13,7 @@ from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.excitation import Excitation, check_excitation, static_force
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
@@ -28,7 +29,7 @@ def condense(
     frequency: tuple[float, float],
     harmonics: Iterable[int] = (1,),
     *,
-    dofs: Iterable[int] = (),
+    dofs: Iterable[Place] = (),
     tolerance: float | None = None,
 ) -> CondensedModel:
     """Condense a structure to its contacts: all that is linear is eliminated, exactly.
@@ -50,7 +51,8 @@ def condense(
     harmonics
         Harmonics that responses may have: those of `HarmonicBalance` are some of these.
     dofs
-        Degrees of freedom to keep beside those that contacts touch, blade tips for example.
+        Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
+        number or by name.
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
         warns above 1e-6.
@@ -154,11 +156,12 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
     raise ValueError(f"{asked}: {told}; {advice}")
 
 
-def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
+def _kept(model: Model, dofs: Iterable[Place]) -> NDArray[np.intp]:
     """The degrees of freedom of the contacts, and further ``dofs``, ascending."""
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in dofs}
+    numbers = (model.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
+    kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in numbers}
     kept |= model.touched
     if not kept:
         raise ValueError("dofs=(): expected at least one for a structure without contacts")
@@ -177,6 +180,7 @@ def _patterns(
         check_excitation("excitation", force)
     if not excitations:
         raise ValueError("excitation=[]: expected at least one")
+    excitations = [force.placed(model.number_of) for force in excitations]
     shapes = np.hstack([force.shape(model.n_dof, basis) for force in excitations])
     static = [static_force(force, model.n_dof, basis) for force in excitations]
     shapes = np.column_stack([shapes, *static])

@@ -2,41 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.model.excitation.excitation import Excitation, check_contained
 from symhbm.model.excitation.static_load import one_each
+from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 
 @dataclass(frozen=True)
 class PointForce(Excitation):
-    """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad]."""
+    """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad].
 
-    dof: int = 0
+    ``dof`` is its number, or its name in a structure with places, as ``"tip:y"``.
+    """
+
+    dof: Place = 0
     amplitude: float = 1.0
     phase: float = 0.0
     harmonic: int = 1
 
     def __post_init__(self):
         put = object.__setattr__
-        put(self, "dof", check.integer("dof", self.dof, 0))
+        put(self, "dof", check_place("dof", self.dof))
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         put(self, "phase", check.scalar("phase", self.phase))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
 
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force on a numbered degree of freedom."""
+        return replace(self, dof=number_of(self.dof)) if isinstance(self.dof, str) else self
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
         check_contained(self.harmonic, basis)
-        check.integer("dof", self.dof, 0, n_dof - 1)
+        dof = check.integer("dof", self.dof, 0, n_dof - 1)
         shape = np.zeros((n_dof, basis.n_components))
-        shape[self.dof, basis.component(self.harmonic)] = np.cos(self.phase)
-        shape[self.dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
+        shape[dof, basis.component(self.harmonic)] = np.cos(self.phase)
+        shape[dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
         return shape
 
 
@@ -48,13 +56,14 @@ class EngineOrder(Excitation):
     add up to an amplitude of ``sqrt(2) f0``; as forces in phase they would move tuned blades
     differently.
 
-    ``blades`` lists the degrees of freedom of the N blades in their order around the disk; by
-    default all degrees of freedom. Orders ``order`` and ``order + N`` are the same force.
+    ``blades`` lists the degrees of freedom of the N blades in their order around the disk, by
+    number or by name; by default all degrees of freedom. Orders ``order`` and ``order + N`` are the
+    same force.
     """
 
     order: int
     amplitude: float = 1.0
-    blades: Sequence[int] | None = None
+    blades: Sequence[Place] | None = None
     harmonic: int = 1
 
     _fields: ClassVar = {"force_amplitude": "amplitude", "engine_order": "order"}
@@ -67,16 +76,22 @@ class EngineOrder(Excitation):
         if self.blades is not None:
             if isinstance(self.blades, str) or not isinstance(self.blades, Iterable):
                 raise TypeError(f"blades={check.shown(self.blades)}: expected a sequence of DOFs")
-            blades = tuple(check.integer("blades", dof, 0) for dof in self.blades)
+            blades = tuple(check_place("blades", dof) for dof in self.blades)
             if not blades or len(set(blades)) != len(blades):
                 raise ValueError(f"blades={check.shown(self.blades)}: expected distinct DOFs")
             put(self, "blades", blades)
 
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force on numbered degrees of freedom."""
+        if not any(isinstance(dof, str) for dof in self.blades or ()):
+            return self
+        return replace(self, blades=tuple(map(number_of, self.blades or ())))
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
         check_contained(self.harmonic, basis)
-        blades = list(range(n_dof)) if self.blades is None else list(self.blades)
-        check.integer("blades", max(blades), 0, n_dof - 1)
+        given = range(n_dof) if self.blades is None else self.blades
+        blades = [check.integer("blades", dof, 0, n_dof - 1) for dof in given]
         # Reduced in integers first, so that aliased orders give the same force to the bit.
         count = len(blades)
         turns = (self.order % count * np.arange(count)) % count / count
