@@ -36,6 +36,7 @@ from symhbm.model.contacts import (
     UnilateralSpring,
     VariableLoadFriction,
 )
+from symhbm.model.files import read_structure, save_structure
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     follow,
@@ -92,10 +93,12 @@ __all__ = [
     "peak_curve",
     "periodic_motion",
     "plot",
+    "read_structure",
     "rebuild",
     "recover",
     "resume",
     "save",
+    "save_structure",
     "sensitivity",
     "single_blade",
     "solve",
