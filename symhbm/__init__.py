@@ -12,6 +12,7 @@ from symhbm.model import (
     EngineOrder,
     HarmonicForce,
     Model,
+    Places,
     PointForce,
     Sector,
     StaticLoad,
@@ -37,6 +38,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
     next_sector,
 )
+from symhbm.model.files import read_structure, save_structure
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     follow,
@@ -72,6 +74,7 @@ __all__ = [
     "Located",
     "Model",
     "Parameter",
+    "Places",
     "PlanarFriction",
     "PointForce",
     "PolynomialLaw",
@@ -97,10 +100,12 @@ __all__ = [
     "peak_curve",
     "periodic_motion",
     "plot",
+    "read_structure",
     "rebuild",
     "recover",
     "resume",
     "save",
+    "save_structure",
     "sector_response",
     "sensitivity",
     "single_blade",

@@ -50,9 +50,7 @@ def _lowest(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, ComplexA
     shift = -_BELOW * ratio.max(initial=1.0)
     matrix = (stiffness - shift * mass).tocsc()
     # Ordering and pivots for symmetric patterns: positive definite but for round-off.
-    factors = splu(
-        matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=matrix.dtype)  # type: ignore
     start = np.random.default_rng(0).normal(size=len(inertia))
     squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)

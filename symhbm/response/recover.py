@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import force_coefficients
+from symhbm.model import Sector, force_coefficients
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
 from symhbm.numerics import (
     RADIANS,
@@ -15,7 +15,7 @@ from symhbm.numerics import (
     length_of,
     unknowns_of,
 )
-from symhbm.results import check_dataset, meaning
+from symhbm.results import check_dataset, meaning, of_places
 
 
 def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
@@ -39,7 +39,8 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     degrees of freedom, ``frequency`` [Hz], and two errors in all equations of the whole structure,
     contacts included. ``residual_norm`` is their largest residual over the largest sum of absolute
     force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
-    freedom over that of their response: the error of this response by condensation.
+    freedom over that of their response: the error of this response by condensation. Places of the
+    structure are coordinates.
 
     Raises
     ------
@@ -72,8 +73,11 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     for name, value in variables.items():
         inner, units, long_name, _ = meaning(name)
         dataset[name] = inner, value, {"units": units, "long_name": long_name}
-    coordinates = {name: point[name].variable for name in ("harmonic", "component")}
-    if problem.model.nodal_diameters is not None:  # what `sector_response` needs
+    coordinates: dict = {name: point[name].variable for name in ("harmonic", "component")}
+    whole = problem.model.structure
+    of_dofs = of_places(whole.structure if isinstance(whole, Sector) else whole)
+    coordinates |= {name: part for name, part in of_dofs.items() if part[0] == "dof"}
+    if isinstance(whole, Sector):  # what `sector_response` needs
         dataset["engine_order"] = point["engine_order"].variable
         dataset.attrs["problem"] = point.attrs["problem"]
     return dataset.set_coords("frequency").assign_coords(coordinates)

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.condense_sector import condense_sector, orthonormal
+from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import Excitation, check_excitation, static_force
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
@@ -29,7 +30,7 @@ def condense(
     frequency: tuple[float, float],
     harmonics: Iterable[int] = (1,),
     *,
-    dofs: Iterable[int] = (),
+    dofs: Iterable[Place] = (),
     tolerance: float | None = None,
 ) -> CondensedModel:
     """Condense a structure to its contacts: all that is linear is eliminated, exactly.
@@ -52,7 +53,8 @@ def condense(
     harmonics
         Harmonics that responses may have: those of `HarmonicBalance` are some of these.
     dofs
-        Degrees of freedom to keep beside those that contacts touch, blade tips for example.
+        Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
+        number or by name.
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
         warns above 1e-6.
@@ -121,7 +123,7 @@ def condense(
     band = float(edges.min()), float(edges.max())
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
-    excitations = _excitations(excitation)
+    excitations = _excitations(model, excitation)
     if isinstance(model, Sector):
         condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs))
         _check_error(condensed.certificate, tolerance)
@@ -163,11 +165,12 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
     raise ValueError(f"{asked}: {told}; {advice}")
 
 
-def _kept(model: Model | Sector, dofs: Iterable[int]) -> NDArray[np.intp]:
+def _kept(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
     """The degrees of freedom of the contacts, and further ``dofs``, ascending."""
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    kept = {check.integer("dofs", dof, 0, model.n_whole - 1) for dof in dofs}
+    numbers = (model.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
+    kept = {check.integer("dofs", dof, 0, model.n_whole - 1) for dof in numbers}
     if isinstance(model, Sector) and (right := kept - {*model.kept.tolist()}):
         raise ValueError(
             f"dofs: expected degrees of freedom that are not right, {min(right)} is; keep that of "
@@ -181,13 +184,13 @@ def _kept(model: Model | Sector, dofs: Iterable[int]) -> NDArray[np.intp]:
     return np.array(sorted(kept), dtype=np.intp)
 
 
-def _excitations(excitation: Any) -> Sequence[Excitation]:
+def _excitations(model: Model | Sector, excitation: Any) -> Sequence[Excitation]:
     excitations = excitation if isinstance(excitation, (list, tuple)) else [excitation]
     for force in excitations:
         check_excitation("excitation", force)
     if not excitations:
         raise ValueError("excitation=[]: expected at least one")
-    return excitations
+    return [force.placed(model.number_of) for force in excitations]
 
 
 def _patterns(

@@ -70,7 +70,10 @@ def orthonormal(shapes: NDArray, masters: NDArray[np.intp]) -> NDArray:
 
 
 def _waves(
-    sector: Sector, excitations: Sequence[Excitation], band: tuple[float, float], basis: FourierBasis
+    sector: Sector,
+    excitations: Sequence[Excitation],
+    band: tuple[float, float],
+    basis: FourierBasis,
 ) -> dict[int, _Wave]:
     """By nodal diameters 0 to N / 2, what is asked of each wave."""
     found: dict[int, _Wave] = {}

@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +13,7 @@ from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place
 from symhbm.model.structure import NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
@@ -95,6 +96,7 @@ class CondensedModel(Structure):
         attributes |= dict(
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
         )
+        attributes["places"] = None if structure.places is None else structure.places.of(dofs)
         attributes |= dict(condensed=condensed, lumped=False, _structure=structure)
         attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
@@ -122,6 +124,17 @@ class CondensedModel(Structure):
     def structure(self) -> Model:
         """The whole structure, with the contact parameters as they are here."""
         return self._structure.with_parameters(**self.parameters)
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        return self._structure.number_of(place)
+
+    def with_contacts(self, **groups: Any) -> Self:
+        """Raise TypeError: it is condensed to the contacts that it has."""
+        raise TypeError(
+            "with_contacts: expected a whole structure, this one is condensed to its contacts; "
+            "condense the structure with the others"
+        )
 
     @property
     def masters(self) -> NDArray[np.intp]:

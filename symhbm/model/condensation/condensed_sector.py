@@ -54,7 +54,8 @@ class CondensedSector(CondensedModel):
         self._store(**{name: getattr(structure, name) for name in names})
         self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
-        self._store(_structure=structure)
+        places = structure.structure.places
+        self._store(_structure=structure, places=None if places is None else places.of(dofs))
         if structure.order is not None:
             self._bind()
 
@@ -126,6 +127,11 @@ class CondensedSector(CondensedModel):
     def touched(self) -> set[int]:
         """Degrees of freedom that contacts act on, as the sector numbers them."""
         return self._structure.touched
+
+    @property
+    def contact_coordinates(self) -> FloatArray:
+        """Where contacts are, amid their nodes in this sector, (n_contacts, 3) [m]."""
+        return self._structure.contact_coordinates
 
     def directions_of(self, nodal_diameter: int | None = None) -> Any:
         """Directions ``w`` of all displacements in a wave, sparse (n_rows, n_dof), complex."""
