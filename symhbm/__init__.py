@@ -13,6 +13,7 @@ from symhbm.model import (
     HarmonicForce,
     ModalDamping,
     Model,
+    Places,
     PointForce,
     RayleighDamping,
     Sector,
@@ -40,6 +41,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
     next_sector,
 )
+from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
@@ -77,6 +79,7 @@ __all__ = [
     "ModalDamping",
     "Model",
     "Parameter",
+    "Places",
     "PlanarFriction",
     "PointForce",
     "PolynomialLaw",
@@ -106,10 +109,12 @@ __all__ = [
     "peak_curve",
     "periodic_motion",
     "plot",
+    "read_structure",
     "rebuild",
     "recover",
     "resume",
     "save",
+    "save_structure",
     "sector_response",
     "sensitivity",
     "single_blade",

@@ -1,7 +1,5 @@
 """Sectors of disks for tests of their reduction."""
 
-from types import SimpleNamespace
-
 import numpy as np
 
 import symhbm as sh
@@ -21,7 +19,9 @@ def plate_sector(n_sectors, damping=None):
     """
     at = np.arange(80).reshape(10, 8)
     springs = [(at[y, x], at[y + 1, x], 1e6) for y in range(9) for x in range(8)]
-    springs += [(at[y, x], at[y, x + 1], 1e6) for y in range(10) for x in range(7) if y < 5 or 2 <= x < 5]
+    springs += [
+        (at[y, x], at[y, x + 1], 1e6) for y in range(10) for x in range(7) if y < 5 or 2 <= x < 5
+    ]
     stiffness = _springs(80, springs) + np.diag(np.where(np.arange(80) < 8, 1e6, 10.0))
     mass = 0.5 * np.eye(80)
     model = sh.Model(mass, damping or sh.RayleighDamping(2.0, 1e-5), stiffness)
@@ -47,14 +47,13 @@ def plane_sector(n_sectors):
         row = np.zeros(size)
         row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = -along, along
         stiffness += 1e6 * np.outer(row, row)
-    model = sh.Model(np.eye(size), sh.RayleighDamping(2.0, 1e-6), stiffness)
-    model._store(
-        places=SimpleNamespace(
-            node=np.repeat(np.arange(len(places)), 2),
-            direction=np.array(["x", "y"] * len(places)),
-            coordinates=np.repeat(np.column_stack([places, 0 * places[:, 0]]), 2, axis=0),
-        )
+    where = sh.Places(
+        np.repeat(np.arange(len(places)), 2),
+        ["x", "y"] * len(places),
+        np.repeat(np.column_stack([places, 0 * places[:, 0]]), 2, axis=0),
     )
+    damping = sh.RayleighDamping(2.0, 1e-6)
+    model = sh.Model(np.eye(size), damping, stiffness, places=where)
     disk = sh.Sector(model, [0, 1, 2, 3], [4, 5, 6, 7], n_sectors, rotation="z")
     rub = sh.Friction(
         tangential=(15, sh.next_sector(14)),

@@ -95,6 +95,7 @@ class HarmonicBalance:
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         check_excitation("excitation", excitation)
+        excitation = excitation.placed(model.number_of)
         model = model.under(excitation)
         if harmonics is None:
             moves_mean = not model.odd or model.static_load(excitation).any()

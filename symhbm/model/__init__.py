@@ -28,6 +28,7 @@ from symhbm.model.parameters import (
     is_pattern,
     records_by_name,
 )
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
@@ -52,6 +53,8 @@ __all__ = [
     "Matrices",
     "ModalDamping",
     "Model",
+    "Place",
+    "Places",
     "PointForce",
     "RayleighDamping",
     "Sector",
@@ -70,6 +73,7 @@ __all__ = [
     "is_pattern",
     "natural_band",
     "natural_modes_of",
+    "number_of",
     "positive_definite",
     "records_by_name",
     "single_blade",

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from symhbm.model.damping import Damping
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
-from symhbm.model.structure import Structure
+from symhbm.model.places import check_places
+from symhbm.model.structure import CACHED, Structure
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 
@@ -39,6 +40,9 @@ class Model(Structure):
         the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
     cubic_stiffness : one value or one per contact
         ``gamma`` [N/m^3] of the force ``gamma y^3``, of any sign.
+    places : `symhbm.Places`, or its columns by name
+        Where degrees of freedom are. Contacts and forces may then call them by label or node and
+        direction, ``"tip:y"`` or ``"1207:y"``, and results tell them.
 
     Raises
     ------
@@ -84,6 +88,7 @@ class Model(Structure):
     normal_load: Any = None
     cubic_stiffness: Any = None
     lumped: bool = False
+    places: Any = None
 
     WITHOUT_MATRICES = (
         "expected viscous damping, a loss factor is of forced responses alone; give a ModalDamping "
@@ -101,6 +106,7 @@ class Model(Structure):
                 size = matrix.shape[0]
                 self._store(**{name: matrix})
         check_semidefinite(self.mass_matrix)
+        self._store(places=check_places(self.places, self.n_dof))
         self._set_contacts(
             self.contacts, **{name: getattr(self, name) for name in CONTACT_PARAMETERS}
         )
@@ -168,12 +174,8 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        kept = {name: value for name, value in vars(self).items() if name not in _CACHED}
+        kept = {name: value for name, value in vars(self).items() if name not in CACHED}
         return _restored, (type(self), kept)
-
-
-_CACHED = {"contact_rows", "directions", "records"}
-"""Attributes that are computed from the others."""
 
 
 def _restored(kind: type[Model], values: dict[str, Any]) -> Model:

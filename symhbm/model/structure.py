@@ -16,7 +16,14 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Ends, Group, Parameter, SpringSliders, weights_of
+from symhbm.model.contacts import (
+    Ends,
+    Group,
+    NextSector,
+    Parameter,
+    SpringSliders,
+    weights_of,
+)
 from symhbm.model.excitation import static_force
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
@@ -24,6 +31,7 @@ from symhbm.model.parameters import (
     dims_of,
     records_by_name,
 )
+from symhbm.model.places import Place, check_places, number_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -96,7 +104,7 @@ class Structure(ABC):
     ----------
     n_dof
         Number of degrees of freedom.
-    contacts, contact_stiffness, friction_coefficient, normal_load, cubic_stiffness
+    contacts, places, contact_stiffness, friction_coefficient, normal_load, cubic_stiffness
         As of `Model`.
 
     Raises
@@ -148,9 +156,12 @@ class Structure(ABC):
     """What is said where mass, damping and stiffness matrices are needed."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
+    places: Any = None
+    """Where its degrees of freedom are, as `Places`, if known."""
 
-    def __init__(self, n_dof: int, contacts: Any = (), **parameters: Any):
+    def __init__(self, n_dof: int, contacts: Any = (), *, places: Any = None, **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
+        self._store(places=check_places(places, self.n_dof))
         for name in parameters:
             check.known(name, CONTACT_PARAMETERS, "parameter of contacts")
         self._set_contacts(contacts, **parameters)
@@ -170,7 +181,7 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        *parts, values = grouped(self._n_named, contacts, parameters)
+        *parts, values = grouped(self._n_named, contacts, parameters, self.number_of)
         self._check_names(values)
         self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
         for name, value in values.items():
@@ -192,6 +203,38 @@ class Structure(ABC):
     def n_dof(self) -> int:
         """Number of degrees of freedom."""
         return self._n_dof
+
+    def number_of(self, place: Place) -> int:
+        """The number of a degree of freedom that contacts and forces may act on.
+
+        ``place`` is a number, or a name as ``"tip:y"`` where the structure has places. Raises
+        KeyError for unknown names, ValueError for numbers out of range.
+        """
+        if isinstance(place, NextSector):
+            raise TypeError(
+                f"{place!r}: only a symhbm.Sector has a next one; give it these contacts"
+            )
+        return number_of(self.places, place, self.n_whole)
+
+    def with_contacts(self, **groups: Any) -> Self:
+        """Return a copy with these groups of contacts, as `symhbm.Contacts`, and no others."""
+        stored = {n: v for n, v in vars(self).items() if n not in self.contact_parameters}
+        other = object.__new__(type(self))
+        other._store(**{name: value for name, value in stored.items() if name not in CACHED})
+        other._set_contacts(groups)
+        return other
+
+    @property
+    def contact_coordinates(self) -> FloatArray:
+        """Where contacts are, amid the nodes that they act on, (n_contacts, 3) [m]."""
+        assert self.places is not None
+        assert self.places.coordinates is not None
+        result = np.zeros((self.n_contacts, 3))
+        for j, rows in enumerate(self.contact_rows):
+            dofs = {dof for row in rows for dof in weights_of(self.row_ends[row])[0]}
+            _, first = np.unique(self.places.node[[*dofs]], return_index=True)
+            result[j] = self.places.coordinates[[*dofs]][first].mean(axis=0)
+        return result
 
     @property
     def _n_named(self) -> int:
@@ -340,6 +383,10 @@ class Structure(ABC):
     @property
     def nodal_diameters(self) -> range | None:
         """Nodal diameters that differ, of one sector of a disk; None for a whole structure."""
+        return None
+
+    def wave(self, harmonic: int) -> int | None:
+        """Nodal diameters of a harmonic, of a sector of a disk, None of a whole structure."""
         return None
 
     def matrices(self, nodal_diameter: int | None = None) -> Matrices:
@@ -492,6 +539,14 @@ class Structure(ABC):
         """The static part of an excitation as the degrees of freedom feel it, (n_dof,) [N]."""
         return self.felt(self.static_load(excitation, basis)[:, None], AT_REST)[:, 0]
 
+    def felt_coefficients(self, excitation: Any, basis: FourierBasis) -> FloatArray:
+        """All of an excitation as the degrees of freedom feel it, (n_dof, n_components) [N]."""
+        result = excitation.amplitude * self.felt_shape(excitation, basis)
+        static = self.felt_static(excitation, basis)
+        if 0 in basis.harmonics:
+            result[:, basis.component(0)] += static
+        return result
+
     def felt_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """An excitation of unit amplitude as the degrees of freedom feel it."""
         return self.felt(self.force_shape(excitation, basis), basis)
@@ -557,6 +612,10 @@ class Structure(ABC):
                 unit = self.about(name).shown_as(name)[1]
                 lines.append(f"  {name:<21} {text} {unit}".rstrip())
         return "\n".join(lines)
+
+
+CACHED = {"contact_rows", "directions", "records"}
+"""Attributes that are computed from the others."""
 
 
 def weighted(columns: NDArray, factors: NDArray) -> NDArray:

@@ -39,6 +39,7 @@ from symhbm.model.contacts import (
 )
 from symhbm.model.reduction import DEVIATIONS, DeviatingModel
 from symhbm.results.description import Description, check_names
+from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
 
@@ -179,6 +180,7 @@ def with_provenance(
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         stored_name = f"{name}_nominal" if nominal else name
         variables[stored_name] = (dims, np.array(value), attributes)
+    coordinates |= of_places(problem.model)
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
@@ -326,10 +328,11 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
     else:
         matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
+    places = places_of(dataset)
     if "blade_stiffness_value" in dataset.variables:
         model = _with_blades(dataset, matrices, contacts, varied)
     else:
-        model = Model(*matrices, contacts=contacts, lumped=lumped, **nominal)
+        model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),

@@ -153,11 +153,7 @@ class LinearMotion:
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
-        model, excitation = problem.model, problem.excitation
-        coefficients = excitation.amplitude * model.felt_shape(excitation, basis)
-        if 0 in basis.harmonics:
-            coefficients[:, basis.component(0)] += model.felt_static(excitation, basis)
-        force = by_harmonic(basis, coefficients)
+        force = by_harmonic(basis, problem.model.felt_coefficients(problem.excitation, basis))
         order = np.array(basis.harmonics)
         acts = force.any(axis=(0, 2)) & (order > 0)
         self.orders = order[acts]

@@ -119,7 +119,7 @@ class Sector(Structure):
                 "sector"
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
-        places = getattr(structure, "places", None)
+        places = structure.places
         ends = [_numbers(structure, *given) for given in (("left", left), ("right", right))]
         _check_ends(*ends)
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
@@ -127,6 +127,7 @@ class Sector(Structure):
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
         interfaces = Interfaces(n_sectors, *ends, others, turned)
         self._store(structure=structure, interfaces=interfaces, order=None)
+        self._store(places=None if places is None else places.of(others))
         self._store(_turns=known, _waves={}, _arrays={})
         self._check_turns("left", ends[0])
         self._set_contacts({})
@@ -142,30 +143,39 @@ class Sector(Structure):
     def with_contacts(self, **groups: Contacts) -> Self:
         """A copy with other contacts, groups by name, see `Model`; raises as `Model` does.
 
-        Places of the next sector are told by `symhbm.next_sector`.
+        Places of the next sector are told by `symhbm.next_sector`, or by the columns ``n_dof`` to
+        ``2 n_dof - 1`` of arrays of weights.
         """
         other = object.__new__(type(self))
-        kept = ("structure", "interfaces", "order", "_turns", "_waves")
+        kept = ("structure", "places", "interfaces", "order", "_turns", "_waves")
         other._store(**{name: getattr(self, name) for name in kept}, _arrays={})
         other._set_contacts(groups)
         return other
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        named = {
-            name: group.numbered(name, self.number_of, self.n_whole)
-            if isinstance(group, Contacts)
-            else group
-            for name, group in contacts.items()
-        }
-        super()._set_contacts(named, **parameters)
+        super()._set_contacts(contacts, **parameters)
         beyond = np.unique(self._directions_as_named.nonzero()[1]) - self.n_whole
         self._check_turns("next_sector", beyond[beyond >= 0])
 
     def number_of(self, place: Any) -> int:
         """Number of a place among the degrees of freedom of this sector, then of the next."""
-        beyond = isinstance(place, NextSector)
-        number = _number(self.structure, "contacts", place.place if beyond else place)
-        return number + beyond * self.n_whole
+        if isinstance(place, NextSector):
+            return self.n_whole + self.structure.number_of(place.place)
+        return self.structure.number_of(place)
+
+    @property
+    def contact_coordinates(self) -> FloatArray:
+        """Where contacts are, amid their nodes in this sector, (n_contacts, 3) [m]."""
+        rows = self._directions_as_named.tolil().rows
+        own = [{dof for row in each for dof in rows[row]} for each in self.contact_rows]
+        inside = [{dof for dof in dofs if dof < self.n_whole} or dofs for dofs in own]
+        places = self.structure.places
+        result = np.zeros((self.n_contacts, 3))
+        for j, dofs in enumerate(inside):
+            chosen = np.array(sorted(dofs)) % self.n_whole
+            _, first = np.unique(places.node[chosen], return_index=True)
+            result[j] = places.coordinates[chosen][first].mean(axis=0)
+        return result
 
     @property
     def _n_named(self) -> int:
@@ -252,9 +262,7 @@ class Sector(Structure):
             model = self.structure
             given = model.damping  # its modes are those of a wave, not of a sector that is free
             names = Matrices._fields if given is None else ("mass_matrix", "stiffness_matrix")
-            found = {
-                name: (adjoint @ getattr(model, name) @ expansion).tocsc() for name in names
-            }
+            found = {name: (adjoint @ getattr(model, name) @ expansion).tocsc() for name in names}
             if given is not None:
                 found["damping_matrix"] = given.matrix(*found.values())
             self._waves[n] = Matrices(**found)
@@ -372,15 +380,10 @@ def _hermitian(matrix: ComplexArray) -> ComplexArray:
     return (matrix + matrix.conj().T) / 2
 
 
-def _number(structure: Model, name: str, place: Any) -> int:
-    """Number of a place of a structure."""
-    return check.integer(name, place, 0, structure.n_dof - 1)
-
-
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise TypeError(f"{name}={check.shown(given)}: expected a sequence of degrees of freedom")
-    return np.array([_number(structure, name, place) for place in given], dtype=np.intp)
+    return np.array([structure.number_of(place) for place in given], dtype=np.intp)
 
 
 def _check_ends(left: NDArray[np.intp], right: NDArray[np.intp]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.places import Places
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _AXES = "xyz"
@@ -90,7 +91,7 @@ def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
 
 
 def rotation_of(
-    places: Any, n_dof: int, axis: str | None, n_sectors: int
+    places: Places | None, n_dof: int, axis: str | None, n_sectors: int
 ) -> tuple[Any, NDArray[np.bool_]]:
     """Rotation of motions by one sector, sparse (n_dof, n_dof), and where it is known, (n_dof,).
 
@@ -130,23 +131,26 @@ def rotation_of(
 
 
 def check_geometry(
-    places: Any, left: NDArray[np.intp], right: NDArray[np.intp], axis: str | None, n_sectors: int
+    places: Places | None,
+    left: NDArray[np.intp],
+    right: NDArray[np.intp],
+    axis: str | None,
+    n_sectors: int,
 ) -> None:
     """Raise ValueError unless the places on the right are those on the left, a sector further."""
     if places is None:
         return
     names = [way for _, way in _named(places)]
-    coordinates = np.asarray(places.coordinates, dtype=float)
     for i, j in zip(left.tolist(), right.tolist(), strict=True):
         if names[i] != names[j]:
             raise ValueError(
                 f"right: expected the directions of left in the same order, degree of freedom {j} "
                 f"is along {names[j]!r}, {i} along {names[i]!r}"
             )
-    apart = np.linalg.norm(coordinates[right] - coordinates[left], axis=1)
-    size = np.abs(coordinates).max(initial=0.0)
-    if not np.isfinite(apart).all() or apart.max(initial=0.0) <= _TOGETHER * size:
-        return  # nobody told where they are
+    coordinates = places.coordinates
+    if coordinates is None or not len(left):
+        return
+    size = np.abs(coordinates).max()
     if axis is None:
         if {*(names[i] for i in left)} & {*_AXES[:2]}:
             raise ValueError(
@@ -180,5 +184,5 @@ def _distances(
     return np.linalg.norm(coordinates[left] @ turned.T - coordinates[right], axis=1)
 
 
-def _named(places: Any) -> list[tuple[int, str]]:
-    return list(zip(np.asarray(places.node).tolist(), map(str, places.direction), strict=True))
+def _named(places: Places) -> list[tuple[int, str]]:
+    return list(zip(places.node.tolist(), places.direction.tolist(), strict=True))

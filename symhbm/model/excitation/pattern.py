@@ -1,11 +1,12 @@
 """Complex force patterns of one sector of a disk, harmonic by harmonic."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from symhbm.model.excitation.excitation import check_contained
+from symhbm.model.places import Place, check_place
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 Pattern = dict[int, dict[Any, complex] | tuple[complex, ...]]
@@ -30,8 +31,8 @@ def _one(name: str, given: Any) -> Any:
         if not given:
             raise ValueError(f"{name}={{}}: expected at least one degree of freedom")
         return {
-            dof if isinstance(dof, str) else check.integer(f"{name}, degree of freedom", dof, 0): (
-                complex(_numbers(f"{name}[{dof!r}]", value, 0))
+            check_place(f"{name}, degree of freedom", dof): complex(
+                _numbers(f"{name}[{dof!r}]", value, 0)
             )
             for dof, value in given.items()
         }
@@ -49,6 +50,16 @@ def _numbers(name: str, given: Any, n_dimensions: int) -> ComplexArray:
     if not np.isfinite(values).all():
         raise ValueError(f"{name}={check.shown(given)}: expected finite numbers")
     return values
+
+
+def placed_pattern(pattern: Pattern, number_of: Callable[[Place], int]) -> Pattern:
+    """The same pattern on numbered degrees of freedom."""
+    return {
+        harmonic: {number_of(dof): value for dof, value in given.items()}
+        if isinstance(given, dict)
+        else given
+        for harmonic, given in pattern.items()
+    }
 
 
 def shape_of(pattern: Pattern, n_dof: int, basis: FourierBasis) -> FloatArray:

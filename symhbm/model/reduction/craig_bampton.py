@@ -1,7 +1,7 @@
 """`craig_bampton`: structures and sectors reduced to a few degrees of freedom, with matrices."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,6 +27,16 @@ _NOTHING = 1e-12
 """Weight of a displacement that is round-off."""
 _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
+
+
+class ReducedSector(Sector):
+    """A `Sector` on the degrees of freedom that `craig_bampton` keeps of its structure."""
+
+    structure: ReducedModel
+
+    def with_contacts(self, **groups: Any) -> NoReturn:
+        """Raise TypeError: it is reduced to the contacts that it has."""
+        self.structure.with_contacts(**groups)
 
 
 def craig_bampton(
@@ -137,7 +147,8 @@ def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int
 def _watched(structure: Structure, dofs: Iterable[Any], name: str = "dofs") -> NDArray[np.intp]:
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"{name}={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    numbers = {check.integer(name, dof, 0, structure.n_whole - 1) for dof in dofs}
+    places = (structure.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
+    numbers = {check.integer(name, dof, 0, structure.n_whole - 1) for dof in places}
     return np.array(sorted(numbers), dtype=np.intp)
 
 
@@ -183,8 +194,11 @@ def _sector(
     kept = np.concatenate([left[chosen], right[chosen], inner, component.representatives])
     reduced = ReducedModel(structure, kept, component)
     n = len(chosen)
-    result = Sector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
-    result = result.with_contacts(**_contacts(sector, component.basis))
+    places = reduced.places
+    reduced._store(places=None)  # right is told in the axes of the next sector
+    result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
+    result._set_contacts(_contacts(sector, component.basis))
+    reduced._store(places=places)
     n_waves = sector.n_sectors // 2
     waves = tuple(sorted({0, (n_waves + 1) // 2, n_waves}))
     # As numbered among the degrees of freedom that are not right.

@@ -11,6 +11,7 @@ from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
 from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
 from symhbm.model.reduction.reduced_model import ReducedModel
 from symhbm.model.structure import AT_REST
@@ -89,6 +90,17 @@ class MistunedRing(DeviatingModel):
         """The degrees of freedom, as those of the whole disk are numbered sector by sector."""
         firsts = np.arange(self.sector.n_sectors) * self.sector.structure.n_whole
         return (firsts[:, None] + self.sector.kept).ravel()
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole disk, of a name that in the first sector."""
+        if isinstance(place, str):
+            return self.sector.structure.number_of(place)
+        return super().number_of(place)
+
+    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
+        """Motion (n_whole, n) of all sectors of the whole disk from that (n_dof, n) of the ring."""
+        each = np.split(self._spread @ motion, self.sector.n_sectors)
+        return np.concatenate([self.sector.structure.expanded(part) for part in each])
 
     def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude, those of a pattern wave by wave."""

@@ -1,5 +1,7 @@
 """A structure reduced by Craig and Bampton: a `Model` on some of its degrees of freedom."""
 
+from typing import Any, NoReturn
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.reduction.certificate import ReductionCertificate
 from symhbm.model.reduction.component import Component, projected
 from symhbm.model.reduction.deviations import force_as_felt
@@ -40,12 +43,15 @@ class ReducedModel(Model):
     fixed_frequencies: FloatArray
     modal_rows: FloatArray
     certificate: ReductionCertificate
+    whole_places: Places | None
     blade_stiffness: FloatArray | None
     blade_mass: FloatArray | None
 
     def __init__(self, structure: Model, dofs: NDArray[np.intp], component: Component):
         basis = component.basis
         self._store(lumped=False, dofs=dofs, basis=basis, blade_stiffness=None, blade_mass=None)
+        given = structure.places
+        self._store(whole_places=given, places=None if given is None else given.of(dofs))
         natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)
         self._store(fixed_frequencies=natural, modal_rows=component.modal_rows)
         for name in ("mass_matrix", "stiffness_matrix"):
@@ -76,9 +82,20 @@ class ReducedModel(Model):
         """The degrees of freedom that are kept, as the whole structure numbers them."""
         return self.dofs
 
-    def everywhere(self, motion: FloatArray) -> FloatArray:
-        """Motion (n_whole, ...) of the whole structure from that (n_dof, ...) of what is kept."""
-        return np.tensordot(self.basis, motion, 1)
+    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
+        """Motion (n_whole, n) of the whole structure from that (n_dof, n) of what is kept."""
+        return self.basis @ motion
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        return number_of(self.whole_places, place, self.n_whole)
+
+    def with_contacts(self, **groups: Any) -> NoReturn:
+        """Raise TypeError: it is reduced to the contacts that it has."""
+        raise TypeError(
+            "with_contacts: expected a whole structure, this one is reduced to its contacts; "
+            "reduce the structure with the others"
+        )
 
     def split_force(
         self, shape: FloatArray, basis: FourierBasis

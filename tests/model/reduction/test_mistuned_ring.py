@@ -72,7 +72,7 @@ def tips(point):
 
 def test_a_tuned_ring_has_the_waves_of_its_sector(disk):
     ring = sh.mistuned_ring(disk)
-    each = [sh.natural_modes(disk, wave, count=8).frequency.values for wave in range(N)] if 0 else [
+    each = [
         sh.natural_modes(disk, min(wave, N - wave), count=8).frequency.values for wave in range(N)
     ]
     expected = np.sort(np.concatenate(each))[: 4 * N]
@@ -84,7 +84,8 @@ def test_a_tuned_ring_responds_as_its_sector(make):
     disk = make(6)
     modes, dofs, force = (20, [TIP], sh.EngineOrder(2, pattern={TIP: 1.0}, amplitude=30.0))
     if make is plane_sector:
-        modes, dofs, force = (3, [8, 9], sh.EngineOrder(2, pattern={9: 1.0, 8: 0.3j}, amplitude=9.0))
+        force = sh.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
+        modes, dofs = 3, [8, 9]
     small = sh.craig_bampton(disk, modes, (1, 100), dofs=dofs)
     load = sh.StaticLoad({dofs[0]: 2.0})
     one, whole = (
@@ -114,7 +115,7 @@ def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
     for amplitude in (1e-3, 60.0):  # the shroud sticks, and slips
         forces = wave_of(number, amplitude), FORCE.with_parameters(force_amplitude=amplitude)
         problems = [
-            sh.HarmonicBalance(model, force) for model, force in zip((exact, ring), forces, strict=True)
+            sh.HarmonicBalance(*of_model) for of_model in zip((exact, ring), forces, strict=True)
         ]
         peak = np.sqrt(modes[0][0] * modes[0][N])
         for frequency in np.linspace(0.9 * peak, 1.1 * peak, 20 if amplitude < 1 else 5):
@@ -133,9 +134,7 @@ def test_derivatives_by_deviations(reduced):
     unknowns = 1e-3 * rng.standard_normal(problem.n_unknowns)
     for name in names:
         step = 1e-5 * rng.standard_normal(N)
-        ends = [
-            problem.with_parameters(**{name: values[name] + way * step}) for way in (1, -1)
-        ]
+        ends = [problem.with_parameters(**{name: values[name] + way * step}) for way in (1, -1)]
         quotient = (
             ends[0].evaluate(unknowns, 150.0).residual - ends[1].evaluate(unknowns, 150.0).residual
         ) / 2
@@ -154,14 +153,10 @@ def test_a_frequency_deviation_is_one_of_the_square(reduced):
     assert abs(by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix).max() < 1e-6
 
 
-def test_the_blade_follows_its_root_freely(reduced):
-    model = reduced.structure
-    at_rest = np.linalg.solve(
-        model.blade_stiffness + 1e-9 * np.eye(model.n_dof), np.zeros(model.n_dof)
-    )
-    assert not at_rest.any()
+def test_the_blade_follows_its_root_freely():
     disk = plate_sector(4)
-    stiffness = disk.structure.stiffness_matrix.toarray() - 10 * np.diag(np.arange(80) >= 8)
+    ground = np.where(np.arange(80) < 8, 1e6, 10.0)
+    stiffness = disk.structure.stiffness_matrix.toarray() - np.diag(ground)
     free = sh.Model(np.eye(80), np.zeros((80, 80)), stiffness)
     small = sh.craig_bampton(
         sh.Sector(free, disk.interfaces.left, disk.interfaces.right, 4), 20, (1, 40), dofs=[TIP],
@@ -193,11 +188,8 @@ def test_sweeps_draws_and_archives(tmp_path):
     assert spread.dims == ("sample", "blade")
     assert_allclose(spread.values - ring.stiffness_deviation, 0, atol=0.06)
     response = sh.frf(problem, (20, 45), over=draws, progress=False)
-    alone = sh.frf(
-        problem.with_parameters(stiffness_deviation=spread[1]), (20, 45), progress=False
-    )
-    assert_allclose(response.isel(sample=1).max_amplitude if "max_amplitude" in response else
-                    response.isel(sample=1).peak_amplitude.max(), alone.peak_amplitude.max())
+    alone = sh.frf(problem.with_parameters(stiffness_deviation=spread[1]), (20, 45), progress=False)
+    assert_allclose(response.isel(sample=1).peak_amplitude.max(), alone.peak_amplitude.max())
     sh.save(alone, tmp_path / "ring.nc")
     again = sh.rebuild(sh.load(tmp_path / "ring.nc"))
     assert_allclose(again.model.stiffness_deviation, spread[1])
@@ -221,7 +213,7 @@ def test_sensitivity_agrees_with_differences():
 
     response, top = highest(0.0)
     slopes = sh.sensitivity(response).peak_amplitude_by_stiffness_deviation
-    peak = int(response.peak_amplitude.argmax())
+    peak = int(response.peak_amplitude.values.argmax())
     dof = int(response.peak_dof[peak])
     found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
     quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
@@ -232,9 +224,7 @@ def test_sensitivity_agrees_with_differences():
 def test_time_domain_and_follow_take_a_ring():
     problem = sh.HarmonicBalance(small_ring(mass_deviation=0.01), PATTERN, (1, 3, 5))
     assert bool(sh.periodic_motion(problem, frequency=30.0).converged)
-    curve = sh.follow(
-        problem, "mass_deviation", (-0.05, 0.05), frequency=30.0, index=2, progress=False
-    )
+    curve = sh.follow(problem, "mass_deviation", (-0.05, 0.05), frequency=30.0, progress=False)
     assert curve.sizes["point"] > 2
 
 
