@@ -24,7 +24,7 @@ from symhbm.model.contacts import (
     SpringSliders,
     weights_of,
 )
-from symhbm.model.excitation import static_force
+from symhbm.model.excitation import Excitation, check_whole, static_force
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -417,8 +417,9 @@ class Structure(ABC):
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""
         return sp.kron(self.directions, sp.eye_array(basis.n_components))
 
-    def under(self, excitation: Any) -> Structure:
-        """This structure as an excitation moves it; ValueError for one that does not fit."""
+    def under(self, excitation: Excitation) -> Structure:
+        """The structure as an excitation moves it; ValueError for one that does not fit."""
+        check_whole(excitation)
         return self
 
     @property

@@ -133,6 +133,8 @@ def condense(
         condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs))
         _check_error(condensed.certificate, tolerance)
         return condensed
+    for force in excitations:
+        model.under(force)
     warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
     patterns = _patterns(model, excitations, basis, masters)

@@ -224,7 +224,7 @@ class Sector(Structure):
         return self.structure.loss_factor
 
     def under(self, excitation: Excitation) -> Sector:
-        """This sector as an engine order moves it.
+        """The sector as an engine order moves it.
 
         Raises ValueError for any other force, and for a sector that is to be condensed.
         """
@@ -236,7 +236,7 @@ class Sector(Structure):
         return self.in_wave(sector_order(excitation, self.n_sectors))
 
     def in_wave(self, order: int) -> Sector:
-        """This sector under an engine order."""
+        """The sector under an engine order."""
         if order == self.order:
             return self
         other = object.__new__(type(self))

@@ -91,6 +91,10 @@ class MistunedRing(DeviatingModel):
         firsts = np.arange(self.sector.n_sectors) * self.sector.structure.n_whole
         return (firsts[:, None] + self.sector.kept).ravel()
 
+    def under(self, excitation: Excitation) -> "MistunedRing":
+        """The ring itself: it takes the pattern of a sector, too."""
+        return self
+
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole disk, of a name that in the first sector."""
         if isinstance(place, str):
