@@ -31,6 +31,10 @@ class Damping(ABC):
         Hermitian matrices, those of a sector for one nodal diameter, give one of their kind.
         """
 
+    def of_at_most(self, modes: int) -> Damping:
+        """The same of a structure that has no more than so many modes."""
+        return self
+
 
 @dataclass(frozen=True)
 class ModalDamping(Damping):
@@ -79,6 +83,13 @@ class ModalDamping(Damping):
         put = object.__setattr__
         put(self, "ratio", tuple(ratio.tolist()) if ratio.ndim else float(ratio))
         put(self, "modes", len(ratio) if ratio.ndim else modes)
+
+    def of_at_most(self, modes: int) -> Damping:
+        """The same of a structure that has no more than so many modes."""
+        if self.modes is None or self.modes <= modes:
+            return self
+        ratio = self.ratio[:modes] if isinstance(self.ratio, tuple) else self.ratio
+        return ModalDamping(ratio, modes)
 
     def matrix(self, mass: Any, stiffness: Any) -> Any:
         """The damping matrix; ValueError for a large structure without ``modes``."""

@@ -125,6 +125,11 @@ class CondensedModel(Structure):
         """The whole structure, with the contact parameters as they are here."""
         return self._structure.with_parameters(**self.parameters)
 
+    def under(self, excitation: Any) -> Structure:
+        """The structure as an excitation moves it; ValueError for one that does not fit."""
+        self._structure.under(excitation)
+        return self
+
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
         return self._structure.number_of(place)

@@ -192,8 +192,8 @@ def _sector(
     structure = sector.structure
     component = _component(structure, boundary, motion, modes)
     kept = np.concatenate([left[chosen], right[chosen], inner, component.representatives])
-    reduced = ReducedModel(structure, kept, component)
     n = len(chosen)
+    reduced = ReducedModel(structure, kept, component, n)
     places = reduced.places
     reduced._store(places=None)  # right is told in the axes of the next sector
     result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)

@@ -47,7 +47,9 @@ class ReducedModel(Model):
     blade_stiffness: FloatArray | None
     blade_mass: FloatArray | None
 
-    def __init__(self, structure: Model, dofs: NDArray[np.intp], component: Component):
+    def __init__(
+        self, structure: Model, dofs: NDArray[np.intp], component: Component, n_right: int = 0
+    ):
         basis = component.basis
         self._store(lumped=False, dofs=dofs, basis=basis, blade_stiffness=None, blade_mass=None)
         given = structure.places
@@ -60,7 +62,7 @@ class ReducedModel(Model):
         if given is None:
             self._put_matrix("damping_matrix", projected(structure.damping_matrix, basis))
         else:
-            self._store(damping=given)
+            self._store(damping=given.of_at_most(len(dofs) - n_right))
         position = {int(dof): i for i, dof in enumerate(dofs)}
         self._store(
             contacts=renumbered(structure.contacts, position.__getitem__),
