@@ -62,24 +62,26 @@ class Equations:
         size = basis.n_components
         dofs, contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
         self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
-        directions: Any = model.directions
+        displacements: Any = model.displacements(basis)
         if symmetry is not None:
             dofs, contacts = dofs[: symmetry.n_dof], symmetry.contacts
             self.expansion = symmetry.expansion(basis)
-            directions = directions[model.rows_of(contacts)]
+            rows = model.rows_of(contacts)[:, None] * size + np.arange(size)
+            displacements = displacements.tocsr()[rows.ravel()]
         self.dofs: NDArray[np.intp] = dofs
         self.contacts: NDArray[np.intp] = contacts
-        each = sp.eye_array(size)
-        spread = (sp.kron(directions, each) @ self.expansion).tocsr()
+        spread = (displacements @ self.expansion).tocsr()
         spread.eliminate_zeros()
-        sizes = len(dofs), model.n_dof, directions.shape[0]
+        sizes = len(dofs), model.n_dof, displacements.shape[0] // size
         self.layout = UnknownLayout(basis, *sizes, self.expansion, spread)
-        self._sizes = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
+        self._sizes = (abs(displacements) @ abs(self.expansion)).tocsr()
         names = [name for group in self.groups for name in group.parameters.values()]
-        self.parameter_names = (*MATRIX_INPUTS, *names, *FORCE_INPUTS)
+        terms = model.matrix_terms if model.has_matrices else {}
+        self.parameter_names = (*MATRIX_INPUTS, *terms, *names, *FORCE_INPUTS)
         n_dof = len(self.dofs)
         sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
         counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
+        counts |= {name: next(iter(by.values())).shape[1] for name, (_, by) in terms.items()}
         counts |= {name: g.n for g in self.groups for name in g.parameters.values()}
         n_static = n_dof if 0 in basis.harmonics else 0
         counts |= {"force_amplitude": 1, "force_shape": n_dof * size, "static_force": n_static}
@@ -93,7 +95,11 @@ class Equations:
         for group in self.located:
             symbol[group.events] = ca.SX.sym(group.events, group.law.n_events(basis), group.n)
         self._symbol = symbol
-        matrix = {name: ca.SX(sparsity[name], symbol[name]) for name in MATRIX_INPUTS}
+        self._entries = {name: symbol[name] for name in MATRIX_INPUTS}
+        for name, (of, by_power) in terms.items():
+            for power, places in by_power.items():
+                self._entries[of] += ca.mtimes(constant(places), symbol[name] ** power)
+        matrix = {name: ca.SX(sparsity[name], self._entries[name]) for name in MATRIX_INPUTS}
 
         def forces(x, matrices, omega, derivative):
             """Inertia, damping and elastic terms, ``(n_dof, size)`` each."""
@@ -241,7 +247,7 @@ class Equations:
         """The rows of a matrix of the structure that are balanced here, by columns."""
         if not model.has_matrices:
             return sp.csc_array((model.n_dof, model.n_dof))  # `DynamicStiffness` has them
-        matrix = getattr(model, f"{name}_matrix")
+        matrix = model.constant_part(name)
         return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
 
     def _spread_out(self, model: Structure, name: str, factor: FloatArray) -> Any:
@@ -252,7 +258,7 @@ class Equations:
         place = sp.csc_array(sp.kron(layout, other))
         stored = sp.csc_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
         values = sp.csc_array(sp.kron(stored, one)).data
-        entries = ca.vec(self._symbol[name][(place.data - 1).astype(int).tolist()])
+        entries = ca.vec(self._entries[name][(place.data - 1).astype(int).tolist()])
         whole = ca.SX(sparsity_of(place), entries * ca.DM(values))
         if len(self.dofs) == model.n_dof:
             return whole

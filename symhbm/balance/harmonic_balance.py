@@ -21,10 +21,9 @@ from symhbm.model import (
     Symmetry,
     check_excitation,
     find_symmetry,
-    static_force,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
-from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.numerics import FloatArray, FourierBasis, LowRankSum, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
@@ -96,8 +95,10 @@ class HarmonicBalance:
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         check_excitation("excitation", excitation)
+        excitation = excitation.placed(model.number_of)
+        model = model.under(excitation)
         if harmonics is None:
-            moves_mean = not model.odd or excitation.static(model.n_whole).any()
+            moves_mean = not model.odd or model.static_load(excitation).any()
             harmonics = (0, 1) if moves_mean else (1,)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
@@ -105,6 +106,7 @@ class HarmonicBalance:
         if symmetry is not None and not model.has_matrices:
             raise ValueError("symmetry: expected None for a structure without matrices")
         if isinstance(model, Model):
+            _check_entries(model)
             _advise(model)
         self._set(model, excitation, basis, samples, symmetry, {}, None, frozenset())
 
@@ -172,6 +174,7 @@ class HarmonicBalance:
     def _set_arguments(self) -> None:
         model, equations = self.model, self._equations
         named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
+        named |= {name: getattr(model, name) for name in model.matrix_terms}
         values = {}
         for group in model.groups:
             values[group.name] = {
@@ -180,8 +183,8 @@ class HarmonicBalance:
             named |= {group.parameters[own]: v for own, v in values[group.name].items()}
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
-            shape = self.excitation.shape(model.n_dof, self.basis)[equations.dofs]
-            static = static_force(self.excitation, model.n_dof, self.basis)[equations.dofs]
+            shape = model.felt_shape(self.excitation, self.basis)[equations.dofs]
+            static = model.felt_static(self.excitation, self.basis)[equations.dofs]
         else:
             shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
             static = np.zeros(self.n_dof)
@@ -199,7 +202,7 @@ class HarmonicBalance:
     @property
     def loaded(self) -> bool:
         """Whether a static force acts."""
-        return bool(self.excitation.static(self.model.n_whole).any())
+        return bool(self.model.static_load(self.excitation).any())
 
     @property
     def harmonics(self) -> tuple[int, ...]:
@@ -271,10 +274,15 @@ class HarmonicBalance:
         if len(of_force) < len(values):
             of_model = {k: v for k, v in values.items() if k in own}
             changes["model"] = self.model.with_parameters(**of_model)
+            if {*of_model} & {*self.model.matrix_terms}:
+                changes["linear"] = None
         if of_force:
             changes["excitation"] = self.excitation.with_parameters(**of_force)
             if {*of_force} != {"force_amplitude"}:
                 changes["linear"] = None
+                model = changes.get("model", self.model).under(changes["excitation"])
+                if model is not changes.get("model", self.model):  # in another wave
+                    changes |= dict(model=model, shared={})
         other = self._copy(**changes)
         compared = {*self.model.records, "force_amplitude"}  # sector by sector, as they were set
         if self.symmetry is not None and not {*values} <= compared:
@@ -468,6 +476,16 @@ class HarmonicBalance:
         return (
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
+        )
+
+
+def _check_entries(model: Model) -> None:
+    """Raise TypeError for a large structure whose damping is of low rank: no matrix to compile."""
+    if isinstance(model.damping_matrix, LowRankSum):
+        raise TypeError(
+            f"model: expected one with damping as a sparse matrix, the modal damping of "
+            f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "
+            "symhbm.craig_bampton of the model"
         )
 
 

@@ -37,7 +37,7 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
         )
     if growing:
         return
-    acts = problem.excitation.shape(model.n_whole, problem.basis).any(axis=0)
+    acts = model.force_shape(problem.excitation, problem.basis).any(axis=0)
     exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"

@@ -1,6 +1,8 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
+from symhbm.model.cyclic import Sector
+from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -16,6 +18,7 @@ from symhbm.model.excitation import (
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -25,9 +28,11 @@ from symhbm.model.parameters import (
     is_pattern,
     records_by_name,
 )
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
+    Matrices,
     SliderContacts,
     SpringSliderContacts,
     Structure,
@@ -40,15 +45,23 @@ __all__ = [
     "DOUBT",
     "FRICTION_PARAMETERS",
     "PARAMETERS",
+    "Damping",
     "EngineOrder",
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Matrices",
+    "ModalDamping",
     "Model",
+    "Place",
+    "Places",
     "PointForce",
+    "RayleighDamping",
+    "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
+    "StructuralDamping",
     "Structure",
     "Symmetry",
     "bladed_disk",
@@ -59,6 +72,8 @@ __all__ = [
     "force_coefficients",
     "is_pattern",
     "natural_band",
+    "natural_modes_of",
+    "number_of",
     "positive_definite",
     "records_by_name",
     "single_blade",

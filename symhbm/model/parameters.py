@@ -21,6 +21,36 @@ PARAMETERS = {
     "force_amplitude": Parameter(
         "N", "amplitude of the exciting force", "$f_0$", "N", None, bound="any"
     ),
+    "stiffness_deviation": Parameter(
+        "1",
+        "deviation of the stiffness of the blade",
+        r"$\Delta k$",
+        "",
+        "blade",
+        "any",
+        "any",
+        deviation=True,
+    ),
+    "frequency_deviation": Parameter(
+        "1",
+        "deviation of the frequency of the blade alone",
+        r"$\Delta f$",
+        "",
+        "blade",
+        "any",
+        "any",
+        deviation=True,
+    ),
+    "mass_deviation": Parameter(
+        "1",
+        "deviation of the mass of the blade",
+        r"$\Delta m$",
+        "",
+        "blade",
+        "any",
+        "any",
+        deviation=True,
+    ),
     "engine_order": Parameter("1", "engine order", "EO", "", None),
 }
 BLADE_PARAMETERS = tuple(name for name, about in PARAMETERS.items() if about.per == "dof")
@@ -45,8 +75,8 @@ def records_by_name(
 
 
 def is_pattern(dim: object) -> bool:
-    """Whether a dimension of a dataset runs over degrees of freedom or over contacts."""
-    return dim in ("dof", "contact") or str(dim).endswith("_contact")
+    """Whether a dimension of a dataset runs over degrees of freedom, contacts or blades."""
+    return dim in ("dof", "contact", "blade") or str(dim).endswith("_contact")
 
 
 def dims_of(name: str) -> tuple[str, ...]:

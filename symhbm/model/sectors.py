@@ -127,9 +127,9 @@ def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis)
     Degrees of freedom are to be numbered sector by sector. Sectors are equal to the bit. None is
     found without matrices.
     """
-    if not model.has_matrices:
+    if not model.has_matrices or model.matrix_terms:
         return None
-    shape, static = excitation.shape(model.n_dof, basis), excitation.static(model.n_dof)
+    shape, static = model.felt_shape(excitation, basis), model.felt_static(excitation)
     for n_dof in range(1, model.n_dof // 2 + 1):
         if model.n_dof % n_dof == 0:
             n_sectors = model.n_dof // n_dof

@@ -115,7 +115,7 @@ def _energy_error(
     x = problem.layout.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
     rate = x @ basis.derivative_matrix.T / basis.norm
-    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
+    force = problem.excitation.amplitude * model.felt_shape(problem.excitation, basis)
     # Springs do work around a cycle where their matrix is not symmetric.
     skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
     viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x

@@ -37,7 +37,9 @@ from symhbm.model.contacts import (
     named,
     to_stored,
 )
+from symhbm.model.reduction import DEVIATIONS, DeviatingModel
 from symhbm.results.description import Description, check_names
+from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
 
@@ -178,12 +180,17 @@ def with_provenance(
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         stored_name = f"{name}_nominal" if nominal else name
         variables[stored_name] = (dims, np.array(value), attributes)
+    coordinates |= of_places(problem.model)
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
-    elif problem.model.has_matrices and not problem.model.lumped:
+    if problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
-            variables |= _sparse(name, getattr(problem.model, name))
+            part = problem.model.constant_part(name.removesuffix("_matrix"))
+            variables |= _sparse(name, part)
+    if isinstance(problem.model, DeviatingModel):
+        for name, entries in problem.model.blades.items():
+            variables |= _of_blades(name, sp.coo_array(entries))
     global_attributes = {
         "title": "Forced response of a structure with dry friction by multi-harmonic balance",
         "references": REFERENCE,
@@ -224,7 +231,26 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     }
 
 
+def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
+    """What blades add to the stored entries of a matrix for a deviation of 1."""
+    units, long_name = PARAMETERS[name].units, f"part of the {name} matrix that is the blade's"
+    parts = {
+        "place": (entries.row.astype(np.int64), "stored entry", "1"),
+        "number": (entries.col.astype(np.int64), "blade", "1"),
+        "value": (entries.data, "value", units),
+    }
+    return {
+        f"blade_{name}_{part}": (
+            (f"blade_{name}_entry",),
+            values,
+            {"long_name": f"{long_name}, {what}", "units": unit},
+        )
+        for part, (values, what, unit) in parts.items()
+    }
+
+
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
+    excitation = problem.model.as_felt(problem.excitation, problem.basis)
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -234,7 +260,7 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "n_dof": problem.model.n_dof,
             "contacts": to_stored(problem.model.contacts),
             "lumped": problem.model.lumped,
-            "excitation": problem.excitation.description(),
+            "excitation": excitation.description(),
         }
     )
 
@@ -302,7 +328,11 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
     else:
         matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-    model = Model(*matrices, contacts=contacts, lumped=lumped, **nominal)
+    places = places_of(dataset)
+    if "blade_stiffness_value" in dataset.variables:
+        model = _with_blades(dataset, matrices, contacts, varied)
+    else:
+        model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
@@ -379,6 +409,22 @@ def _excitation_of(stored: dict[str, Any], varied: list[str]) -> Excitation:
 
 def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:
     return dataset[f"{name}_nominal" if name in varied else name].values
+
+
+def _with_blades(
+    dataset: xr.Dataset, matrices: list[Any], contacts: Any, varied: list[str]
+) -> DeviatingModel:
+    base = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
+    values = {name: _nominal(dataset, name, varied) for name in DEVIATIONS}
+    shape = len(np.atleast_1d(values[DEVIATIONS[0]]))
+    blades = {}
+    for name in ("mass", "stiffness"):
+        place, number, value = (
+            dataset[f"blade_{name}_{part}"].values for part in ("place", "number", "value")
+        )
+        size = base[name].nnz, shape
+        blades[name] = sp.csr_array((value, (place, number)), shape=size)
+    return DeviatingModel(base, blades, contacts, **values)
 
 
 def _matrix(dataset: xr.Dataset, name: str, size: int) -> Any:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import Structure, force_coefficients, positive_definite
+from symhbm.model import Structure, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.time_domain.normal_springs import STICK, NormalSprings
@@ -158,7 +158,7 @@ class LinearMotion:
 
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis = problem.basis
-        force = by_harmonic(basis, force_coefficients(problem.excitation, self.n_dof, basis))
+        force = by_harmonic(basis, problem.model.felt_coefficients(problem.excitation, basis))
         order = np.array(basis.harmonics)
         acts = force.any(axis=(0, 2)) & (order > 0)
         self.orders = order[acts]

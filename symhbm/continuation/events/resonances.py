@@ -30,6 +30,10 @@ _NOT_EXCITED = 1e-9
 """Resonant response, relative to the response, up to which a mode counts as not excited."""
 
 
+_NONE = 1e100, 1.0, False, False
+"""What stands for a mode where another harmonic has more, in the order of `Modes`."""
+
+
 class Modes(NamedTuple):
     """Modes by harmonic at one point, arrays (n_harmonics, n_dof).
 
@@ -78,7 +82,15 @@ def modes(
         near = np.ones(len(natural), dtype=bool)
         by_harmonic.append((natural - n * frequency, width, excited, near))
     exciting = frequency * np.array(harmonics)[:, None]
-    return Modes(exciting, *(np.array(parts) for parts in zip(*by_harmonic, strict=True)))
+    most = max(len(parts[0]) for parts in by_harmonic)
+    each = [
+        [
+            np.pad(part, (0, most - len(part)), constant_values=none)
+            for part, none in zip(parts, _NONE, strict=True)
+        ]
+        for parts in by_harmonic
+    ]
+    return Modes(exciting, *(np.array(parts) for parts in zip(*each, strict=True)))
 
 
 def _without_matrices(
@@ -96,7 +108,8 @@ def _without_matrices(
     detuning, width, near, shapes = near_modes
     force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
     natural = (harmonic * frequency + detuning)[near]
-    modal_force = _modal_force(shapes.T @ force, problem.model.directions @ shapes, limit)
+    contact_motion = problem.model.directions_in(harmonic) @ shapes
+    modal_force = _modal_force(shapes.conj().T @ force, contact_motion, limit)
     motion = np.linalg.norm(shapes, axis=0)
     excited = np.ones(len(width), dtype=bool)
     excited[near] = _excited(modal_force * motion, natural, width[near], size)
@@ -208,7 +221,7 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
         return inverse @ matrix
 
     damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
-    shape = problem.excitation.shape(problem.model.n_dof, problem.basis)[: problem.n_dof]
+    shape = problem.model.felt_shape(problem.excitation, problem.basis)[: problem.n_dof]
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     highest = np.inf

@@ -15,6 +15,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.ensembles.mistuning.copula import Copula, unit_samples
 from symhbm.ensembles.mistuning.samples import DRAWABLE, labelled_samples, nominal_values
 from symhbm.model import Structure, dims_of
+from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, check
 
 Sampling = Literal["random", "sobol", "latin_hypercube"]
@@ -165,7 +166,7 @@ def _draw(
     seed = check.integer("seed", seed, minimum=0)
     model = problem if isinstance(problem, Structure) else problem.model
     widths = {
-        name: _spread(name, spread, nominal[name], distribution, model.about(name).bound)
+        name: _spread(name, spread, nominal[name], distribution, model.about(name))
         for name, spread in spreads.items()
     }
     sizes = {name: values.size for name, values in nominal.items()}
@@ -186,19 +187,26 @@ def _draw(
     values, drawn = {}, {}
     for name, share in shares.items():
         factor = distribution.factor(share, widths[name])
-        values[name] = nominal[name] * factor.reshape(n_samples, *nominal[name].shape)
+        factor = factor.reshape(n_samples, *nominal[name].shape)
+        about = model.about(name)
+        values[name] = nominal[name] + factor - 1 if about.deviation else nominal[name] * factor
         law = {"distribution": distribution.name, distribution.spread: _plain(spreads[name])}
         drawn[name] = law | settings
     return labelled_samples(problem, values, drawn)
 
 
 def _spread(
-    name: str, spread: ArrayLike, nominal: FloatArray, distribution: _Distribution, bound: str
+    name: str,
+    spread: ArrayLike,
+    nominal: FloatArray,
+    distribution: _Distribution,
+    about: Parameter,
 ) -> FloatArray:
     """One spread per blade or contact; ValueError if values could leave their range."""
     size = nominal.size
     width = check.one_or_each(name, spread, size, "blade or contact", "non-negative")
     lowest = 1 - distribution.reach * width
+    bound = "positive" if about.deviation else about.bound
     low = lowest <= 0 if bound == "positive" else lowest < 0
     if bound != "any" and np.any(low):
         least = "> 0" if bound == "positive" else ">= 0"
@@ -207,7 +215,7 @@ def _spread(
             f"{name}={check.shown(spread)}: expected a {distribution.spread} {side} "
             f"{1 / distribution.reach:g}, values must stay {least}"
         )
-    if size and np.any(width) and not np.any(nominal):
+    if size and np.any(width) and not np.any(nominal) and not about.deviation:
         raise ValueError(
             f"{name}={check.shown(spread)}: expected a parameter whose nominal value is not 0, "
             "spreads are relative to it"

@@ -15,7 +15,8 @@ from symhbm.results import DRAWN, SCHEMA_VERSION
 
 # The position of a name is the number of its random stream: add names at the end only.
 _FIRST = (*CONTACT_PARAMETERS, *BLADE_PARAMETERS, "force_amplitude")
-DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in (*_FIRST, "engine_order")))
+_NOT_HERE = {name for name, about in PARAMETERS.items() if about.per == "blade"} | {"engine_order"}
+DRAWABLE = (*_FIRST, *(name for name in PARAMETERS if name not in {*_FIRST, *_NOT_HERE}))
 
 
 def nominal_values(

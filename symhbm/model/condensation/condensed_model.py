@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,8 +13,9 @@ from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model
-from symhbm.model.structure import NearModes, Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
+from symhbm.model.places import Place
+from symhbm.model.structure import AT_REST, NearModes, Structure
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, LowRankSum, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
@@ -33,7 +34,19 @@ class CondensedStiffness(NamedTuple):
     undamped: PoleSum
     static: FloatArray
     fixed_frequencies: FloatArray
-    patterns: FloatArray
+    patterns: NDArray
+
+    @property
+    def fixed_widths(self) -> FloatArray:
+        """Half widths of the fixed-interface resonances, (n,) [rad/s]."""
+        poles = self.matrix.poles
+        nearest = [np.argmin(np.abs(poles - 1j * natural)) for natural in self.fixed_frequencies]
+        return np.abs(poles[np.array(nearest, dtype=int)].real)
+
+    def conjugate(self) -> "CondensedStiffness":
+        """That of the wave of the other sense, whose matrices are conjugate."""
+        parts = (part.conjugate() for part in (self.matrix, self.undamped, self.static))
+        return CondensedStiffness(*parts, self.fixed_frequencies, self.patterns.conj())
 
 
 class CondensedModel(Structure):
@@ -83,14 +96,9 @@ class CondensedModel(Structure):
         attributes |= dict(
             dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
         )
+        attributes["places"] = None if structure.places is None else structure.places.of(dofs)
         attributes |= dict(condensed=condensed, lumped=False, _structure=structure)
-        nearest = [
-            np.argmin(np.abs(condensed.matrix.poles - 1j * natural))
-            for natural in condensed.fixed_frequencies
-        ]
-        attributes["fixed_widths"] = np.abs(
-            condensed.matrix.poles[np.array(nearest, dtype=int)].real
-        )
+        attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
         attributes["matrices"] = {
             n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
@@ -117,6 +125,27 @@ class CondensedModel(Structure):
         """The whole structure, with the contact parameters as they are here."""
         return self._structure.with_parameters(**self.parameters)
 
+    def under(self, excitation: Any) -> Structure:
+        """The structure as an excitation moves it; ValueError for one that does not fit."""
+        self._structure.under(excitation)
+        return self
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        return self._structure.number_of(place)
+
+    def with_contacts(self, **groups: Any) -> Self:
+        """Raise TypeError: it is condensed to the contacts that it has."""
+        raise TypeError(
+            "with_contacts: expected a whole structure, this one is condensed to its contacts; "
+            "condense the structure with the others"
+        )
+
+    @property
+    def masters(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept among those of the equations of the structure."""
+        return self.dofs
+
     @property
     def n_dof(self) -> int:
         """Number of degrees of freedom that are kept."""
@@ -137,8 +166,9 @@ class CondensedModel(Structure):
         parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
         digest = sha256(np.ascontiguousarray(patterns).tobytes())
         for matrix in parts:
-            for array in (matrix.indptr, matrix.indices, matrix.data):
+            for array in _arrays(matrix):
                 digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(np.array(model.loss_factor).tobytes())
         return {
             "n_dof": self.n_whole,
             "dofs": self.dofs.tolist(),
@@ -217,9 +247,24 @@ class CondensedModel(Structure):
         value, slope = self.matrices[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
-    def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
+        """Coefficients of an excitation of unit amplitude on the whole structure."""
+        return self._structure.felt_shape(excitation, basis)
+
+    def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
+        """What of an excitation does not oscillate, on the whole structure [N]."""
+        return self._structure.felt_static(excitation, basis)
+
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
-        return shape[self.dofs], self.share(shape)
+        parts = map(basis.by_harmonic, (shape[self.dofs], self.share(shape)))
+        return list(zip(*parts, strict=True))
+
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
+        return self.condensed.fixed_frequencies, self.fixed_widths
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""
@@ -244,3 +289,10 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def _arrays(matrix: Any) -> tuple[NDArray, ...]:
+    """All numbers of a matrix."""
+    if isinstance(matrix, LowRankSum):
+        return matrix.arrays
+    return matrix.indptr, matrix.indices, matrix.data

@@ -9,17 +9,19 @@ class Parameter(NamedTuple):
     ``units`` as datasets have them, UDUNITS; ``symbol`` of pictures, with the ``unit`` there, by
     default its name and units; ``per``, what has one value each, None for one in all; ``bound`` of
     its values, "positive", "non-negative" or "any", and ``followed``, that of a band it is followed
-    over; ``designed``, whether designs may vary it.
+    over; ``designed``, whether designs may vary it; ``deviation``, whether it is one from the
+    nominal structure, which draws scatter by their spreads themselves.
     """
 
     units: str
     meaning: str
     symbol: str = ""
     unit: str | None = None
-    per: Literal["dof", "contact"] | None = "contact"
+    per: Literal["dof", "contact", "blade"] | None = "contact"
     bound: str = "non-negative"
     followed: str = "non-negative"
     designed: bool = False
+    deviation: bool = False
 
     def shown_as(self, name: str) -> tuple[str, str]:
         """Symbol and unit of pictures."""

@@ -1,0 +1,17 @@
+"""Structures reduced to few degrees of freedom with matrices, and disks made of them."""
+
+from symhbm.model.reduction.certificate import ReductionCertificate
+from symhbm.model.reduction.craig_bampton import craig_bampton
+from symhbm.model.reduction.deviations import DEVIATIONS, DeviatingModel
+from symhbm.model.reduction.mistuned_ring import MistunedRing, mistuned_ring
+from symhbm.model.reduction.reduced_model import ReducedModel
+
+__all__ = [
+    "DEVIATIONS",
+    "DeviatingModel",
+    "MistunedRing",
+    "ReducedModel",
+    "ReductionCertificate",
+    "craig_bampton",
+    "mistuned_ring",
+]

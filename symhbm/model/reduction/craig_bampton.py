@@ -1,0 +1,264 @@
+"""`craig_bampton`: structures and sectors reduced to a few degrees of freedom, with matrices."""
+
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.model.contacts import Contacts, next_sector
+from symhbm.model.cyclic import Sector
+from symhbm.model.matrices import Model
+from symhbm.model.natural_modes import natural_modes_of
+from symhbm.model.reduction.certificate import certified
+from symhbm.model.reduction.component import (
+    Component,
+    by_rows,
+    chosen_rows,
+    follow,
+    projected,
+)
+from symhbm.model.reduction.reduced_model import ReducedModel
+from symhbm.model.structure import Structure
+from symhbm.numerics import FloatArray, check
+
+_NOTHING = 1e-12
+"""Weight of a displacement that is round-off."""
+_WAVES = 9
+"""Most nodal diameters whose modes tell the motion of interfaces."""
+
+
+class ReducedSector(Sector):
+    """A `Sector` on the degrees of freedom that `craig_bampton` keeps of its structure."""
+
+    structure: ReducedModel
+
+    def with_contacts(self, **groups: Any) -> NoReturn:
+        """Raise TypeError: it is reduced to the contacts that it has."""
+        self.structure.with_contacts(**groups)
+
+
+def craig_bampton(
+    structure: Model | Sector,
+    modes: int,
+    frequency: tuple[float, float],
+    *,
+    interface_modes: int | None = None,
+    dofs: Iterable[Any] = (),
+    blade: Iterable[Any] | None = None,
+) -> Any:
+    """Reduce a structure by Craig and Bampton: constraint modes, and modes with the boundary held.
+
+    What contacts touch, ``dofs`` and the interfaces of a sector are the boundary, and stay. Unlike
+    one that is condensed, the result has matrices: motions in time, stability, designs and mistuned
+    disks are for it. It is not exact; its ``certificate`` tells how far.
+
+    Parameters
+    ----------
+    structure
+        A `Model` with its contacts, or a `Sector` with its.
+    modes
+        Number of modes with the boundary held, from the lowest on.
+    frequency
+        Band [Hz] that the certificate is of. Harmonics reach beyond that of the excitation: a band
+        to its highest frequency times the highest harmonic covers them.
+    interface_modes
+        Motions that the interfaces of a sector keep beside what contacts touch on them, those that
+        the lowest modes of all nodal diameters share most; None keeps all.
+    dofs
+        Degrees of freedom to keep, blade tips for example.
+    blade
+        Degrees of freedom of the blade of a sector, but those of its root, that deviations of
+        `mistuned_ring` are of; None for the whole sector.
+
+    Returns
+    -------
+    A `Model` or a `Sector` on the boundary and, in place of each mode, on one more degree of
+    freedom: all coordinates are displacements of places of the structure, ``kept`` tells of which.
+    Forces are those of the whole structure. ``certificate`` of it, of a sector that of its
+    ``structure``, is a `ReductionCertificate`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad arguments, for a structure that moves freely once its boundary is held, and for more
+        modes than there are.
+
+    Notes
+    -----
+    The error of natural frequencies falls slowly with the number of modes; that of relative
+    displacements of contacts is that of the static motion that modes leave out. `condense` is
+    exact, and better wherever matrices are not needed.
+
+    Examples
+    --------
+    A chain of 200 masses with a contact to the ground at its end:
+
+    >>> import scipy.sparse as sp
+    >>> import symhbm as sh
+    >>> M = sp.eye_array(200)
+    >>> K = 1e4 * (2 * M - sp.eye_array(200, k=1) - sp.eye_array(200, k=-1))
+    >>> chain = sh.Model(
+    ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
+    ... )
+    >>> small = sh.craig_bampton(chain, modes=12, frequency=(0.2, 1), dofs=[99])
+    >>> small.n_dof, small.certificate.frequency_error < 1e-4
+    (14, True)
+    >>> response = sh.frf(sh.HarmonicBalance(small, sh.PointForce(dof=99)), (0.2, 1))
+    >>> response.structure_dof.values[:2]
+    array([ 99, 199])
+    """
+    modes = check.integer("modes", modes, minimum=0)
+    edges = check.array("frequency", frequency, "non-negative")
+    if edges.shape != (2,) or edges[0] == edges[1]:
+        raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
+    band = float(edges.min()), float(edges.max())
+    if isinstance(structure, Sector):
+        reduced = _sector(structure, modes, band, interface_modes, dofs)
+        if blade is not None:
+            _set_blade(structure.structure, reduced.structure, _watched(structure, blade, "blade"))
+        return reduced
+    if not isinstance(structure, Model):
+        raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    if blade is not None:
+        raise ValueError("blade: expected None, only a sector has one")
+    if interface_modes is not None:
+        raise ValueError(f"interface_modes={interface_modes}: expected None, only a sector has any")
+    watched = _watched(structure, dofs)
+    boundary = np.unique([*structure.touched, *watched]).astype(np.intp)
+    component = _component(structure, boundary, sp.eye_array(len(boundary), format="csr"), modes)
+    kept = np.concatenate([boundary, component.representatives])
+    reduced = ReducedModel(structure, kept, component)
+    both = watched, np.searchsorted(boundary, watched)
+    reduced._store(certificate=certified(structure, reduced, both, band, None))
+    return reduced
+
+
+def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int) -> Component:
+    if len(boundary) == 0:
+        raise ValueError("dofs=(): expected at least one for a structure without contacts")
+    if len(boundary) == model.n_dof:
+        raise ValueError("dofs: expected fewer, nothing is left to be reduced")
+    return Component(model.mass_matrix, model.stiffness_matrix, boundary, motion, modes)
+
+
+def _watched(structure: Structure, dofs: Iterable[Any], name: str = "dofs") -> NDArray[np.intp]:
+    if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
+        raise TypeError(f"{name}={check.shown(dofs)}: expected a sequence of degrees of freedom")
+    places = (structure.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
+    numbers = {check.integer(name, dof, 0, structure.n_whole - 1) for dof in places}
+    return np.array(sorted(numbers), dtype=np.intp)
+
+
+def _set_blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp]) -> None:
+    """Stiffness and mass of a blade as the reduced sector has them.
+
+    The stiffness resists what the blade moves beside its static motion with the root, so that it
+    does not resist where the root takes it.
+    """
+    if not 0 < len(blade) < structure.n_dof:
+        raise ValueError("blade: expected some degrees of freedom of the sector, and not all")
+    others = np.setdiff1d(np.arange(structure.n_dof), blade)
+    rows = structure.stiffness_matrix.tocsr()[blade]
+    inside, basis = rows[:, blade].tocsc(), reduced.basis
+    static = follow(inside, -(rows[:, others] @ basis[others]))
+    reduced._store(
+        blade_stiffness=projected(inside, basis[blade] - static),
+        blade_mass=projected(structure.mass_matrix.tocsr()[blade][:, blade], basis[blade]),
+    )
+
+
+def _sector(
+    sector: Sector,
+    modes: int,
+    band: tuple[float, float],
+    interface_modes: int | None,
+    dofs: Iterable[Any],
+) -> Sector:
+    """A sector on its interfaces or their motions, what contacts touch, and some of its inside."""
+    left, right = sector.interfaces.left, sector.interfaces.right
+    watched = _watched(sector, dofs)
+    for dof in watched[np.isin(watched, right)]:
+        raise ValueError(f"dofs: expected none on the right, {dof} is one of the next sector")
+    touched = np.unique([*sector.touched, *watched]).astype(np.intp)
+    shared, chosen = _interface(sector, np.flatnonzero(np.isin(left, touched)), interface_modes)
+    inner = np.setdiff1d(touched, left)
+    # Right of a sector is the left of the next one, told in the axes of that one.
+    turned = sector.interfaces.rotation[left][:, left] @ shared
+    boundary = np.concatenate([left, right, inner])
+    motion = sp.block_diag([shared, turned, sp.eye_array(len(inner))], format="csr")
+    structure = sector.structure
+    component = _component(structure, boundary, motion, modes)
+    kept = np.concatenate([left[chosen], right[chosen], inner, component.representatives])
+    n = len(chosen)
+    reduced = ReducedModel(structure, kept, component, n)
+    places = reduced.places
+    reduced._store(places=None)  # right is told in the axes of the next sector
+    result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
+    result._set_contacts(_contacts(sector, component.basis))
+    reduced._store(places=places)
+    n_waves = sector.n_sectors // 2
+    waves = tuple(sorted({0, (n_waves + 1) // 2, n_waves}))
+    # As numbered among the degrees of freedom that are not right.
+    own, others = sector.interfaces.others, kept[result.interfaces.others]
+    at = {int(dof): i for i, dof in enumerate(others)}
+    both = np.searchsorted(own, watched), np.array([at[int(d)] for d in watched], dtype=np.intp)
+    reduced._store(certificate=certified(sector, result, both, band, waves))
+    return result
+
+
+def _interface(
+    sector: Sector, touched: NDArray[np.intp], count: int | None
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Motions (n_left, n) of the left interface that are kept, and the places that tell them."""
+    left = sector.interfaces.left
+    if count is None:
+        return np.eye(len(left)), np.arange(len(left))
+    free = np.setdiff1d(np.arange(len(left)), touched)
+    count = check.integer("interface_modes", count, 1, len(free))
+    n_waves = len(sector.nodal_diameters)
+    waves = np.unique(np.linspace(0, n_waves - 1, min(n_waves, _WAVES)).astype(int))
+    each = min(max(count // 2, 4), sector.n_dof)
+    shapes = []
+    for wave in waves.tolist():
+        for stuck in (False, True) if sector.n_contacts else (False,):
+            natural, motion = natural_modes_of(sector, wave, each, stuck)
+            # Low modes count most; a free motion no more than the lowest that vibrates.
+            lowest = natural[natural > 1e-3 * natural.max()].min()
+            weighted = motion[left[free]] / np.maximum(natural, lowest)
+            shapes += [weighted.real, weighted.imag]
+    vectors, sizes, _ = np.linalg.svd(np.hstack(shapes), full_matrices=False)
+    count = min(count, int(np.count_nonzero(sizes > 1e-10 * sizes[0])))
+    rows = chosen_rows(vectors[:, :count])
+    chosen = np.concatenate([touched, free[rows]])
+    shared = np.zeros((len(left), len(chosen)))
+    shared[touched, np.arange(len(touched))] = 1.0
+    shared[free, len(touched) :] = by_rows(vectors[:, :count], rows)
+    return shared, chosen
+
+
+def _contacts(sector: Sector, basis: FloatArray) -> dict[str, Contacts]:
+    """The contacts of a sector in the coordinates of its reduced one."""
+    n = sector.n_whole
+    named = sector._directions_as_named
+    own = named[:, :n] @ basis
+    beyond = named[:, n:] @ sector.interfaces.rotation @ basis
+    rows = [_ends(here, there) for here, there in zip(own, beyond, strict=True)]
+    return {
+        group.name: Contacts(
+            group.law,
+            *([rows[row] for row in column] for column in group.rows.T),
+            **sector.values_of(group),
+        )
+        for group in sector.groups
+    }
+
+
+def _ends(here: FloatArray, there: FloatArray) -> Any:
+    """Weights of the coordinates of this sector and of the next."""
+    weights = {int(i): float(here[i]) for i in np.flatnonzero(np.abs(here) > _NOTHING)}
+    for i in np.flatnonzero(np.abs(there) > _NOTHING):
+        weights[next_sector(int(i))] = float(there[i])
+    return weights

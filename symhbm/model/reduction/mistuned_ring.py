@@ -1,0 +1,302 @@
+"""`mistuned_ring`: a whole disk of reduced sectors, each blade with deviations of its own."""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from symhbm.model.contacts import Contacts
+from symhbm.model.cyclic import Sector
+from symhbm.model.damping import ModalDamping, StructuralDamping
+from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
+from symhbm.model.matrices import Model
+from symhbm.model.places import Place
+from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
+from symhbm.model.reduction.reduced_model import ReducedModel
+from symhbm.model.structure import AT_REST
+from symhbm.numerics import (
+    DENSE_LIMIT,
+    ComplexArray,
+    FloatArray,
+    FourierBasis,
+    LowRankSum,
+    check,
+)
+
+
+class MistunedRing(DeviatingModel):
+    """All sectors of a disk, with contacts in and between them, see `mistuned_ring`.
+
+    Attributes
+    ----------
+    sector
+        The tuned sector.
+    """
+
+    sector: Sector
+    _spread: Any
+
+    def __init__(self, sector: Sector, **deviations: Any):
+        model = sector.structure
+        self._store(sector=sector, _spread=_spread(sector))
+        parts = {name: _blade(model, name) for name in ("mass", "stiffness")}
+        base = {
+            name: self._assembled(getattr(model, f"{name}_matrix"), blade)
+            for name, blade in parts.items()
+        }
+        blades = {name: _places(base[name], self._of_each(part)) for name, part in parts.items()}
+        base["damping"] = self._damping_matrix(model, base)
+        if isinstance(model.damping, StructuralDamping):
+            self._store(damping=model.damping)
+        super().__init__(base, blades, _contacts(sector, self._spread), **deviations)
+
+    def _of_each(self, matrix: Any) -> list[Any]:
+        """A matrix of one sector as each of them has it among the degrees of freedom of all."""
+        size = self.sector.n_whole
+        rows = [self._spread[j * size : (j + 1) * size] for j in range(self.sector.n_sectors)]
+        return [sp.coo_array(row.T @ matrix @ row) for row in rows]
+
+    def _assembled(self, matrix: Any, blade: Any) -> Any:
+        """Sum of one matrix of all sectors, with places for the entries of the blades."""
+        every = sp.eye_array(self.sector.n_sectors)
+        whole = self._spread.T @ sp.kron(every, matrix) @ self._spread
+        places = abs(self._spread.T) @ sp.kron(every, abs(blade)) @ abs(self._spread)
+        result = sp.csc_array(abs(whole) + places)
+        result.sort_indices()
+        result.data = (_places(result, [sp.coo_array(whole)]) @ np.ones(1)).astype(float)
+        return result
+
+    def _damping_matrix(self, model: Model, base: dict[str, Any]) -> Any:
+        given = model.damping
+        if isinstance(given, ModalDamping):
+            return modal_damping_of_ring(self.sector)
+        if given is not None:
+            return sp.csc_array(given.matrix(base["mass"], base["stiffness"]))
+        return self._assembled(model.damping_matrix, model.damping_matrix)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return self._spread.shape[1]
+
+    @property
+    def n_whole(self) -> int:
+        """Degrees of freedom of all sectors of the disk it was made from, sector by sector."""
+        return self.sector.n_sectors * self.sector.structure.n_whole
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """The degrees of freedom, as those of the whole disk are numbered sector by sector."""
+        firsts = np.arange(self.sector.n_sectors) * self.sector.structure.n_whole
+        return (firsts[:, None] + self.sector.kept).ravel()
+
+    def under(self, excitation: Excitation) -> "MistunedRing":
+        """The ring itself: it takes the pattern of a sector, too."""
+        return self
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole disk, of a name that in the first sector."""
+        if isinstance(place, str):
+            return self.sector.structure.number_of(place)
+        return super().number_of(place)
+
+    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
+        """Motion (n_whole, n) of all sectors of the whole disk from that (n_dof, n) of the ring."""
+        each = np.split(self._spread @ motion, self.sector.n_sectors)
+        return np.concatenate([self.sector.structure.expanded(part) for part in each])
+
+    def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
+        """Coefficients of an excitation of unit amplitude, those of a pattern wave by wave."""
+        if isinstance(excitation, ForceSum):
+            return sum(
+                ratio * self.force_shape(part, basis)
+                for part, ratio in zip(excitation.parts, excitation._ratios, strict=True)
+            )  # type: ignore[return-value]
+        if not isinstance(excitation, EngineOrder) or excitation.pattern is None:
+            return super().force_shape(excitation, basis)
+        n_sectors, own = self.sector.n_sectors, self.sector.structure
+        shape = own.force_shape(excitation, basis)
+        result = np.zeros((n_sectors, *shape.shape))
+        for harmonic in basis.harmonics:
+            cosine = basis.component(harmonic)
+            if not harmonic:
+                result[:, :, cosine] = shape[:, cosine]
+                continue
+            sine = basis.component(harmonic, sine=True)
+            phasor = shape[:, cosine] - 1j * shape[:, sine]
+            turns = harmonic * excitation.order * np.arange(n_sectors) % n_sectors / n_sectors
+            waves = np.exp(-2j * np.pi * turns)[:, None] * phasor
+            result[:, :, cosine], result[:, :, sine] = waves.real, -waves.imag
+        return result.reshape(-1, shape.shape[1])
+
+    def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
+        """What of an excitation does not oscillate; a `StaticLoad` acts on each sector."""
+        if isinstance(excitation, ForceSum):
+            return np.sum([self.static_load(part, basis) for part in excitation.parts], axis=0)
+        if isinstance(excitation, EngineOrder):
+            return np.zeros(self.n_whole)
+        if isinstance(excitation, StaticLoad):
+            own = self.sector.structure.static_load(excitation, basis)
+            return np.tile(own, self.sector.n_sectors)
+        return super().static_load(excitation, basis)
+
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """A force on the whole disk (n_whole, n) as the degrees of freedom feel it."""
+        model = self.sector.structure
+        each = shape.reshape(self.sector.n_sectors, model.n_whole, -1)
+        felt = np.concatenate([model.felt(part, basis) for part in each])
+        return super().split_force(self._spread.T @ felt, basis)
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation as the degrees of freedom of the ring feel it."""
+        return force_as_felt(self, excitation, basis)
+
+
+def mistuned_ring(
+    sector: Sector,
+    *,
+    stiffness_deviation: ArrayLike = 0.0,
+    frequency_deviation: ArrayLike = 0.0,
+    mass_deviation: ArrayLike = 0.0,
+) -> MistunedRing:
+    """Make the whole disk of a sector, with deviations of each blade as parameters.
+
+    Blade j has the stiffness ``(1 + s_j + (1 + f_j)^2 - 1) K_b`` and the mass ``(1 + m_j) M_b``
+    beside the disk, ``s_j`` its ``stiffness_deviation``, ``f_j`` that of its frequency alone,
+    ``m_j`` that of its mass. They are parameters of the result, per blade, for ``over=``,
+    `sensitivity`, `follow` and draws, whose spreads are those of the deviations themselves.
+
+    Parameters
+    ----------
+    sector
+        The tuned sector with its contacts, mostly one reduced by `craig_bampton`, whose ``blade``
+        tells ``K_b`` and ``M_b``; the whole sector is the blade otherwise.
+    stiffness_deviation, frequency_deviation, mass_deviation
+        One value or one per blade [-], above -1.
+
+    Returns
+    -------
+    A `Model` of all sectors one after the other, contacts sector by sector. An `EngineOrder` with
+    the pattern of a sector acts on all of them, a `StaticLoad` of a sector on each; other forces
+    are those of the whole disk, whose degrees of freedom are numbered sector by sector. Motions of
+    each sector are told in its own axes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no sector, or deviations that are not above -1.
+
+    Notes
+    -----
+    Damping is that of the tuned disk. Modal damping of more than 500 degrees of freedom stays in
+    factors, which `condense` takes.
+
+    Examples
+    --------
+    A disk of 12 blades, one of them 2 % stiffer:
+
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
+    >>> disk = sh.Sector(blade, left=[0], right=[1], n_sectors=12)
+    >>> ring = sh.mistuned_ring(disk, stiffness_deviation=0.02 * (np.arange(12) == 4))
+    >>> sh.natural_modes(ring, count=3).frequency.values.round(2)
+    array([15.93, 19.49, 19.54])
+    >>> force = sh.EngineOrder(3, pattern={0: 1.0})
+    >>> response = sh.frf(sh.HarmonicBalance(ring, force), (30, 40), progress=False)
+    >>> response.sizes["dof"]
+    12
+    """
+    if not isinstance(sector, Sector):
+        raise TypeError(f"sector={check.shown(sector)}: expected a Sector")
+    return MistunedRing(
+        sector,
+        stiffness_deviation=stiffness_deviation,
+        frequency_deviation=frequency_deviation,
+        mass_deviation=mass_deviation,
+    )
+
+
+def _spread(sector: Sector) -> Any:
+    """Motion of each sector (n_sectors n_sector, n_dof) from that of the ring, sparse."""
+    ends, n = sector.interfaces, sector.n_sectors
+    n_dof, n_kept = sector.n_whole, len(ends.others)
+    own = sp.csr_array((np.ones(n_kept), (ends.others, np.arange(n_kept))), (n_dof, n_kept))
+    places = np.arange(len(ends.right))
+    at = sp.csr_array((np.ones(len(places)), (ends.right, places)), (n_dof, len(places)))
+    beyond = at @ ends.rotation[ends.left] @ own
+    return (sp.kron(sp.eye_array(n), own) + sp.kron(_next(n), beyond)).tocsr()
+
+
+def _next(n_sectors: int) -> Any:
+    """Permutation that takes each sector to the next one."""
+    every = np.arange(n_sectors)
+    return sp.csr_array((np.ones(n_sectors), (every, (every + 1) % n_sectors)))
+
+
+def _blade(model: Model, name: str) -> Any:
+    """The part of a matrix of a sector that is the blade's."""
+    blade = getattr(model, f"blade_{name}") if isinstance(model, ReducedModel) else None
+    return getattr(model, f"{name}_matrix") if blade is None else sp.csr_array(blade)
+
+
+def _places(pattern: Any, each: list[Any]) -> Any:
+    """Entries of matrices among the stored ones of a pattern, (n_entries, n_matrices)."""
+    size = pattern.shape[0]
+    columns = np.repeat(np.arange(size), np.diff(pattern.indptr))
+    keys = columns * size + pattern.indices
+    rows = [np.searchsorted(keys, part.col.astype(np.int64) * size + part.row) for part in each]
+    count = [len(row) for row in rows]
+    column = np.repeat(np.arange(len(each)), count)
+    values = np.concatenate([part.data for part in each])
+    return sp.csr_array((values, (np.concatenate(rows), column)), shape=(len(keys), len(each)))
+
+
+def _contacts(sector: Sector, spread: Any) -> dict[str, Contacts]:
+    """The contacts of a sector in all of them, sector by sector."""
+    n, size = sector.n_sectors, sector.n_whole
+    named = sector._directions_as_named
+    beyond = named[:, size:] @ sector.interfaces.rotation
+    each = sp.kron(sp.eye_array(n), named[:, :size]) + sp.kron(_next(n), beyond)
+    rows, n_rows = sp.csr_array(each @ spread), named.shape[0]
+    rows.sum_duplicates()
+    rows.eliminate_zeros()
+    result = {}
+    for group in sector.groups:
+        directions = [
+            rows[(np.arange(n)[:, None] * n_rows + column).ravel()] for column in group.rows.T
+        ]
+        values = {own: np.tile(value, n) for own, value in sector.values_of(group).items()}
+        result[group.name] = Contacts(group.law, *directions, **values)
+    return result
+
+
+def modal_damping_of_ring(sector: Sector) -> Any:
+    """Modal damping of each nodal diameter as a matrix of the whole ring, or in factors."""
+    n = sector.n_sectors
+    left, right = [], []
+    for wave in sector.nodal_diameters:
+        one, other = _factors(sector.matrices(wave).damping_matrix)
+        phases = np.exp(-2j * np.pi * wave * np.arange(n) / n) / np.sqrt(n)
+        whole = [np.kron(phases[:, None], part) for part in (one, other)]
+        if 2 * wave % n == 0:
+            parts = [(part.real,) for part in whole]
+        else:  # with the wave of the other sense, its conjugate
+            parts = [(np.sqrt(2) * part.real, np.sqrt(2) * part.imag) for part in whole]
+        left += parts[0]
+        right += parts[1]
+    sparse = sp.csc_array((n * sector.n_dof,) * 2)
+    result = LowRankSum(sparse, np.hstack(left), np.hstack(right))
+    return sp.csc_array(result.toarray()) if len(result.left) <= DENSE_LIMIT else result
+
+
+def _factors(matrix: Any) -> tuple[ComplexArray, ComplexArray]:
+    """Factors of a Hermitian positive semidefinite matrix, ``left right^H``."""
+    if isinstance(matrix, LowRankSum):
+        return matrix.left, matrix.right.conj()
+    sizes, vectors = np.linalg.eigh(matrix.toarray())
+    chosen = sizes > 1e-14 * sizes.max(initial=0.0)
+    return vectors[:, chosen] * sizes[chosen], vectors[:, chosen]

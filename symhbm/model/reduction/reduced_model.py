@@ -1,0 +1,117 @@
+"""A structure reduced by Craig and Bampton: a `Model` on some of its degrees of freedom."""
+
+from typing import Any, NoReturn
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.model.contacts import renumbered
+from symhbm.model.excitation import Excitation
+from symhbm.model.matrices import Model
+from symhbm.model.places import Place, Places, number_of
+from symhbm.model.reduction.certificate import ReductionCertificate
+from symhbm.model.reduction.component import Component, projected
+from symhbm.model.reduction.deviations import force_as_felt
+from symhbm.numerics import FloatArray, FourierBasis
+
+
+class ReducedModel(Model):
+    """A `Model` on the degrees of freedom that `craig_bampton` keeps, with matrices of its own.
+
+    Forces are those of the whole structure, on any of its degrees of freedom.
+
+    Attributes
+    ----------
+    dofs : (n_dof,)
+        The degrees of freedom that are kept, as the whole structure numbers them: those of the
+        boundary, then one for each mode.
+    basis : (n_whole, n_dof)
+        Motion of the whole structure by that of the kept degrees of freedom.
+    fixed_frequencies : (n_modes,)
+        Natural frequencies with the boundary held [Hz].
+    modal_rows : (n_modes, n_dof)
+        Coordinates [m kg^1/2] of the modes with the boundary held, of unit mass, from the motion.
+    certificate
+        How exact it is, see `ReductionCertificate`.
+    blade_stiffness, blade_mass : (n_dof, n_dof)
+        What of the matrices is the blade's, None where nobody told.
+    """
+
+    dofs: NDArray[np.intp]
+    basis: FloatArray
+    fixed_frequencies: FloatArray
+    modal_rows: FloatArray
+    certificate: ReductionCertificate
+    whole_places: Places | None
+    blade_stiffness: FloatArray | None
+    blade_mass: FloatArray | None
+
+    def __init__(
+        self, structure: Model, dofs: NDArray[np.intp], component: Component, n_right: int = 0
+    ):
+        basis = component.basis
+        self._store(lumped=False, dofs=dofs, basis=basis, blade_stiffness=None, blade_mass=None)
+        given = structure.places
+        self._store(whole_places=given, places=None if given is None else given.of(dofs))
+        natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)
+        self._store(fixed_frequencies=natural, modal_rows=component.modal_rows)
+        for name in ("mass_matrix", "stiffness_matrix"):
+            self._put_matrix(name, projected(getattr(structure, name), basis))
+        given = structure.damping
+        if given is None:
+            self._put_matrix("damping_matrix", projected(structure.damping_matrix, basis))
+        else:
+            self._store(damping=given.of_at_most(len(dofs) - n_right))
+        position = {int(dof): i for i, dof in enumerate(dofs)}
+        self._store(
+            contacts=renumbered(structure.contacts, position.__getitem__),
+            row_ends=renumbered(structure.row_ends, position.__getitem__),
+            groups=structure.groups,
+            **{name: getattr(structure, name) for name in structure.contact_parameters},
+        )
+
+    def _put_matrix(self, name: str, matrix: FloatArray) -> None:
+        self._store(**{name: sp.csc_array(matrix)})
+
+    @property
+    def n_whole(self) -> int:
+        """Number of degrees of freedom of the whole structure."""
+        return len(self.basis)
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept, as the whole structure numbers them."""
+        return self.dofs
+
+    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
+        """Motion (n_whole, n) of the whole structure from that (n_dof, n) of what is kept."""
+        return self.basis @ motion
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        return number_of(self.whole_places, place, self.n_whole)
+
+    def with_contacts(self, **groups: Any) -> NoReturn:
+        """Raise TypeError: it is reduced to the contacts that it has."""
+        raise TypeError(
+            "with_contacts: expected a whole structure, this one is reduced to its contacts; "
+            "reduce the structure with the others"
+        )
+
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """A force on the whole structure as the kept degrees of freedom feel it."""
+        return super().split_force(self.basis.T @ shape, basis)
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation as the kept degrees of freedom feel it."""
+        return force_as_felt(self, excitation, basis)
+
+    def __repr__(self) -> str:
+        return (
+            f"{super().__repr__()}\n  reduced from {self.n_whole} degrees of freedom, "
+            f"{len(self.fixed_frequencies)} modes with what is kept held, "
+            f"{self.certificate!r}"
+        )

@@ -1,0 +1,160 @@
+"""Structures and sectors reduced by Craig and Bampton."""
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from numpy.testing import assert_allclose
+
+import symhbm as sh
+from tests.sectors_to_reduce import plane_sector, plate_sector
+
+N = 120
+MASS = sp.eye_array(N)
+STIFFNESS = 1e4 * (2 * MASS - sp.eye_array(N, k=1) - sp.eye_array(N, k=-1))
+BAND = (0.2, 2.0)
+
+
+@pytest.fixture(scope="module")
+def chain():
+    return sh.Model(
+        MASS, 0.5 * MASS + 1e-5 * STIFFNESS, STIFFNESS, contacts=[(N - 1,), (40, 42)],
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[0.5, 0.2],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def reduced(chain):
+    return sh.craig_bampton(chain, 30, BAND, dofs=[60])
+
+
+def test_all_modes_are_exact(chain):
+    small = sh.craig_bampton(chain, N - 4, BAND, dofs=[60])
+    assert small.certificate.error < 1e-10
+    assert small.certificate.frequency_error < 1e-12
+    force = sh.PointForce(dof=20)
+    exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 0.7) for m in (chain, small))
+    scale = np.abs(exact.coefficient).max()
+    assert_allclose(found.coefficient, exact.coefficient[small.dofs], atol=1e-10 * scale)
+
+
+def test_the_certificate_falls_with_modes_and_holds_elsewhere(chain):
+    made = [sh.craig_bampton(chain, modes, BAND, dofs=[60]) for modes in (10, 30, 60)]
+    errors = [small.certificate.error for small in made]
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+    for small in made:
+        for frequency in np.linspace(0.3, 1.9, 7):
+            s = 2 * np.pi * frequency
+            places = [40, 42, 60, N - 1]
+            whole = np.linalg.inv(chain.dynamic_stiffness(1, s)[0])[np.ix_(places, places)]
+            own = np.linalg.inv(small.dynamic_stiffness(1, s)[0])[:4, :4]
+            assert small.dofs[:4].tolist() == places
+            difference = np.linalg.norm(own - whole, axis=0) / np.linalg.norm(whole, axis=0)
+            assert difference.max() < 1.2 * small.certificate.error
+
+
+def test_coordinates_are_displacements_of_places(reduced):
+    assert_allclose(reduced.basis[reduced.dofs], np.eye(reduced.n_dof), atol=1e-12)
+    motion = np.random.default_rng(0).normal(size=reduced.n_dof)
+    whole = reduced.expanded(motion)
+    assert_allclose(whole[reduced.dofs], motion, atol=1e-12)
+
+
+def test_modal_rows_are_the_coordinates_of_modes(reduced):
+    modes = reduced.basis[:, reduced.n_dof - len(reduced.fixed_frequencies) :]
+    # What the boundary does not move is a sum of modes of unit mass.
+    eta = reduced.modal_rows[:, reduced.n_dof - modes.shape[1] :]
+    squares = (2 * np.pi * reduced.fixed_frequencies) ** 2
+    assert_allclose(eta.T @ eta, modes.T @ MASS @ modes, atol=1e-8)
+    assert_allclose(eta.T @ (squares[:, None] * eta), modes.T @ STIFFNESS @ modes, atol=1e-4)
+
+
+def test_forces_are_those_of_the_whole_structure(chain, reduced):
+    shape = np.zeros((N, 2))
+    shape[20, 0] = 1.0
+    basis = sh.HarmonicBalance(chain, sh.PointForce(dof=20)).basis
+    assert_allclose(reduced.felt_shape(sh.PointForce(dof=20), basis), reduced.basis.T @ shape)
+
+
+def test_all_verbs_take_it(reduced, tmp_path):
+    problem = sh.HarmonicBalance(reduced, sh.PointForce(dof=20, amplitude=2.0), (1, 3))
+    response = sh.frf(problem, (0.3, 0.6), progress=False)
+    assert response.structure_dof.values.tolist() == reduced.dofs.tolist()
+    point = response.isel(point=3)
+    motion = sh.periodic_motion(problem, frequency=float(point.frequency))
+    assert bool(motion.converged)
+    sh.save(response, tmp_path / "reduced.nc")
+    again = sh.rebuild(sh.load(tmp_path / "reduced.nc"))
+    assert_allclose(again.model.stiffness_matrix.toarray(), reduced.stiffness_matrix.toarray())
+    both = [sh.solve(each, 0.5).coefficient for each in (problem, again)]
+    assert_allclose(both[1], both[0], atol=1e-12)
+    assert "peak_amplitude_by_normal_load" in sh.sensitivity(response)
+
+
+def test_it_is_sent_to_workers(reduced):
+    again = pickle.loads(pickle.dumps(reduced))
+    assert type(again) is type(reduced)
+    assert_allclose(again.basis, reduced.basis)
+
+
+@pytest.mark.parametrize("interface_modes", [None, 3])
+def test_a_sector_converges_to_its_waves(interface_modes):
+    disk = plate_sector(8)
+    coarse, fine = (
+        sh.craig_bampton(disk, modes, (1, 40), dofs=[76], interface_modes=interface_modes)
+        for modes in (8, 30)
+    )
+    errors = [part.structure.certificate.error for part in (coarse, fine)]
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[1] < 0.05
+    for wave in (0, 2, 4):
+        exact, found = (sh.natural_modes(m, wave, count=4).frequency for m in (disk, fine))
+        assert_allclose(found, exact, rtol=1e-3)
+
+
+def test_a_sector_with_all_modes_is_exact():
+    disk = plate_sector(6)
+    small = sh.craig_bampton(disk, 67, (1, 60), dofs=[76])
+    assert small.structure.certificate.error < 1e-9
+    force = sh.EngineOrder(2, pattern={76: 1.0, 50: 0.3j}, amplitude=30.0)
+    exact, found = (sh.solve(sh.HarmonicBalance(m, force, (0, 1, 2)), 25.0) for m in (disk, small))
+    order = np.searchsorted(exact.structure_dof, found.structure_dof)
+    scale = np.abs(exact.coefficient).max()
+    assert_allclose(found.coefficient, exact.coefficient.values[order], atol=1e-8 * scale)
+
+
+def test_interfaces_turn_with_the_axes():
+    disk = plane_sector(6)
+    small = sh.craig_bampton(disk, 4, (1, 400), dofs=["4:x", "4:y"])
+    assert small.structure.certificate.error < 1e-8
+    force = sh.EngineOrder(1, pattern={"4:x": 1.0, "4:y": 0.5j}, amplitude=10.0)
+    exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 60.0) for m in (disk, small))
+    order = np.searchsorted(exact.structure_dof, found.structure_dof)
+    scale = np.abs(exact.coefficient).max()
+    assert_allclose(found.coefficient, exact.coefficient.values[order], atol=1e-8 * scale)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        (dict(modes=-1), ValueError, "modes"),
+        (dict(modes=N), ValueError, f"at most {N - 4}"),
+        (dict(frequency=(1.0, 1.0)), ValueError, "two different values"),
+        (dict(interface_modes=3), ValueError, "only a sector has any"),
+        (dict(blade=[3]), ValueError, "only a sector has one"),
+        (dict(dofs="tip"), TypeError, "dofs"),
+        (dict(dofs=[N]), ValueError, "dofs"),
+        (dict(structure=3), TypeError, "a Model or a Sector"),
+    ],
+)
+def test_bad_input_is_refused(chain, arguments, error, told):
+    given = dict(structure=chain, modes=5, frequency=BAND, dofs=[60]) | arguments
+    with pytest.raises(error, match=told):
+        sh.craig_bampton(**given)
+
+
+def test_what_moves_freely_is_told():
+    free = sh.Model(np.eye(3), np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0]))
+    with pytest.raises(ValueError, match="moves freely"):
+        sh.craig_bampton(free, 1, (1, 2), dofs=[0])

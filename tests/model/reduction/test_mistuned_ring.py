@@ -1,0 +1,273 @@
+"""Disks of reduced sectors whose blades deviate."""
+
+import pickle
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import symhbm as sh
+from tests.sectors_to_reduce import plane_sector, plate_sector
+
+N = 12
+TIP = 76
+BLADE = range(40, 80)
+DEVIATIONS = 0.02 * np.random.default_rng(3).standard_normal(N)
+FORCE = sh.EngineOrder(3, pattern={TIP: 1.0, 50: 0.5j}, amplitude=30.0)
+
+
+@pytest.fixture(scope="module")
+def disk():
+    return plate_sector(N)
+
+
+@pytest.fixture(scope="module")
+def reduced(disk):
+    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE)
+
+
+def whole_ring(disk, deviations):
+    """The unreduced ring, whose blades have other springs: by hand, without the library's ring."""
+    model, n = disk.structure, disk.structure.n_dof
+    right, left = disk.interfaces.right, disk.interfaces.left
+    others = disk.interfaces.others
+    number = np.full((N, n), -1)
+    number[:, others] = np.arange(N * len(others)).reshape(N, -1)
+    number[:, right] = np.roll(number[:, left], -1, axis=0)
+    parts = np.zeros((3, N * len(others), N * len(others)))
+    blade = np.array(BLADE)
+    for j, deviation in enumerate(deviations):
+        stiffness = model.stiffness_matrix.toarray()
+        # What resists the motion of the blade beside that with its root.
+        rest = np.setdiff1d(np.arange(n), blade)
+        inside = stiffness[np.ix_(blade, blade)]
+        relative = np.zeros((len(blade), n))
+        relative[:, blade] = np.eye(len(blade))
+        relative[:, rest] = np.linalg.solve(inside, stiffness[np.ix_(blade, rest)])
+        stiffness = stiffness + deviation * relative.T @ inside @ relative
+        matrices = model.mass_matrix.toarray(), model.damping_matrix.toarray(), stiffness
+        at = np.ix_(number[j], number[j])
+        for part, matrix in zip(parts, matrices, strict=True):
+            part[at] += matrix
+    pairs = [(number[j, 77], number[(j + 1) % N, 74]) for j in range(N)]
+    shroud = sh.Friction(
+        tangential=pairs, contact_stiffness=2e5, friction_coefficient=0.3, normal_load=1.0
+    )
+    return sh.Model(*parts, contacts={"shroud": shroud}), number
+
+
+def wave_of(number, harmonic_force):
+    """The engine order on the whole ring as a plain force."""
+    cosine, sine = np.zeros((2, number.max() + 1))
+    for j in range(N):
+        for dof, phasor in {TIP: 1.0, 50: 0.5j}.items():
+            turned = phasor * np.exp(-2j * np.pi * 3 * j / N)
+            cosine[number[j, dof]], sine[number[j, dof]] = turned.real, -turned.imag
+    return sh.HarmonicForce({1: cosine}, {1: sine}, amplitude=harmonic_force)
+
+
+def tips(point):
+    return point.coefficient.values[point.structure_dof.values % 80 == TIP]
+
+
+def test_a_tuned_ring_has_the_waves_of_its_sector(disk):
+    ring = sh.mistuned_ring(disk)
+    each = [
+        sh.natural_modes(disk, min(wave, N - wave), count=8).frequency.values for wave in range(N)
+    ]
+    expected = np.sort(np.concatenate(each))[: 4 * N]
+    assert_allclose(sh.natural_modes(ring, count=4 * N).frequency, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("make", [plate_sector, plane_sector])
+def test_a_tuned_ring_responds_as_its_sector(make):
+    disk = make(6)
+    modes, dofs, force = (20, [TIP], sh.EngineOrder(2, pattern={TIP: 1.0}, amplitude=30.0))
+    if make is plane_sector:
+        force = sh.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
+        modes, dofs = 3, [8, 9]
+    small = sh.craig_bampton(disk, modes, (1, 100), dofs=dofs)
+    load = sh.StaticLoad({dofs[0]: 2.0})
+    one, whole = (
+        sh.solve(sh.HarmonicBalance(model, force + load, (0, 1, 3)), 27.0)
+        for model in (small, sh.mistuned_ring(small))
+    )
+    scale = np.abs(one.coefficient).max()
+    for j in range(6):
+        own = whole.coefficient.values.reshape(6, small.n_dof, 3, 2)[j]
+        expected = sh.sector_response(one, j).coefficient
+        assert_allclose(own, expected, atol=1e-10 * scale)
+
+
+def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
+    certificate = reduced.structure.certificate
+    exact, number = whole_ring(disk, DEVIATIONS)
+    tuned, _ = whole_ring(disk, np.zeros(N))
+    ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
+    count = 2 * N
+    modes = [
+        sh.natural_modes(model, count=count).frequency.values
+        for model in (exact, tuned, ring, sh.mistuned_ring(reduced))
+    ]
+    shifts = modes[0] - modes[1], modes[2] - modes[3]
+    assert np.abs(shifts[0]).max() > 0.003 * modes[0].max()
+    assert_allclose(shifts[1], shifts[0], atol=1e-4 * modes[0].min())
+    for amplitude in (1e-3, 60.0):  # the shroud sticks, and slips
+        forces = wave_of(number, amplitude), FORCE.with_parameters(force_amplitude=amplitude)
+        problems = [
+            sh.HarmonicBalance(*of_model) for of_model in zip((exact, ring), forces, strict=True)
+        ]
+        peak = np.sqrt(modes[0][0] * modes[0][N])
+        for frequency in np.linspace(0.9 * peak, 1.1 * peak, 20 if amplitude < 1 else 5):
+            points = [sh.solve(problem, frequency) for problem in problems]
+            whole = points[0].coefficient.values[number[:, TIP]]
+            difference = np.abs(tips(points[1]) - whole).max() / np.abs(whole).max()
+            assert difference < min(certificate.error, 0.01)
+
+
+def test_derivatives_by_deviations(reduced):
+    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation")
+    rng = np.random.default_rng(0)
+    values = {name: 0.03 * rng.standard_normal(N) for name in names}
+    ring = sh.mistuned_ring(reduced, **values)
+    problem = sh.HarmonicBalance(ring, FORCE)
+    unknowns = 1e-3 * rng.standard_normal(problem.n_unknowns)
+    for name in names:
+        step = 1e-5 * rng.standard_normal(N)
+        ends = [problem.with_parameters(**{name: values[name] + way * step}) for way in (1, -1)]
+        quotient = (
+            ends[0].evaluate(unknowns, 150.0).residual - ends[1].evaluate(unknowns, 150.0).residual
+        ) / 2
+        inputs = problem.arguments(unknowns, 150.0)
+        derivative = problem.derivative(name).call(inputs)["jacobian"].full() @ step
+        assert_allclose(derivative, quotient, atol=1e-7 * np.abs(quotient).max())
+        whole = ends[0].model.stiffness_matrix, ends[0].model.mass_matrix
+        again = sh.mistuned_ring(reduced, **values | {name: values[name] + step})
+        for found, expected in zip(whole, (again.stiffness_matrix, again.mass_matrix), strict=True):
+            assert abs(found - expected).max() <= 1e-12 * abs(expected).max()
+
+
+def test_a_frequency_deviation_is_one_of_the_square(reduced):
+    by_frequency = sh.mistuned_ring(reduced, frequency_deviation=DEVIATIONS)
+    by_stiffness = sh.mistuned_ring(reduced, stiffness_deviation=(1 + DEVIATIONS) ** 2 - 1)
+    assert abs(by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix).max() < 1e-6
+
+
+def test_the_blade_follows_its_root_freely():
+    disk = plate_sector(4)
+    ground = np.where(np.arange(80) < 8, 1e6, 10.0)
+    stiffness = disk.structure.stiffness_matrix.toarray() - np.diag(ground)
+    free = sh.Model(np.eye(80), np.zeros((80, 80)), stiffness)
+    small = sh.craig_bampton(
+        sh.Sector(free, disk.interfaces.left, disk.interfaces.right, 4), 20, (1, 40), dofs=[TIP],
+        blade=BLADE,
+    )  # fmt: skip
+    together = np.ones(small.structure.n_dof)
+    bent = small.structure.blade_stiffness
+    assert np.abs(bent @ together).max() < 1e-8 * np.abs(bent).max()
+
+
+def small_ring(**deviations):
+    blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
+    disk = sh.Sector(blade, left=[0], right=[1], n_sectors=5)
+    shroud = sh.Friction(
+        tangential=(0, sh.next_sector(0)),
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    return sh.mistuned_ring(disk.with_contacts(shroud=shroud), **deviations)
+
+
+PATTERN = sh.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
+
+
+def test_sweeps_draws_and_archives(tmp_path):
+    ring = small_ring(stiffness_deviation=[0.01, 0, -0.02, 0.005, 0.015])
+    problem = sh.HarmonicBalance(ring, PATTERN)
+    draws = sh.mistuning.truncated_normal(problem, 3, seed=1, stiffness_deviation=0.02)
+    spread = draws.stiffness_deviation
+    assert spread.dims == ("sample", "blade")
+    assert_allclose(spread.values - ring.stiffness_deviation, 0, atol=0.06)
+    response = sh.frf(problem, (20, 45), over=draws, progress=False)
+    alone = sh.frf(problem.with_parameters(stiffness_deviation=spread[1]), (20, 45), progress=False)
+    assert_allclose(response.isel(sample=1).peak_amplitude.max(), alone.peak_amplitude.max())
+    sh.save(alone, tmp_path / "ring.nc")
+    again = sh.rebuild(sh.load(tmp_path / "ring.nc"))
+    assert_allclose(again.model.stiffness_deviation, spread[1])
+    both = [sh.solve(p, 30.0).coefficient for p in (alone_problem(problem, spread[1]), again)]
+    assert_allclose(both[1], both[0], atol=1e-14)
+    sh.verify(alone)
+
+
+def alone_problem(problem, values):
+    return problem.with_parameters(stiffness_deviation=values)
+
+
+def test_sensitivity_agrees_with_differences():
+    values = np.array([0.01, 0, -0.02, 0.005, 0.015])
+    problem = sh.HarmonicBalance(small_ring(stiffness_deviation=values), PATTERN)
+
+    def highest(shift):
+        moved = problem.with_parameters(stiffness_deviation=values + shift * np.eye(5)[2])
+        response = sh.frf(moved, (28, 40), progress=False)
+        return response, float(response.peak_amplitude.max())
+
+    response, top = highest(0.0)
+    slopes = sh.sensitivity(response).peak_amplitude_by_stiffness_deviation
+    peak = int(response.peak_amplitude.values.argmax())
+    dof = int(response.peak_dof[peak])
+    found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
+    quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
+    assert found == pytest.approx(quotient, rel=1e-4)
+    assert top > 0
+
+
+def test_time_domain_and_follow_take_a_ring():
+    problem = sh.HarmonicBalance(small_ring(mass_deviation=0.01), PATTERN, (1, 3, 5))
+    assert bool(sh.periodic_motion(problem, frequency=30.0).converged)
+    curve = sh.follow(problem, "mass_deviation", (-0.05, 0.05), frequency=30.0, progress=False)
+    assert curve.sizes["point"] > 2
+
+
+def test_a_condensed_ring_agrees(reduced):
+    ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
+    small = sh.condense(ring, FORCE, (5, 20), (1,), dofs=np.flatnonzero(ring.kept % 80 == TIP))
+    whole, condensed = (sh.solve(sh.HarmonicBalance(m, FORCE), 12.0) for m in (ring, small))
+    scale = np.abs(whole.coefficient).max()
+    kept = whole.coefficient.values[condensed.structure_dof.values]
+    assert_allclose(condensed.coefficient, kept, atol=1e-8 * scale)
+
+
+def test_structural_damping_of_a_ring():
+    disk = plate_sector(4, sh.StructuralDamping(0.02))
+    force = sh.EngineOrder(1, pattern={TIP: 1.0}, amplitude=30.0)
+    one = sh.solve(sh.HarmonicBalance(disk, force), 27.0)
+    ring = sh.mistuned_ring(disk)
+    problem = sh.HarmonicBalance(ring, force)
+    whole = sh.solve(problem, 27.0)
+    assert_allclose(whole.coefficient[: disk.n_dof], one.coefficient, atol=1e-12)
+    moved = sh.solve(problem.with_parameters(stiffness_deviation=0.02), 27.0)
+    assert np.abs(moved.coefficient - whole.coefficient).max() > 1e-6
+
+
+def test_a_ring_is_sent_to_workers():
+    ring = small_ring(stiffness_deviation=0.02)
+    again = pickle.loads(pickle.dumps(ring)).with_parameters(stiffness_deviation=0.0)
+    assert abs(again.stiffness_matrix - small_ring().stiffness_matrix).max() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        (dict(stiffness_deviation=-1.0), ValueError, "above -1"),
+        (dict(frequency_deviation=[0.0, 0.1]), ValueError, "frequency_deviation"),
+        (dict(mass_deviation="light"), TypeError, "mass_deviation"),
+    ],
+)
+def test_bad_deviations_are_refused(arguments, error, told):
+    with pytest.raises(error, match=told):
+        small_ring(**arguments)
+
+
+def test_only_sectors_make_rings():
+    with pytest.raises(TypeError, match="expected a Sector"):
+        sh.mistuned_ring(3)
