@@ -1,6 +1,7 @@
 """Tuned responses of disks from one sector, held against the assembled ring of all of them."""
 
 import pickle
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ from rings import assembled
 from sectors import FRICTION, random_disk, wave, with_friction, with_opening
 
 import symhbm as sh
+from symhbm.numerics import unknowns_of
+
+histories = import_module("symhbm.plot.contact.histories")
 
 HARMONICS = (0, 1, 2, 3)
 
@@ -45,7 +49,7 @@ def test_peaks_are_those_of_the_ring_of_twelve(contacts):
     ring = assembled(disk, force)
     band = 20.0, 32.0
     one = sh.frf(sh.HarmonicBalance(disk, force, HARMONICS), band)
-    whole = sh.frf(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), band, peaks="all")
+    whole = sh.frf(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), band)
     assert one.n_peaks > 0
     assert np.allclose(one.peak_frequency, whole.peak_frequency, rtol=1e-9)
     assert np.allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
@@ -196,3 +200,23 @@ def test_a_large_sector_asks_to_be_condensed():
     model = sh.Model(np.eye(n), np.eye(n), 1e3 * np.eye(n))
     with pytest.raises(ValueError, match=r"399 degrees of freedom .* symhbm.condense\(sector"):
         sh.HarmonicBalance(sh.Sector(model, [0], [1], 6), one_order())
+
+
+def test_archives_and_loops_of_contacts(tmp_path):
+    """What is drawn of a contact is its motion, its phases from harmonic to harmonic included."""
+    disk = with_opening(random_disk(6, True))
+    problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
+    sh.save(sh.solve(problem, 24.0), tmp_path / "point.nc")
+    point = sh.load(tmp_path / "point.nc")
+    with pytest.raises(sh.ArchiveError, match="of a structure Sector, whose class is not in it"):
+        sh.rebuild(point)
+    given = point.coefficient.transpose("dof", "harmonic", "component").values
+    moves = problem.layout.relative(unknowns_of(problem.basis, HARMONICS, given))
+    for contact, rows in enumerate(disk.contact_rows):
+        told = histories.contact_of(point, contact).relative(point.coefficient)
+        for row, motion in zip(rows, told, strict=True):
+            parts = motion.transpose("harmonic", "component").values.ravel()[[0, *range(2, 8)]]
+            assert np.allclose(parts, moves[row], rtol=0, atol=1e-14 * abs(moves[row]).max())
+    sh.plot.hysteresis(point, contact=0)
+    with pytest.raises(ValueError, match="engine_order: expected 2"):
+        sh.plot.hysteresis(point.assign(engine_order=1), contact=0)
