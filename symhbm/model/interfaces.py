@@ -50,7 +50,8 @@ class ContactPairs:
         Share of each pair of the area of the interface [m^2].
     tangential, across, normal : (n,) of {place: weight}
         Relative displacements along the axes, for `symhbm.Friction`: first side less second, so
-        that the normal one closes where it is positive.
+        that the normal one closes where it is positive. ``across`` is empty where the structure
+        has no displacements along it.
     """
 
     nodes: NDArray[np.int64]
@@ -226,7 +227,12 @@ def contact_pairs(
         one = _components(places, a, first[pair], np.eye(3), about)
         two = _components(places, b, second[pair], turn, about)
         for of_axis, vector in zip(weights, axes[pair], strict=True):
-            of_axis.append(_weights(places, vector, one, two, n_sectors is not None))
+            of_axis.append(_weights(vector, one, two, n_sectors is not None))
+    for name, of_axis in zip(("tangential", "across", "normal"), weights, strict=True):
+        if not all(of_axis):
+            if name != "across":
+                raise ValueError(f"{name}: expected displacements of the nodes along it")
+            of_axis.clear()  # a structure in a plane
     gap = np.einsum("ij,ij->i", second - first, normals)
     return ContactPairs(nodes, between, axes, gap, areas, *weights)
 
@@ -439,7 +445,6 @@ def _components(
 
 
 def _weights(
-    places: Places,
     vector: FloatArray,
     one: dict[str, FloatArray],
     two: dict[str, FloatArray],
@@ -452,6 +457,4 @@ def _weights(
             weight = sign * float(unit @ vector)
             if abs(weight) > 1e-12:
                 result[next_sector(place) if beyond and sign < 0 else place] = weight
-    if not result:
-        raise ValueError(f"left: expected displacements along {vector.round(6).tolist()}")
     return result

@@ -241,3 +241,14 @@ def test_values_of_a_static_analysis(tmp_path):
         pairs.nearest({"x": [1.0]})
     with pytest.raises(ValueError, match="within 1e-06 m"):
         pairs.nearest(table, 1e-6, length=1e-3)
+
+
+def test_structures_in_a_plane_have_one_tangential_direction():
+    line = np.column_stack([np.zeros(3), np.arange(3.0), np.zeros(3)])
+    model = model_of(np.vstack([line, line]), "xy")
+    left, right = [1, 2, 3], [4, 5, 6]
+    pairs = sh.contact_pairs(model, left, right, normal=[1, 0, 0], area=[1e-4] * 3)
+    assert pairs.tangential[1] == {"2:y": 1.0, "5:y": -1.0}
+    assert pairs.across == []
+    with pytest.raises(ValueError, match="normal: expected displacements"):
+        sh.contact_pairs(model, left, right, normal=[0, 0, 1], area=[1e-4] * 3)
