@@ -42,6 +42,7 @@ from symhbm.model.contacts import (
     next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
+from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
@@ -67,6 +68,7 @@ __version__ = version("symhbm")
 __all__ = [
     "ArchiveError",
     "ContactLaw",
+    "ContactPairs",
     "Contacts",
     "Coulomb",
     "CubicSpring",
@@ -97,6 +99,7 @@ __all__ = [
     "VariableLoadFriction",
     "bladed_disk",
     "condense",
+    "contact_pairs",
     "craig_bampton",
     "follow",
     "frf",
