@@ -20,6 +20,7 @@ from symhbm.model import (
     Structure,
     Symmetry,
     check_excitation,
+    check_speed,
     find_symmetry,
     static_force,
 )
@@ -123,6 +124,7 @@ class HarmonicBalance:
 
         ``active`` are groups of contacts that are compiled though they may do nothing.
         """
+        check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry = samples, symmetry
         self._shared = shared

@@ -27,6 +27,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
+from symhbm.model.speed import check_speed, speed_order
 from symhbm.model.structure import (
     SliderContacts,
     SpringSliderContacts,
@@ -53,6 +54,7 @@ __all__ = [
     "Symmetry",
     "bladed_disk",
     "check_excitation",
+    "check_speed",
     "described",
     "dims_of",
     "find_symmetry",
@@ -62,6 +64,7 @@ __all__ = [
     "positive_definite",
     "records_by_name",
     "single_blade",
+    "speed_order",
     "static_force",
     "warn_of_doubts",
     "weighted",

@@ -72,6 +72,11 @@ class EngineOrder(Excitation):
                 raise ValueError(f"blades={check.shown(self.blades)}: expected distinct DOFs")
             put(self, "blades", blades)
 
+    @property
+    def speed_ratios(self) -> frozenset[float]:
+        """``order / harmonic``; none of order 0, which does not tell how fast it turns."""
+        return frozenset({abs(self.order) / self.harmonic} if self.order else ())
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
         check_contained(self.harmonic, basis)

@@ -26,6 +26,7 @@ from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
 from symhbm.model.contacts.planar.period import TOO_MANY
+from symhbm.model.contacts.rotation import of_rotation
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 Given = Literal["normal_load", "gap", "constant"]
@@ -88,9 +89,14 @@ class PlanarFriction(NormalLaw):
         "slip_distance": ("m", "path of the slider per cycle while the contact is closed")
     }
 
-    def __init__(self, given: Given = "normal_load", preload: Preload = "balanced"):
+    def __init__(
+        self,
+        given: Given = "normal_load",
+        preload: Preload = "balanced",
+        engine_order: int | None = None,
+    ):
         check.one_of("given", given, get_args(Given))
-        super().__init__("gap" if given == "gap" else "normal_load", preload)
+        super().__init__("gap" if given == "gap" else "normal_load", preload, engine_order)
         self.given = given
 
     @property
@@ -118,7 +124,7 @@ class PlanarFriction(NormalLaw):
         """Its parameters by name."""
         if self.varies:
             return super().parameters
-        return {**self.friction, "normal_load": _CONSTANT}
+        return {**self.friction, "normal_load": _CONSTANT, **of_rotation(self.engine_order)}
 
     def monotone(self, values: Values) -> bool:
         """Under a constant load alone: the force is then one of two potentials."""
