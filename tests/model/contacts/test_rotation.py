@@ -112,3 +112,16 @@ def test_the_force_has_the_same_order(force):
         sh.HarmonicBalance(model, force, (1, 2))
     sh.HarmonicBalance(model, sh.EngineOrder(ORDER), (1,))
     sh.HarmonicBalance(model, sh.EngineOrder(2 * ORDER, harmonic=2), (1, 2))
+
+
+def test_results_tell_the_speed(tmp_path):
+    turning = problem_of(slider(centrifugal_load=4e-3, engine_order=ORDER), (1,))
+    response = sh.frf(turning, (12, 24), over={"friction_coefficient": [0.2, 0.5]}, progress=False)
+    sh.save(response, tmp_path / "turning.nc")
+    for dataset in (response, sh.load(tmp_path / "turning.nc"), sh.solve(turning, 15.0)):
+        np.testing.assert_allclose(dataset.speed, 60 * dataset.frequency / ORDER)
+        assert dataset.speed.attrs["units"] == "min-1"
+        assert "speed" in dataset.coords
+    np.testing.assert_allclose(response.peak_speed, 60 * response.peak_frequency / ORDER)
+    still = sh.frf(problem_of(slider(), (1,)), (12, 24), progress=False)
+    assert "speed" not in still.coords
