@@ -1,6 +1,7 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
+from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -16,6 +17,7 @@ from symhbm.model.excitation import (
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -29,6 +31,7 @@ from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.speed import check_speed, speed_order
 from symhbm.model.structure import (
+    Matrices,
     SliderContacts,
     SpringSliderContacts,
     Structure,
@@ -45,8 +48,10 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Matrices",
     "Model",
     "PointForce",
+    "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
@@ -61,6 +66,7 @@ __all__ = [
     "force_coefficients",
     "is_pattern",
     "natural_band",
+    "natural_modes_of",
     "positive_definite",
     "records_by_name",
     "single_blade",

@@ -14,7 +14,7 @@ from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model
 from symhbm.model.structure import NearModes, Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
@@ -217,9 +217,12 @@ class CondensedModel(Structure):
         value, slope = self.matrices[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
-    def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
-        return shape[self.dofs], self.share(shape)
+        parts = map(basis.by_harmonic, (shape[self.dofs], self.share(shape)))
+        return list(zip(*parts, strict=True))
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""

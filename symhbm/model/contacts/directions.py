@@ -20,6 +20,37 @@ _AS_WRITTEN = (
 
 
 @dataclass(frozen=True, repr=False)
+class NextSector:
+    """A degree of freedom of the next sector of a disk, see `next_sector`."""
+
+    place: Any
+
+    def __repr__(self) -> str:
+        return f"next_sector({self.place!r})"
+
+
+def next_sector(place: Any) -> NextSector:
+    """A place of the next sector of a disk, for the contacts of a `symhbm.Sector`.
+
+    ``place`` is what the degree of freedom is called in this sector. Its motion is told in the axes
+    of this sector: where directions are cartesian, along those of the first one.
+
+    Examples
+    --------
+    A contact between a place of each sector and another one of the next:
+
+    >>> import symhbm as sh
+    >>> shroud = sh.Friction(
+    ...     tangential=(3, sh.next_sector(5)),
+    ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=10,
+    ... )
+    """
+    if isinstance(place, NextSector):
+        raise TypeError(f"place={place!r}: expected a place of this sector")
+    return NextSector(_place("place", place))
+
+
+@dataclass(frozen=True, repr=False)
 class Weights:
     """A displacement ``y = sum_i weights[i] x[dofs[i]]``, ``dofs`` ascending, weights not 0."""
 
@@ -49,6 +80,11 @@ class Directions(NamedTuple):
             )
         for j, ends in enumerate(self.ends):
             for dof in weights_of(ends)[0]:
+                if isinstance(dof, NextSector):
+                    raise TypeError(
+                        f"{name}[{j}]={dof!r}: only a symhbm.Sector has a next one; give it these "
+                        "contacts, with_contacts"
+                    )
                 check.integer(f"{name}[{j}]", dof, 0, n_dof - 1)
 
 
@@ -118,14 +154,14 @@ def _one(name: str, given: Any) -> Ends:
 def _of_pair(name: str, given: tuple) -> Ends:
     if len(given) not in (1, 2):
         raise ValueError(f"{name}={check.shown(given)}: expected one or two DOFs, or a mapping")
-    pair = tuple(check.integer(name, dof, 0) for dof in given)
+    pair = tuple(_place(name, dof) for dof in given)
     if len(set(pair)) != len(pair):
         raise ValueError(f"{name}={check.shown(given)}: a contact joins two different DOFs")
     return pair
 
 
 def _of_weights(name: str, given: Mapping) -> Ends:
-    dofs = [check.integer(f"{name}={check.shown(given)}, degree of freedom", d, 0) for d in given]
+    dofs = [_place(f"{name}={check.shown(given)}, degree of freedom", dof) for dof in given]
     weights = [check.scalar(f"{name}[{dof}]", weight) for dof, weight in given.items()]
     if not all(weights) or not weights:
         raise ValueError(
@@ -160,5 +196,14 @@ def _simplest(dofs: list[int], weights: list[float]) -> Ends:
     """Weights of 1 and -1 are those of a pair, so that both are the same contact."""
     if weights == [1.0] or sorted(weights) == [-1.0, 1.0]:
         return tuple(dof for _, dof in sorted(zip(weights, dofs, strict=True), reverse=True))
-    pairs = sorted(zip(dofs, weights, strict=True))
+    pairs = sorted(zip(dofs, weights, strict=True), key=lambda pair: _order(pair[0]))
     return Weights(*zip(*pairs, strict=True))  # type: ignore[arg-type]
+
+
+def _place(name: str, given: Any) -> Any:
+    """A degree of freedom, of this sector or of the next."""
+    return given if isinstance(given, NextSector) else check.integer(name, given, 0)
+
+
+def _order(place: Any) -> tuple[bool, Any]:
+    return (True, place.place) if isinstance(place, NextSector) else (False, place)

@@ -1,13 +1,16 @@
 """Groups of contacts: one law, the degrees of freedom it acts between, and its parameters."""
 
+from __future__ import annotations
+
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.directions import Directions, check_directions
+from symhbm.model.contacts.directions import Directions, check_directions, renumbered
 from symhbm.model.contacts.law import ContactLaw
 from symhbm.numerics import check
 
@@ -84,6 +87,16 @@ class Contacts:
         lengths = {name: len(each.ends) for name, each in self.directions.items()}
         if len({*lengths.values()}) > 1:
             raise ValueError(f"directions: expected as many in each direction, got {lengths}")
+
+    def numbered(self, name: str, number: Callable[[Any], int], n_dof: int) -> Contacts:
+        """A copy with other numbers of the places, arrays being those of ``n_dof`` of them."""
+        other = copy(self)
+        other.directions = {}
+        for direction, given in self.directions.items():
+            if given.n_dof not in (None, n_dof):
+                given.check(f"contacts[{name!r}], {direction}", n_dof)
+            other.directions[direction] = Directions(renumbered(given.ends, number))
+        return other
 
     def __len__(self) -> int:
         return len(next(iter(self.directions.values())).ends)
