@@ -25,7 +25,7 @@ from symhbm.model import (
     static_force,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
-from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.numerics import FloatArray, FourierBasis, LowRankSum, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
@@ -107,6 +107,7 @@ class HarmonicBalance:
         if symmetry is not None and not model.has_matrices:
             raise ValueError("symmetry: expected None for a structure without matrices")
         if isinstance(model, Model):
+            _check_entries(model)
             _advise(model)
         self._set(model, excitation, basis, samples, symmetry, {}, None, frozenset())
 
@@ -474,6 +475,16 @@ class HarmonicBalance:
         return (
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
+        )
+
+
+def _check_entries(model: Model) -> None:
+    """Raise TypeError for a large structure whose damping is of low rank: no matrix to compile."""
+    if isinstance(model.damping_matrix, LowRankSum):
+        raise TypeError(
+            f"model: expected one with damping as a sparse matrix, the modal damping of "
+            f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "
+            "symhbm.craig_bampton of the model"
         )
 
 

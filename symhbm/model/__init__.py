@@ -2,6 +2,7 @@
 
 from symhbm.model.builders import bladed_disk, single_blade
 from symhbm.model.cyclic import Sector
+from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -44,17 +45,21 @@ __all__ = [
     "DOUBT",
     "FRICTION_PARAMETERS",
     "PARAMETERS",
+    "Damping",
     "EngineOrder",
     "Excitation",
     "ForceSum",
     "HarmonicForce",
     "Matrices",
+    "ModalDamping",
     "Model",
     "PointForce",
+    "RayleighDamping",
     "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
+    "StructuralDamping",
     "Structure",
     "Symmetry",
     "bladed_disk",

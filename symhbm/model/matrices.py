@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from symhbm.model.damping import Damping
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.structure import Structure
@@ -25,7 +26,8 @@ class Model(Structure):
     Parameters
     ----------
     mass_matrix, damping_matrix, stiffness_matrix : (n_dof, n_dof)
-        Dense or `scipy.sparse` [kg, N s/m, N/m].
+        Dense or `scipy.sparse` [kg, N s/m, N/m]. Damping may be a `ModalDamping`,
+        `RayleighDamping` or `StructuralDamping` instead, from which its matrix follows.
     contacts : sequence of (dof, dof), (dof,) or {dof: weight}, or `symhbm.Contacts` by name
         The two degrees of freedom of each contact, ``y = x[first] - x[second]``; one alone is
         connected to the ground; weights make ``y = sum_i weight_i x[i]``, also as the rows of an
@@ -83,17 +85,39 @@ class Model(Structure):
     cubic_stiffness: Any = None
     lumped: bool = False
 
+    WITHOUT_MATRICES = (
+        "expected viscous damping, a loss factor is of forced responses alone; give a ModalDamping "
+        "with half the loss factor as ratio, or a damping matrix"
+    )
+
     def __post_init__(self):
-        put = object.__setattr__
-        size = None
+        size, given = None, self.damping_matrix
+        if isinstance(given, Damping):
+            self._store(damping=given)
+            vars(self).pop("damping_matrix")
         for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
-            matrix = _matrix(name, getattr(self, name), size)
-            size = matrix.shape[0]
-            put(self, name, matrix)
+            if name in vars(self):
+                matrix = _matrix(name, getattr(self, name), size)
+                size = matrix.shape[0]
+                self._store(**{name: matrix})
         check_semidefinite(self.mass_matrix)
         self._set_contacts(
             self.contacts, **{name: getattr(self, name) for name in CONTACT_PARAMETERS}
         )
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "damping":
+            return None
+        if name != "damping_matrix":
+            return super().__getattr__(name)
+        # Modes take time: they are computed where the matrix is asked for.
+        self._store(damping_matrix=self.damping.matrix(self.mass_matrix, self.stiffness_matrix))
+        return vars(self)["damping_matrix"]
+
+    @property
+    def loss_factor(self) -> float:
+        """Loss factor of a structure with structural damping, 0 of others."""
+        return 0.0 if self.damping is None else self.damping.loss_factor
 
     @property
     def n_dof(self) -> int:
@@ -116,21 +140,27 @@ class Model(Structure):
 
     @property
     def has_matrices(self) -> bool:
-        """That it has."""
-        return True
+        """Whether they are all there is: structural damping is none of them."""
+        return not self.loss_factor
 
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
     ) -> tuple[ComplexArray, ComplexArray]:
-        """``K + i n omega C - (n omega)^2 M`` and its derivative by the frequency, dense."""
+        """``K + i n omega C - (n omega)^2 M`` and its derivative by the frequency, dense.
+
+        ``K (1 + i eta)`` with a loss factor, but at rest.
+        """
         s = harmonic * frequency
         mass, damping = self.mass_matrix.toarray(), self.damping_matrix.toarray()
-        value = self.stiffness_matrix.toarray() + 1j * s * damping - s**2 * mass
+        loss = 1j * self.loss_factor if s else 0.0
+        value = (1 + loss) * self.stiffness_matrix.toarray() + 1j * s * damping - s**2 * mass
         return value, harmonic * (1j * damping - 2 * s * mass)
 
     def description(self) -> dict[str, Any]:
-        """Nothing: the matrices are stored."""
-        return {}
+        """Nothing where matrices are stored, else the loss factor."""
+        if self.has_matrices:
+            return {}
+        return {"structure": {"type": type(self).__name__, "loss_factor": self.loss_factor}}
 
     @property
     def static_stiffness(self) -> Any:

@@ -105,7 +105,9 @@ def recovered(
         at = slice(first, first + 1 + (n > 0))
         sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
-        stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
+        loss = 1j * structure.loss_factor if n else 0.0
+        parts = [(1 + loss) * exact[0] if loss else exact[0], *exact[1:]]
+        stiffness = dynamic_stiffness(parts, LONG(s)).astype(np.clongdouble)
         x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
         rows = stiffness[slaves]
         interior = rows[:, slaves]

@@ -14,7 +14,7 @@ from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model
 from symhbm.model.structure import NearModes, Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, LowRankSum, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
@@ -137,8 +137,9 @@ class CondensedModel(Structure):
         parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
         digest = sha256(np.ascontiguousarray(patterns).tobytes())
         for matrix in parts:
-            for array in (matrix.indptr, matrix.indices, matrix.data):
+            for array in _arrays(matrix):
                 digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(np.array(model.loss_factor).tobytes())
         return {
             "n_dof": self.n_whole,
             "dofs": self.dofs.tolist(),
@@ -247,3 +248,10 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def _arrays(matrix: Any) -> tuple[NDArray, ...]:
+    """All numbers of a matrix."""
+    if isinstance(matrix, LowRankSum):
+        return matrix.arrays
+    return matrix.indptr, matrix.indices, matrix.data

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from symhbm.model.matrices import Model
-from symhbm.numerics import ComplexArray, FloatArray
+from symhbm.numerics import ComplexArray, FloatArray, LowRankSum, solver_of_sum
 
 _COLUMNS = 32
 """Right-hand sides solved at once: little memory."""
@@ -36,6 +36,8 @@ def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
 
 def factorised(matrix: Any) -> Any:
     """Solver of a dynamic stiffness, RuntimeError where it is exactly singular."""
+    if isinstance(matrix, LowRankSum):
+        return solver_of_sum(factorised(matrix.sparse), matrix)
     # An ordering for symmetric patterns, which matrices of structures have.
     options = dict(SymmetricMode=True)
     return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
@@ -71,6 +73,7 @@ class Interior:
         self.others = others = np.setdiff1d(np.arange(model.n_dof), masters)
         self.forces = forces
         whole = model.stiffness_matrix, model.damping_matrix, model.mass_matrix
+        self.lossy = 1 + 1j * model.loss_factor if model.loss_factor else 1.0
         rows = [matrix.tocsr() for matrix in whole]
         inner, outer = ([m[part].tocsc() for m in rows] for part in (others, masters))
         self._inside = [m[:, others] for m in inner]
@@ -98,11 +101,14 @@ class Interior:
         motion of each master and under each unit force; ``[Z, -D_mi D_ii^-1 B]``
         (n_masters, n_masters + n_forces).
         """
+        lossy = self.lossy if s else 1.0
+        blocks = self._inside, self._inwards, self._outwards, self._masters
+        exact = [[part.astype(LONG) for part in block] for block in blocks]
         inside, inwards, outwards, kept = (
-            dynamic_stiffness([m.astype(LONG) for m in parts], LONG(s))
-            for parts in (self._inside, self._inwards, self._outwards, self._masters)
+            dynamic_stiffness([lossy * elastic, damping, mass], LONG(s))
+            for elastic, damping, mass in exact
         )
-        inside = inside.astype(np.result_type(inside, inwards))
+        inside = inside.astype(np.result_type(inside.dtype, inwards.dtype))
         motion = np.full((len(self.others), self.n_columns), np.nan, inside.dtype)
         feel = np.full((len(self.masters), self.n_columns), np.nan, inside.dtype)
         try:
@@ -136,7 +142,7 @@ class Interior:
         amplitudes ``load`` (n_masters + n_forces,).
         """
         n = len(self.masters)
-        powers = np.ones_like(frequencies), 1j * frequencies, -(frequencies**2)
+        powers = self.lossy * np.ones_like(frequencies), 1j * frequencies, -(frequencies**2)
         push = (self.forces @ load[n:]).astype(complex)[:, None]
         for power, inwards in zip(powers, self._inwards, strict=True):
             push = push - (inwards @ load[:n])[:, None] * power
@@ -160,18 +166,19 @@ class Interior:
             # The static motion has no elastic force on the interior.
             push = np.zeros_like(static)
             if not elastic:
-                push = (inwards + _product(inside, self.static)).astype(float)
+                push = (inwards.toarray() + _product(inside, self.static)).astype(float)
             moved = _product(inside, basis).astype(float)
             pull = _product(outwards, basis).astype(float) + static.T @ moved
             if elastic and self.symmetric:
                 pull = np.zeros_like(pull)
             condensed = (kept + _product(outwards, self.static)).astype(float) + static.T @ push
+            loss = self.lossy if elastic else 1.0
             blocks.append(
                 (
-                    np.hstack([condensed, elastic * (static.T @ forces)]),
-                    pull,
-                    np.hstack([basis.T @ push, elastic * (basis.T @ forces)]),
-                    basis.T @ moved,
+                    np.hstack([loss * condensed, elastic * (static.T @ forces)]),
+                    loss * pull,
+                    np.hstack([loss * (basis.T @ push), elastic * (basis.T @ forces)]),
+                    loss * (basis.T @ moved),
                 )
             )
         return [np.array(block) for block in zip(*blocks, strict=True)]
@@ -183,5 +190,9 @@ def _product(matrix: Any, columns: FloatArray) -> Any:
 
 
 def _symmetric(matrix: Any) -> bool:
+    if isinstance(matrix, LowRankSum):
+        motion = np.random.default_rng(0).normal(size=matrix.shape[0])
+        force = matrix @ motion
+        return bool(np.allclose(force, matrix.T @ motion, 1e-12, 1e-12 * np.abs(force).max()))
     skew = abs(matrix - matrix.T)
     return not skew.nnz or float(skew.max()) <= 1e-14 * float(abs(matrix).max())

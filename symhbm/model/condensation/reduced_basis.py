@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
 from symhbm.model.condensation.partition import Interior
@@ -143,7 +144,7 @@ def _resonances(
             np.concatenate([push[:, :, :n], inside], axis=2),
         ],
         axis=1,
-    )
+    ).real
     stiffness[:n, :n] += springs
     try:
         squares = eigvalsh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
@@ -179,14 +180,14 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
     masters, pull, push, inside = blocks
     stiffness, _, mass = inside
     try:
-        squares, shapes = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+        squares, shapes = eigh((stiffness + stiffness.T).real / 2, (mass + mass.T).real / 2)
     except np.linalg.LinAlgError:
         raise ValueError("mass_matrix: expected a positive definite matrix") from None
     stiffness, damping, _ = shapes.T @ inside @ shapes
     if interior.symmetric:
         stiffness = np.diag(stiffness.diagonal())
     # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
-    natural = np.sqrt(np.abs(stiffness.diagonal()))
+    natural = np.sqrt(np.abs(stiffness.diagonal().real))
     size = len(natural)
     upper = np.hstack([np.zeros((size, size)), np.diag(natural)])
     lower = np.hstack([-stiffness / natural, -damping])
@@ -200,9 +201,10 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
 
 
 def _undamped(
-    masters: FloatArray, pull: FloatArray, push: FloatArray, squares: FloatArray, shapes: FloatArray
+    masters: NDArray, pull: NDArray, push: NDArray, squares: FloatArray, shapes: FloatArray
 ) -> tuple[PoleSum, FloatArray]:
     """``Z`` without damping and of symmetric matrices, and natural frequencies of the interior."""
+    masters, pull, push = masters.real, pull.real, push.real
     no_damping = np.array([1.0, 0.0, 1.0])[:, None, None]
     natural = np.sqrt(np.maximum(squares, 0.0))
     share = np.array([1, -1]) / (2j * np.maximum(natural, 1e-300)[:, None])

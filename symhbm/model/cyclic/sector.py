@@ -233,9 +233,7 @@ class Sector(Structure):
             expansion = self.interfaces.expansion(n)
             adjoint = expansion.conj().T.tocsr()
             parts = (getattr(self.structure, name) for name in Matrices._fields)
-            self._waves[n] = Matrices(
-                *((adjoint @ matrix @ expansion).tocsc() for matrix in parts)
-            )
+            self._waves[n] = Matrices(*((adjoint @ matrix @ expansion).tocsc() for matrix in parts))
         return self._waves[n]
 
     def _wave_of(self, nodal_diameter: int | None) -> int:
@@ -301,6 +299,8 @@ class Sector(Structure):
         """``B^H (K + i s C - s^2 M) B``, ``s`` the harmonic's frequency, and its derivative."""
         s = harmonic * frequency
         mass, damping, stiffness = self._dense(self.wave(harmonic))[:3]
+        if s and self.structure.loss_factor:
+            stiffness = (1 + 1j * self.structure.loss_factor) * stiffness
         return stiffness + 1j * s * damping - s**2 * mass, harmonic * (1j * damping - 2 * s * mass)
 
     def _dense(self, nodal_diameter: int) -> tuple[ComplexArray, ...]:

@@ -1,0 +1,73 @@
+"""Natural modes of mass and stiffness matrices."""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from symhbm.numerics import DENSE_LIMIT, FloatArray
+
+_BELOW = 1e-9
+"""Where modes are looked for, below zero, as a share of the square of a high natural frequency."""
+_MOST = 0.5
+"""Share of all modes from which on all of them are computed at once."""
+
+
+def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[FloatArray, NDArray]:
+    """The ``count`` lowest modes, all by default: squares of frequencies, shapes of unit mass.
+
+    Ascending, (n_modes,) [rad^2/s^2] and (n_dof, n_modes) [kg^-1/2]. ``stiffness`` and ``mass`` are
+    sparse, real symmetric or complex Hermitian. Degrees of freedom without mass follow the others;
+    there are fewer modes with them.
+
+    ValueError where some motion has neither mass nor stiffness, or if the modes are not found.
+    """
+    size = mass.shape[0]
+    stiffness = (stiffness + stiffness.conj().T) / 2
+    try:
+        if size <= DENSE_LIMIT or count is None or count > _MOST * size:
+            squares, shapes = _all(stiffness.toarray(), mass.toarray())
+        else:
+            squares, shapes = _some(sp.csc_array(stiffness), sp.csc_array(mass), count)
+    except (np.linalg.LinAlgError, RuntimeError) as error:
+        raise ValueError(
+            "mass_matrix: expected one that gives every motion without stiffness some inertia; its "
+            f"modes cannot be computed ({error})"
+        ) from error
+    order = np.argsort(squares)[:count]
+    return squares[order], shapes[:, order]
+
+
+def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
+    moving = mass.diagonal().real > 0
+    if moving.all():
+        squares, shapes = eigh(stiffness, mass)
+        return squares, shapes
+    still = ~moving
+    # Static condensation: what has no mass is where the forces on it vanish.
+    follows = -np.linalg.solve(stiffness[np.ix_(still, still)], stiffness[np.ix_(still, moving)])
+    condensed = stiffness[np.ix_(moving, moving)] + stiffness[np.ix_(moving, still)] @ follows
+    squares, own = eigh((condensed + condensed.conj().T) / 2, mass[np.ix_(moving, moving)])
+    shapes = np.empty((len(mass), own.shape[1]), dtype=own.dtype)
+    shapes[moving], shapes[still] = own, follows @ own
+    return squares, shapes
+
+
+def _some(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, NDArray]:
+    inertia = mass.diagonal().real
+    moving = inertia > 0
+    shift = -_BELOW * float(np.max(stiffness.diagonal().real[moving] / inertia[moving]))
+    options = dict(SymmetricMode=True)
+    shifted = (stiffness - shift * mass).tocsc()
+    factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+    dtype = shifted.dtype
+    inverse: Any = LinearOperator(shifted.shape, matvec=factors.solve, dtype=dtype)  # type: ignore
+    start = np.random.default_rng(0).normal(size=len(inertia)).astype(dtype)
+    squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
+    # Where many are close, those found are orthogonal to round-off of the iteration only.
+    small = [shapes.conj().T @ (matrix @ shapes) for matrix in (stiffness, mass)]
+    squares, turned = eigh(*((part + part.conj().T) / 2 for part in small))
+    return squares, shapes @ turned
