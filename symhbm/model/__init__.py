@@ -29,8 +29,8 @@ from symhbm.model.parameters import (
     records_by_name,
 )
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
+from symhbm.model.rotation import RotatingModel, check_speed, speed_order
 from symhbm.model.sectors import Symmetry, find_symmetry
-from symhbm.model.speed import check_speed, speed_order
 from symhbm.model.structure import (
     Matrices,
     SliderContacts,
@@ -55,6 +55,7 @@ __all__ = [
     "Model",
     "PointForce",
     "RayleighDamping",
+    "RotatingModel",
     "Sector",
     "SliderContacts",
     "SpringSliderContacts",

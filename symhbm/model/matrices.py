@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike
 from symhbm.model.damping import Damping
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
-from symhbm.model.structure import Structure
-from symhbm.numerics import ComplexArray, FloatArray, check
+from symhbm.model.polynomial import DENSE, PolynomialStructure
+from symhbm.model.structure import Matrices
+from symhbm.numerics import FloatArray, check
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Model(Structure):
+class Model(PolynomialStructure):
     """Structure of Eqs. (1)-(2) with general matrices and contacts.
 
     Parameters
@@ -97,7 +98,7 @@ class Model(Structure):
             vars(self).pop("damping_matrix")
         for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
             if name in vars(self):
-                matrix = _matrix(name, getattr(self, name), size)
+                matrix = matrix_of(name, getattr(self, name), size)
                 size = matrix.shape[0]
                 self._store(**{name: matrix})
         check_semidefinite(self.mass_matrix)
@@ -115,7 +116,7 @@ class Model(Structure):
         return vars(self)["damping_matrix"]
 
     @property
-    def loss_factor(self) -> float:
+    def loss_factor(self) -> float:  # type: ignore[override]
         """Loss factor of a structure with structural damping, 0 of others."""
         return 0.0 if self.damping is None else self.damping.loss_factor
 
@@ -134,7 +135,7 @@ class Model(Structure):
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
-            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
+            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof), DENSE: {}})
         else:
             super()._put(name, value)
 
@@ -143,18 +144,9 @@ class Model(Structure):
         """Whether they are all there is: structural damping is none of them."""
         return not self.loss_factor
 
-    def dynamic_stiffness(
-        self, harmonic: int, frequency: float
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """``K + i n omega C - (n omega)^2 M`` and its derivative by the frequency, dense.
-
-        ``K (1 + i eta)`` with a loss factor, but at rest.
-        """
-        s = harmonic * frequency
-        mass, damping = self.mass_matrix.toarray(), self.damping_matrix.toarray()
-        loss = 1j * self.loss_factor if s else 0.0
-        value = (1 + loss) * self.stiffness_matrix.toarray() + 1j * s * damping - s**2 * mass
-        return value, harmonic * (1j * damping - 2 * s * mass)
+    def matrices_in(self, harmonic: int) -> Matrices:
+        """Those of all harmonics."""
+        return self.matrices()
 
     def description(self) -> dict[str, Any]:
         """Nothing where matrices are stored, else the loss factor."""
@@ -168,20 +160,20 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        return _restored, ({k: v for k, v in vars(self).items() if k not in _CACHED},)
+        return _restored, (type(self), {k: v for k, v in vars(self).items() if k not in _CACHED})
 
 
-_CACHED = {"contact_rows", "directions", "records"}
+_CACHED = {"contact_rows", "directions", "records", DENSE}
 """Attributes that are computed from the others."""
 
 
-def _restored(values: dict[str, Any]) -> Model:
+def _restored(kind: type[Model], values: dict[str, Any]) -> Model:
     """The model that was pickled: it was checked when it was made, but its arrays are writable."""
     for value in values.values():
         array = value.data if sp.issparse(value) else value
         if isinstance(array, np.ndarray):
             array.setflags(write=False)
-    model = object.__new__(Model)
+    model = object.__new__(kind)
     model._store(**values)
     return model
 
@@ -193,7 +185,8 @@ def diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 
 
-def _matrix(name: str, value: Any, size: int | None) -> Any:
+def matrix_of(name: str, value: Any, size: int | None) -> Any:
+    """A square matrix, sparse, read-only, of ``size``; TypeError or ValueError for what is none."""
     matrix: Any
     if sp.issparse(value):
         matrix = sp.csc_array(value, copy=True)

@@ -143,7 +143,7 @@ class Structure(ABC):
         "parameters with over= of frf, or describe it by a Model"
     )
     """What is said where mass, damping and stiffness matrices are needed."""
-    engine_order: int | None = None
+    engine_order: float | None = None
     """Engine order along which its matrices change with the speed of rotation, None without."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""

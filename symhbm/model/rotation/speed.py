@@ -4,7 +4,7 @@ from symhbm.model.excitation import Excitation
 from symhbm.model.structure import Structure
 
 
-def speed_order(model: Structure) -> int | None:
+def speed_order(model: Structure) -> float | None:
     """The engine order along which a structure or its contacts change, None where nothing does.
 
     ValueError for several.
