@@ -43,6 +43,7 @@ from symhbm.model.contacts import (
 )
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
+    campbell,
     follow,
     frf,
     natural_modes,
@@ -94,6 +95,7 @@ __all__ = [
     "UnilateralSpring",
     "VariableLoadFriction",
     "bladed_disk",
+    "campbell",
     "condense",
     "follow",
     "frf",

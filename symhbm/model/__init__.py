@@ -3,6 +3,7 @@
 from symhbm.model.builders import bladed_disk, single_blade
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
+from symhbm.model.eigenmodes import gyroscopic_part
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -70,6 +71,7 @@ __all__ = [
     "dims_of",
     "find_symmetry",
     "force_coefficients",
+    "gyroscopic_part",
     "is_pattern",
     "natural_band",
     "natural_modes_of",

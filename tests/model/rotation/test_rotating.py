@@ -25,8 +25,14 @@ def stiffness_at(speed: float, fourth: bool = True) -> np.ndarray:
 def contacts() -> dict[str, sh.Contacts]:
     return {
         "own": sh.Friction(
-            tangential=(0,), normal=(1,), contact_stiffness=5e3, normal_stiffness=4e3,
-            friction_coefficient=0.4, normal_load=2.0, centrifugal_load=0.01, engine_order=ORDER,
+            tangential=(0,),
+            normal=(1,),
+            contact_stiffness=5e3,
+            normal_stiffness=4e3,
+            friction_coefficient=0.4,
+            normal_load=2.0,
+            centrifugal_load=0.01,
+            engine_order=ORDER,
         )
     }
 
@@ -105,7 +111,7 @@ def test_many_degrees_of_freedom_have_the_same_modes():
     rotor = sh.RotatingModel(model, {0: stiffness, 100: 1.1 * stiffness}, coriolis=skew - skew.T)
     at = rotor.at(1000)
     modes = sh.natural_modes(at, count=5).frequency.values
-    mass, damping, elastic = (part.toarray() for part in at.matrices())
+    _, damping, elastic = (part.toarray() for part in at.matrices())
     whole = np.block([[np.zeros((n, n)), np.eye(n)], [-elastic, -damping]])
     exact = np.sort(np.abs(np.linalg.eigvals(whole).imag))[::2][:5] / (2 * np.pi)
     np.testing.assert_allclose(modes, exact, rtol=1e-9)
@@ -124,7 +130,9 @@ def test_a_sector_turns_as_the_ring_does():
         coriolis=coriolis,
     )
     slider = sh.Friction(
-        tangential=(1, sh.next_sector(1)), contact_stiffness=3e3, friction_coefficient=0.5,
+        tangential=(1, sh.next_sector(1)),
+        contact_stiffness=3e3,
+        friction_coefficient=0.5,
         normal_load=0.05,
     )
     disk = sh.Sector(rotor, [0], [2], n_sectors).with_contacts(shroud=slider)
@@ -144,7 +152,9 @@ def test_a_sector_turns_as_the_ring_does():
     ring = [sum(j.T @ m @ j for j in join) for m in (parts[0], parts[1] + turning * coriolis, own)]
     between = sh.Friction(
         tangential=[(2 * j + 1, 2 * k + 1) for j, k in enumerate(following.tolist())],
-        contact_stiffness=3e3, friction_coefficient=0.5, normal_load=0.05,
+        contact_stiffness=3e3,
+        friction_coefficient=0.5,
+        normal_load=0.05,
     )
     lags = 2 * np.pi * ORDER * np.arange(n_sectors) / n_sectors
     pattern = np.kron(np.exp(-1j * lags), [1.0, 0.5])
