@@ -11,6 +11,7 @@ from symhbm.design import minimise_peak
 from symhbm.model import (
     EngineOrder,
     HarmonicForce,
+    Influence,
     ModalDamping,
     Model,
     PointForce,
@@ -74,6 +75,7 @@ __all__ = [
     "Gap",
     "HarmonicBalance",
     "HarmonicForce",
+    "Influence",
     "Located",
     "ModalDamping",
     "Model",

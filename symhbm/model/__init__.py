@@ -1,7 +1,7 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.cyclic import Sector
+from symhbm.model.cyclic import Influence, Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.eigenmodes import gyroscopic_part
 from symhbm.model.excitation import (
@@ -51,6 +51,7 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Influence",
     "Matrices",
     "ModalDamping",
     "Model",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -100,6 +101,7 @@ class Sector(PolynomialStructure):
     structure: Model
     interfaces: Interfaces
     order: int | None
+    influences: tuple[Coupling, ...]
     _waves: dict[int, Matrices]
     _turns: NDArray[np.bool_]
 
@@ -126,7 +128,7 @@ class Sector(PolynomialStructure):
         check_geometry(places, *ends, rotation, n_sectors)
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
         interfaces = Interfaces(n_sectors, *ends, others, turned)
-        self._store(structure=structure, interfaces=interfaces, order=None)
+        self._store(structure=structure, interfaces=interfaces, order=None, influences=())
         self._store(_turns=known, _waves={})
         self._check_turns("left", ends[0])
         self._set_contacts({})
@@ -145,7 +147,7 @@ class Sector(PolynomialStructure):
         Places of the next sector are told by `symhbm.next_sector`.
         """
         other = object.__new__(type(self))
-        kept = ("structure", "interfaces", "order", "_turns", "_waves")
+        kept = ("structure", "interfaces", "order", "influences", "_turns", "_waves")
         other._store(**{name: getattr(self, name) for name in kept})
         other._set_contacts(groups)
         return other
@@ -215,6 +217,14 @@ class Sector(PolynomialStructure):
             raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
         return self._changed(structure=self.structure.at(speed), _waves={})
 
+    def with_influences(self, *influences: Influence) -> Sector:
+        """A copy with aerodynamic forces between its blades, and no others."""
+        for influence in influences:
+            if not isinstance(influence, Influence):
+                raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
+        couplings = tuple(each.along(self.number_of, self.n_whole) for each in influences)
+        return self._changed(influences=couplings, _waves={})
+
     def in_wave(self, order: int) -> Sector:
         """This sector under an engine order."""
         return self if order == self.order else self._changed(order=order)
@@ -246,8 +256,16 @@ class Sector(PolynomialStructure):
         if n not in self._waves:
             expansion = self.interfaces.expansion(n)
             adjoint = expansion.conj().T.tocsr()
-            parts = (getattr(self.structure, name) for name in Matrices._fields)
-            self._waves[n] = Matrices(*((adjoint @ matrix @ expansion).tocsc() for matrix in parts))
+            mass, damping, stiffness = (
+                (adjoint @ getattr(self.structure, name) @ expansion).tocsc()
+                for name in Matrices._fields
+            )
+            for influence in self.influences:
+                column = adjoint @ influence.column
+                along = (column @ column.conj().T).tocsc()
+                damped, elastic = influence.in_wave(n, self.n_sectors)
+                damping, stiffness = damping + damped * along, stiffness + elastic * along
+            self._waves[n] = Matrices(mass, damping, stiffness)
         return self._waves[n]
 
     def _wave_of(self, nodal_diameter: int | None) -> int:
