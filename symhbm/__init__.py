@@ -11,11 +11,13 @@ from symhbm.design import minimise_peak
 from symhbm.model import (
     EngineOrder,
     HarmonicForce,
+    Influence,
     ModalDamping,
     Model,
     Places,
     PointForce,
     RayleighDamping,
+    RotatingModel,
     Sector,
     StaticLoad,
     StructuralDamping,
@@ -46,6 +48,7 @@ from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
+    campbell,
     follow,
     frf,
     natural_modes,
@@ -77,6 +80,7 @@ __all__ = [
     "Gap",
     "HarmonicBalance",
     "HarmonicForce",
+    "Influence",
     "Located",
     "ModalDamping",
     "Model",
@@ -86,6 +90,7 @@ __all__ = [
     "PointForce",
     "PolynomialLaw",
     "RayleighDamping",
+    "RotatingModel",
     "Sector",
     "SmoothLaw",
     "SolveError",
@@ -98,6 +103,7 @@ __all__ = [
     "UnilateralSpring",
     "VariableLoadFriction",
     "bladed_disk",
+    "campbell",
     "condense",
     "contact_pairs",
     "craig_bampton",

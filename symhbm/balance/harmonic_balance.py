@@ -20,6 +20,7 @@ from symhbm.model import (
     Structure,
     Symmetry,
     check_excitation,
+    check_speed,
     find_symmetry,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
@@ -125,6 +126,7 @@ class HarmonicBalance:
 
         ``active`` are groups of contacts that are compiled though they may do nothing.
         """
+        check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry = samples, symmetry
         self._shared = shared

@@ -20,6 +20,8 @@ _FIRST = (
     *("hysteresis", "normal-force", "states", "stick-map", "model"),
 )
 """The order in which kinds are listed; others follow by name."""
+_NO_ARCHIVES = {"campbell", "interference"}
+"""Pictures of natural frequencies, which no archive holds."""
 
 
 def kinds() -> list[str]:
@@ -29,7 +31,7 @@ def kinds() -> list[str]:
         name
         for name, value in offered.items()
         if inspect.isfunction(value) and "ax" in inspect.signature(value).parameters
-    }
+    } - _NO_ARCHIVES
     return [name for name in _FIRST if name in names] + sorted(names.difference(_FIRST))
 
 

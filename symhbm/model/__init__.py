@@ -1,8 +1,9 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.cyclic import Sector
+from symhbm.model.cyclic import Influence, Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
+from symhbm.model.eigenmodes import gyroscopic_part
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -30,6 +31,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.places import Place, Places, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
+from symhbm.model.rotation import RotatingModel, check_speed, speed_order
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
     Matrices,
@@ -50,6 +52,7 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Influence",
     "Matrices",
     "ModalDamping",
     "Model",
@@ -57,6 +60,7 @@ __all__ = [
     "Places",
     "PointForce",
     "RayleighDamping",
+    "RotatingModel",
     "Sector",
     "SliderContacts",
     "SpringSliderContacts",
@@ -66,10 +70,12 @@ __all__ = [
     "Symmetry",
     "bladed_disk",
     "check_excitation",
+    "check_speed",
     "described",
     "dims_of",
     "find_symmetry",
     "force_coefficients",
+    "gyroscopic_part",
     "is_pattern",
     "natural_band",
     "natural_modes_of",
@@ -77,6 +83,7 @@ __all__ = [
     "positive_definite",
     "records_by_name",
     "single_blade",
+    "speed_order",
     "static_force",
     "warn_of_doubts",
     "weighted",

@@ -12,6 +12,8 @@ from symhbm.numerics import DENSE_LIMIT, FloatArray
 
 _BELOW = 1e-9
 """Where modes are looked for, below zero, as a share of the square of a high natural frequency."""
+_ROUND_OFF = 1e-12
+"""Share of a damping matrix that is no Coriolis force."""
 _MOST = 0.5
 """Share of all modes from which on all of them are computed at once."""
 
@@ -26,7 +28,7 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[F
     ValueError where some motion has neither mass nor stiffness, or if the modes are not found.
     """
     size = mass.shape[0]
-    stiffness = (stiffness + stiffness.conj().T) / 2
+    stiffness = hermitian(stiffness)
     try:
         if size <= DENSE_LIMIT or count is None or count > _MOST * size:
             squares, shapes = _all(stiffness.toarray(), mass.toarray())
@@ -41,6 +43,49 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[F
     return squares[order], shapes[:, order]
 
 
+def gyroscopic_part(damping: Any) -> Any:
+    """What of a sparse damping matrix takes no power, None where that is round-off."""
+    skew = (damping - damping.conj().T) / 2
+    return skew if abs(skew).max() > _ROUND_OFF * abs(damping).max() else None
+
+
+def lowest_gyroscopic(
+    stiffness: Any, gyroscopic: Any, mass: Any, count: int
+) -> tuple[FloatArray, NDArray]:
+    """The lowest modes of ``K + i omega G - omega^2 M``, ``G`` skew-Hermitian: frequencies, shapes.
+
+    Ascending, (count,) [rad/s] and (n_dof, count), complex, of unit mass. With ``psi = omega x``
+    they are those of a Hermitian pair, ``omega [[-i G, M], [M, 0]] z = [[K, 0], [0, M]] z``.
+
+    ValueError unless stiffness and mass are positive definite.
+    """
+    size = mass.shape[0]
+    stiffness, zero = hermitian(stiffness), sp.csc_array(mass.shape)
+    left = sp.block_array([[-1j * gyroscopic, mass], [mass, zero]], format="csc")
+    right = sp.block_array([[stiffness, None], [None, mass]], format="csc").astype(complex)
+    try:
+        if 2 * size <= DENSE_LIMIT or count > _MOST * size:
+            inverse, both = eigh(left.toarray(), right.toarray())
+        else:
+            solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
+            start = np.random.default_rng(0).normal(size=2 * size).astype(complex)
+            inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
+    except (np.linalg.LinAlgError, RuntimeError) as error:
+        raise ValueError(
+            "stiffness_matrix, mass_matrix: expected positive definite ones beside Coriolis "
+            f"forces; their modes cannot be computed ({error})"
+        ) from error
+    order = np.argsort(-inverse)[:count]
+    shapes = both[:size, order]
+    inertia = np.sum(shapes.conj() * (mass @ shapes), axis=0).real
+    return 1 / inverse[order], shapes / np.sqrt(inertia)
+
+
+def hermitian(matrix: Any) -> Any:
+    """The part of a matrix that is Hermitian."""
+    return (matrix + matrix.conj().T) / 2
+
+
 def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
     moving = mass.diagonal().real > 0
     if moving.all():
@@ -50,7 +95,7 @@ def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
     # Static condensation: what has no mass is where the forces on it vanish.
     follows = -np.linalg.solve(stiffness[np.ix_(still, still)], stiffness[np.ix_(still, moving)])
     condensed = stiffness[np.ix_(moving, moving)] + stiffness[np.ix_(moving, still)] @ follows
-    squares, own = eigh((condensed + condensed.conj().T) / 2, mass[np.ix_(moving, moving)])
+    squares, own = eigh(hermitian(condensed), mass[np.ix_(moving, moving)])
     shapes = np.empty((len(mass), own.shape[1]), dtype=own.dtype)
     shapes[moving], shapes[still] = own, follows @ own
     return squares, shapes
@@ -69,5 +114,5 @@ def _some(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, NDArray]:
     squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
     # Where many are close, those found are orthogonal to round-off of the iteration only.
     small = [shapes.conj().T @ (matrix @ shapes) for matrix in (stiffness, mass)]
-    squares, turned = eigh(*((part + part.conj().T) / 2 for part in small))
+    squares, turned = eigh(*map(hermitian, small))
     return squares, shapes @ turned

@@ -16,12 +16,13 @@ from symhbm.model.damping import Damping
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
-from symhbm.model.structure import CACHED, Structure
-from symhbm.numerics import ComplexArray, FloatArray, check
+from symhbm.model.polynomial import PolynomialStructure
+from symhbm.model.structure import CACHED, DENSE, Matrices
+from symhbm.numerics import FloatArray, check
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Model(Structure):
+class Model(PolynomialStructure):
     """Structure of Eqs. (1)-(2) with general matrices and contacts.
 
     Parameters
@@ -102,7 +103,7 @@ class Model(Structure):
             vars(self).pop("damping_matrix")
         for name in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
             if name in vars(self):
-                matrix = _matrix(name, getattr(self, name), size)
+                matrix = matrix_of(name, getattr(self, name), size)
                 size = matrix.shape[0]
                 self._store(**{name: matrix})
         check_semidefinite(self.mass_matrix)
@@ -121,7 +122,7 @@ class Model(Structure):
         return vars(self)["damping_matrix"]
 
     @property
-    def loss_factor(self) -> float:
+    def loss_factor(self) -> float:  # type: ignore[override]
         """Loss factor of a structure with structural damping, 0 of others."""
         return 0.0 if self.damping is None else self.damping.loss_factor
 
@@ -140,7 +141,7 @@ class Model(Structure):
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
-            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
+            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof), DENSE: {}})
         else:
             super()._put(name, value)
 
@@ -149,18 +150,9 @@ class Model(Structure):
         """Whether they are all there is: structural damping is none of them."""
         return not self.loss_factor
 
-    def dynamic_stiffness(
-        self, harmonic: int, frequency: float
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """``K + i n omega C - (n omega)^2 M`` and its derivative by the frequency, dense.
-
-        ``K (1 + i eta)`` with a loss factor, but at rest.
-        """
-        s = harmonic * frequency
-        mass, damping = self.mass_matrix.toarray(), self.damping_matrix.toarray()
-        loss = 1j * self.loss_factor if s else 0.0
-        value = (1 + loss) * self.stiffness_matrix.toarray() + 1j * s * damping - s**2 * mass
-        return value, harmonic * (1j * damping - 2 * s * mass)
+    def matrices_in(self, harmonic: int) -> Matrices:
+        """Those of all harmonics."""
+        return self.matrices()
 
     def description(self) -> dict[str, Any]:
         """Nothing where matrices are stored, else the loss factor."""
@@ -196,7 +188,8 @@ def diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:
     return sp.csc_array((entries, np.arange(size), np.arange(size + 1)), shape=(size, size))
 
 
-def _matrix(name: str, value: Any, size: int | None) -> Any:
+def matrix_of(name: str, value: Any, size: int | None) -> Any:
+    """A square matrix, sparse, read-only, of ``size``; TypeError or ValueError for what is none."""
     matrix: Any
     if sp.issparse(value):
         matrix = sp.csc_array(value, copy=True)

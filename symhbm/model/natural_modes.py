@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.sparse import diags_array
 
-from symhbm.model.eigenmodes import lowest_modes
+from symhbm.model.eigenmodes import gyroscopic_part, lowest_gyroscopic, lowest_modes
 from symhbm.model.structure import Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, LowRankSum
 
 
 def natural_modes_of(
@@ -13,13 +13,19 @@ def natural_modes_of(
 ) -> tuple[FloatArray, ComplexArray]:
     """The lowest natural frequencies (count,) [Hz], ascending, and modes (n_whole, count).
 
-    Modes are of unit mass, of one sector where it is one. Contacts are open, or ``stuck``.
-    Raises ValueError where some motion has neither mass nor stiffness.
+    Modes are of unit mass, of one sector where it is one. Contacts are open, or ``stuck``. What of
+    the damping matrix takes no power, Coriolis forces, counts. Raises ValueError where some motion
+    has neither mass nor stiffness.
     """
-    mass, _, stiffness = structure.matrices(nodal_diameter)
+    mass, damping, stiffness = structure.matrices(nodal_diameter)
     if stuck:
         directions = structure.directions_of(nodal_diameter)
         springs = diags_array(structure.stuck_springs)
         stiffness = stiffness + directions.conj().T @ springs @ directions
-    squares, shapes = lowest_modes(stiffness, mass, count)
-    return np.sqrt(np.maximum(squares, 0.0)) / RADIANS, structure.expanded(shapes, nodal_diameter)
+    gyroscopic = None if isinstance(damping, LowRankSum) else gyroscopic_part(damping)
+    if gyroscopic is None:
+        squares, shapes = lowest_modes(stiffness, mass, count)
+        natural = np.sqrt(np.maximum(squares, 0.0))
+    else:
+        natural, shapes = lowest_gyroscopic(stiffness, gyroscopic, mass, count)
+    return natural / RADIANS, structure.expanded(shapes, nodal_diameter)

@@ -156,6 +156,8 @@ class Structure(ABC):
         "parameters with over= of frf, or describe it by a Model"
     )
     """What is said where mass, damping and stiffness matrices are needed."""
+    engine_order: float | None = None
+    """Engine order along which its matrices change with the speed of rotation, None without."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
     places: Any = None
@@ -617,7 +619,9 @@ class Structure(ABC):
         return "\n".join(lines)
 
 
-CACHED = {"contact_rows", "directions", "records"}
+DENSE = "_dense_powers"
+"""Where a structure keeps its matrices as arrays."""
+CACHED = {"contact_rows", "directions", "records", DENSE}
 """Attributes that are computed from the others."""
 
 

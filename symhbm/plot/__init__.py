@@ -2,6 +2,7 @@
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import response
+from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
@@ -14,10 +15,12 @@ __all__ = [
     "STYLE",
     "SYMBOLS",
     "blades",
+    "campbell",
     "contact_map",
     "disk",
     "envelope",
     "hysteresis",
+    "interference",
     "model",
     "normal_force",
     "nothing_to_draw",

@@ -1,6 +1,6 @@
 """The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
-from symhbm.response.disks import natural_modes, sector_response
+from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
 from symhbm.response.periodic_motion import periodic_motion
@@ -12,6 +12,7 @@ from symhbm.response.verify import summary, verify
 
 __all__ = [
     "FIGURES",
+    "campbell",
     "follow",
     "frf",
     "natural_modes",

@@ -22,6 +22,7 @@ from symhbm.model import (
     Structure,
     described,
     is_pattern,
+    speed_order,
 )
 from symhbm.model.contacts import (
     ContactLaw,
@@ -30,6 +31,7 @@ from symhbm.model.contacts import (
     CubicSpring,
     Parameter,
     PlanarFriction,
+    PressedCoulomb,
     SmoothForce,
     UnilateralSpring,
     VariableLoadFriction,
@@ -42,6 +44,7 @@ from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
+from symhbm.results.variables import VARIABLES
 
 SCHEMA_VERSION = 2
 REFERENCE = (
@@ -55,6 +58,9 @@ OF_STRUCTURE = "structure_dof"
 """Coordinate of condensed structures: which degrees of freedom are kept."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
+SPEED_ORDER = "speed_order"
+"""Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
+SPEEDS = ("speed", "peak_speed", "event_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
@@ -65,6 +71,7 @@ _LAWS: dict[str, Any] = {
         Coulomb,
         CubicSpring,
         PlanarFriction,
+        PressedCoulomb,
         SmoothForce,
         UnilateralSpring,
         VariableLoadFriction,
@@ -108,10 +115,26 @@ class DatasetParts:
         parts = self.variables | self.coordinates
         variables = {name: _variable(part) for name, part in parts.items()}
         labels = None if self.sizes is None else _labels(*self.sizes)
+        coordinates = [*self.coordinates]
+        if SPEED_ORDER in self.attributes:
+            speeds = _speeds(variables, self.attributes[SPEED_ORDER])
+            variables, coordinates = variables | speeds, [*coordinates, *speeds]
         if LARGEST_OF in self.attributes:
             for name in OF_LARGEST & {*variables}:
                 variables[name] = _of_kept(variables[name], self.attributes[LARGEST_OF])
-        return xr.Dataset(variables, labels, self.attributes).set_coords([*self.coordinates])
+        return xr.Dataset(variables, labels, self.attributes).set_coords(coordinates)
+
+
+def _speeds(variables: dict[str, Any], order: int) -> dict[str, Any]:
+    """The speed of rotation [1/min] beside each frequency, along an engine order."""
+    result = {}
+    for name in SPEEDS:
+        frequency = variables.get(name.replace("speed", "frequency"))
+        if frequency is not None:
+            about = VARIABLES[name]
+            attributes = {"units": about.units, "long_name": about.long_name}
+            result[name] = xr.Variable(frequency.dims, 60 / order * frequency.values, attributes)
+    return result
 
 
 def _of_kept(variable: Any, kept: str) -> Any:
@@ -205,6 +228,8 @@ def with_provenance(
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy
     model = problem.model
+    if (order := speed_order(model)) is not None:
+        global_attributes[SPEED_ORDER] = order
     if model.kept is not None:
         global_attributes[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics

@@ -49,6 +49,9 @@ _STABILITY = {
 
 VARIABLES = {
     "frequency": Variable((), "Hz", "excitation frequency"),
+    "speed": Variable((), "min-1", "speed of rotation"),
+    "peak_speed": Variable((), "min-1", "speed of rotation at the peak"),
+    "event_speed": Variable((), "min-1", "speed of rotation at the event"),
     "coefficient": Variable(
         ("dof", "harmonic", "component"), "m", "Fourier coefficient of the displacement"
     ),

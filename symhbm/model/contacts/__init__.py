@@ -39,6 +39,7 @@ from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
 from symhbm.model.contacts.polynomial import PolynomialLaw
+from symhbm.model.contacts.rotation import PressedCoulomb
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
@@ -63,6 +64,7 @@ __all__ = [
     "Parameter",
     "PlanarFriction",
     "PolynomialLaw",
+    "PressedCoulomb",
     "SmoothForce",
     "SmoothLaw",
     "SpringSliders",

@@ -7,6 +7,7 @@ from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.law import ContactLaw
 from symhbm.model.contacts.normal import Given, Preload, given_of
 from symhbm.model.contacts.planar import PlanarFriction
+from symhbm.model.contacts.rotation import PressedCoulomb, given_by_rotation
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 
@@ -34,6 +35,10 @@ class Friction(Contacts):
         ``"balanced"``: displacements are measured from the equilibrium under the preload.
         ``"coupled"``: from where nothing is loaded; static loads press the contacts, in
         harmonic 0.
+    centrifugal_load, engine_order
+        What rotation adds to the load, ``centrifugal_load (omega / engine_order)^2`` [N], one value
+        or one per contact [kg m]: ``m r`` of a damper. The excitation is one of that engine order,
+        so that ``omega / engine_order`` is the speed of rotation. Both or neither.
 
     Raises
     ------
@@ -73,18 +78,20 @@ class Friction(Contacts):
         normal_load: Any = None,
         gap: Any = None,
         preload: Preload = "balanced",
+        centrifugal_load: Any = None,
+        engine_order: int | None = None,
     ):
         values = dict(
             contact_stiffness=contact_stiffness, friction_coefficient=friction_coefficient
         )
         given, load = given_of(normal_load, gap)
-        values[given] = load
+        values |= {given: load} | given_by_rotation(centrifugal_load, engine_order)
         if normal is None and (given == "gap" or normal_stiffness is not None):
             raise ValueError(
                 "normal=None: expected the normal direction, a gap or a normal stiffness needs it"
             )
         directions = {"tangential": tangential}
-        law = _law(across is not None, normal is not None, given, preload)
+        law = _law(across is not None, normal is not None, given, preload, engine_order)
         if across is not None:
             directions["across"] = across
         if normal is not None:
@@ -92,13 +99,17 @@ class Friction(Contacts):
         super().__init__(law, **directions, **values)
 
 
-def _law(planar: bool, presses: bool, given: Given, preload: Preload) -> ContactLaw:
+def _law(
+    planar: bool, presses: bool, given: Given, preload: Preload, engine_order: int | None
+) -> ContactLaw:
     """The law of friction in one direction or two, with a load that varies or a constant one."""
     if presses:
-        return PlanarFriction(given, preload) if planar else VariableLoadFriction(given, preload)
+        return (PlanarFriction if planar else VariableLoadFriction)(given, preload, engine_order)
     if preload != "balanced":
         raise ValueError(
             f"preload={preload!r}: expected 'balanced' without a normal direction, the load is "
             "constant"
         )
-    return PlanarFriction("constant") if planar else Coulomb()
+    if planar:
+        return PlanarFriction("constant", engine_order=engine_order)
+    return Coulomb() if engine_order is None else PressedCoulomb(engine_order)

@@ -15,6 +15,7 @@ from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.history import Behaviour, History
 from symhbm.model.contacts.law import Located, Values
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload, given_of
+from symhbm.model.contacts.rotation import given_by_rotation
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -203,7 +204,7 @@ class Gap(Contacts):
     gap, normal_load
         The gap [m], with ``N0 = -k_n gap``, or the preload ``N0`` [N]. The one that is given is the
         parameter: it stays as it is where the normal stiffness changes.
-    preload
+    preload, centrifugal_load, engine_order
         As of `symhbm.Friction`.
 
     Raises
@@ -231,7 +232,10 @@ class Gap(Contacts):
         gap: Any = None,
         normal_load: Any = None,
         preload: Preload = "balanced",
+        centrifugal_load: Any = None,
+        engine_order: int | None = None,
     ):
         given, load = given_of(normal_load, gap)
-        law = UnilateralSpring(given, preload)
-        super().__init__(law, normal=normal, normal_stiffness=normal_stiffness, **{given: load})
+        law = UnilateralSpring(given, preload, engine_order)
+        values = {given: load} | given_by_rotation(centrifugal_load, engine_order)
+        super().__init__(law, normal=normal, normal_stiffness=normal_stiffness, **values)

@@ -142,7 +142,8 @@ class ContactLaw(ABC):
     """The element of `symhbm.plot.model`: friction, cubic or contact."""
     odd: ClassVar[bool] = True
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
-
+    engine_order: int | None = None
+    """Engine order along which rotation moves the force with the frequency, None without."""
     sums_samples: ClassVar[bool] = False
     """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.rotation import centrifugal, check_order, of_rotation
 from symhbm.numerics import Compiled, FloatArray, check
 
 Given = Literal["normal_load", "gap"]
@@ -50,16 +51,24 @@ class NormalLaw(ContactLaw):
 
     ``given`` says which of both is the parameter; ``preload="balanced"`` says that displacements
     are measured from the equilibrium under the preload, ``"coupled"`` that static loads press the
-    contact in harmonic 0. Raises ValueError for other words.
+    contact in harmonic 0. With an ``engine_order`` rotation presses the contact, too, by the
+    parameter ``centrifugal_load``, see `symhbm.model.contacts.rotation`. Raises ValueError for
+    other words.
     """
 
     odd = False
     friction: ClassVar[Mapping[str, Parameter]] = {}
     """Parameters beside those of the normal side."""
 
-    def __init__(self, given: Given = "normal_load", preload: Preload = "balanced"):
+    def __init__(
+        self,
+        given: Given = "normal_load",
+        preload: Preload = "balanced",
+        engine_order: int | None = None,
+    ):
         self.given = check.one_of("given", given, get_args(Given))
         self.preload = check.one_of("preload", preload, get_args(Preload))
+        self.engine_order = check_order(engine_order)
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:  # type: ignore[override]
@@ -67,13 +76,16 @@ class NormalLaw(ContactLaw):
         stiffness = Parameter(
             "N m-1", "normal stiffness of the contact", "$k_n$", "N/m", designed=True
         )
-        return {**self.friction, "normal_stiffness": stiffness, self.given: _LOADS[self.given]}
+        of_load = {"normal_stiffness": stiffness, self.given: _LOADS[self.given]}
+        return {**self.friction, **of_load, **of_rotation(self.engine_order)}
 
     def load(self, frequency: Any, values: Values) -> Any:
         """``N0`` [N] at an angular frequency [rad/s], of arrays or of symbols; negative: a gap."""
         if self.given == "gap":
-            return -values["normal_stiffness"] * values["gap"]
-        return values["normal_load"]
+            at_rest = -values["normal_stiffness"] * values["gap"]
+        else:
+            at_rest = values["normal_load"]
+        return at_rest + centrifugal(self.engine_order, frequency, values)
 
     def balanced_load(self, frequency: Any, values: Values) -> Any:
         """The share of the normal force that the equilibrium holds, as a CasADi expression [N]."""
@@ -131,6 +143,7 @@ class NormalLaw(ContactLaw):
     def __repr__(self) -> str:
         words = [repr(self.given)] if self.given != "normal_load" else []
         words += [f"preload={self.preload!r}"] if self.preload != "balanced" else []
+        words += [f"engine_order={self.engine_order}"] if self.engine_order is not None else []
         return f"{type(self).__name__}({', '.join(words)})"
 
 

@@ -8,9 +8,9 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -21,14 +21,16 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
-from symhbm.model.structure import AT_REST, Matrices, NearModes, Structure, weighted
-from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check, negative_eigenvalues
+from symhbm.model.polynomial import PolynomialStructure
+from symhbm.model.rotation import RotatingModel
+from symhbm.model.structure import AT_REST, DENSE, Matrices
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 LARGEST = 300
 """Degrees of freedom of a sector that is balanced as it is: larger ones are condensed."""
 
 
-class Sector(Structure):
+class Sector(PolynomialStructure):
     """A tuned disk of ``n_sectors`` identical sectors, by the structure of one of them.
 
     Under an engine order E each sector lags the one before,
@@ -99,8 +101,8 @@ class Sector(Structure):
     structure: Model
     interfaces: Interfaces
     order: int | None
+    influences: tuple[Coupling, ...]
     _waves: dict[int, Matrices]
-    _arrays: dict[int, tuple[ComplexArray, ...]]
     _turns: NDArray[np.bool_]
 
     def __init__(
@@ -126,9 +128,9 @@ class Sector(Structure):
         check_geometry(places, *ends, rotation, n_sectors)
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
         interfaces = Interfaces(n_sectors, *ends, others, turned)
-        self._store(structure=structure, interfaces=interfaces, order=None)
+        self._store(structure=structure, interfaces=interfaces, order=None, influences=())
         self._store(places=None if places is None else places.of(others))
-        self._store(_turns=known, _waves={}, _arrays={})
+        self._store(_turns=known, _waves={})
         self._check_turns("left", ends[0])
         self._set_contacts({})
 
@@ -147,8 +149,8 @@ class Sector(Structure):
         ``2 n_dof - 1`` of arrays of weights.
         """
         other = object.__new__(type(self))
-        kept = ("structure", "places", "interfaces", "order", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in kept}, _arrays={})
+        kept = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
+        other._store(**{name: getattr(self, name) for name in kept})
         other._set_contacts(groups)
         return other
 
@@ -219,7 +221,7 @@ class Sector(Structure):
         return self.structure.felt_static(excitation, basis)
 
     @property
-    def loss_factor(self) -> float:
+    def loss_factor(self) -> float:  # type: ignore[override]
         """That of the structure."""
         return self.structure.loss_factor
 
@@ -233,15 +235,37 @@ class Sector(Structure):
                 f"model: a sector of {self.n_dof:,} degrees of freedom is to be condensed first, "
                 "symhbm.condense(sector, excitation, frequency, harmonics, dofs=...)"
             )
-        return self.in_wave(sector_order(excitation, self.n_sectors))
+        order = sector_order(excitation, self.n_sectors)
+        return self._changed(order=order, structure=self.structure.under(excitation))
+
+    def at(self, speed: float) -> Sector:
+        """The sector of a `RotatingModel` at one speed [1/min]."""
+        if not isinstance(self.structure, RotatingModel):
+            raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
+        return self._changed(structure=self.structure.at(speed), _waves={})
+
+    def with_influences(self, *influences: Influence) -> Sector:
+        """A copy with aerodynamic forces between its blades, and no others."""
+        for influence in influences:
+            if not isinstance(influence, Influence):
+                raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
+        couplings = tuple(each.along(self.number_of, self.n_whole) for each in influences)
+        return self._changed(influences=couplings, _waves={})
 
     def in_wave(self, order: int) -> Sector:
         """The sector under an engine order."""
-        if order == self.order:
-            return self
+        return self if order == self.order else self._changed(order=order)
+
+    def _changed(self, **values: Any) -> Sector:
         other = object.__new__(type(self))
-        other._store(**vars(self) | {"order": order})
+        other._store(**vars(self) | values)
+        vars(other).pop(DENSE, None)
         return other
+
+    @property
+    def engine_order(self) -> float | None:  # type: ignore[override]
+        """That along which the structure changes with the speed, None where it does not."""
+        return self.structure.engine_order
 
     def wave(self, harmonic: int) -> int:
         """Nodal diameters of a harmonic, 0 to N - 1; ValueError without an engine order."""
@@ -265,6 +289,12 @@ class Sector(Structure):
             found = {name: (adjoint @ getattr(model, name) @ expansion).tocsc() for name in names}
             if given is not None:
                 found["damping_matrix"] = given.matrix(*found.values())
+            for influence in self.influences:
+                column = adjoint @ influence.column
+                along = (column @ column.conj().T).tocsc()
+                damping, stiffness = influence.in_wave(n, self.n_sectors)
+                found["damping_matrix"] = found["damping_matrix"] + damping * along
+                found["stiffness_matrix"] = found["stiffness_matrix"] + stiffness * along
             self._waves[n] = Matrices(**found)
         return self._waves[n]
 
@@ -325,44 +355,15 @@ class Sector(Structure):
         """Stiffness at rest, sparse (n_dof, n_dof) [N/m]."""
         return self.matrices(0).stiffness_matrix
 
-    def dynamic_stiffness(
-        self, harmonic: int, frequency: float
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """``B^H (K + i s C - s^2 M) B``, ``s`` the harmonic's frequency, and its derivative."""
-        s = harmonic * frequency
-        mass, damping, stiffness = self._dense(self.wave(harmonic))[:3]
-        if s and self.structure.loss_factor:
-            stiffness = (1 + 1j * self.structure.loss_factor) * stiffness
-        return stiffness + 1j * s * damping - s**2 * mass, harmonic * (1j * damping - 2 * s * mass)
+    def matrices_in(self, harmonic: int) -> Matrices:
+        """Those of the wave of a harmonic."""
+        return self.matrices(self.wave(harmonic))
 
-    def _dense(self, nodal_diameter: int) -> tuple[ComplexArray, ...]:
-        """Mass, damping and stiffness matrices of a wave, and directions, as arrays."""
-        if nodal_diameter not in self._arrays:
-            parts = *self.matrices(nodal_diameter), self.directions_of(nodal_diameter)
-            self._arrays[nodal_diameter] = tuple(part.toarray().astype(complex) for part in parts)
-        return self._arrays[nodal_diameter]
-
-    def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
-        """Number of natural frequencies below a harmonic, counted exactly."""
-        mass, _, stiffness, directions = self._dense(self.wave(harmonic))
-        dynamic = stiffness + weighted(directions.conj().T, springs) @ directions
-        return negative_eigenvalues(_hermitian(dynamic) - (harmonic * frequency) ** 2 * mass)
-
-    def modes_near(
-        self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
-    ) -> NearModes | None:
-        """All modes of a wave, with springs and losses; None where a motion has no inertia."""
-        mass, damping, stiffness, directions = self._dense(self.wave(harmonic))
-        exciting, adjoint = harmonic * frequency, directions.conj().T
-        stuck = _hermitian(stiffness + weighted(adjoint, springs) @ directions)
-        try:
-            squares, shapes = eigh(stuck, mass)
-        except np.linalg.LinAlgError:
-            return None
-        natural = np.sqrt(np.maximum(squares, 1e-300))
-        viscous = damping + weighted(adjoint, losses / exciting) @ directions
-        width = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes, optimize=True).real / 2
-        return NearModes(natural - exciting, width, np.ones(len(natural), dtype=bool), shapes)
+    def rotation_powers(self, harmonic: int) -> dict[int, Any]:
+        """Those of the structure, in the wave of a harmonic."""
+        expansion = self.interfaces.expansion(self.wave(harmonic))
+        adjoint, parts = expansion.conj().T, self.structure.rotation_powers(harmonic)
+        return {power: adjoint @ part @ expansion for power, part in parts.items()}
 
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""
@@ -374,10 +375,6 @@ class Sector(Structure):
             f"{super().__repr__()}\n  one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
-
-
-def _hermitian(matrix: ComplexArray) -> ComplexArray:
-    return (matrix + matrix.conj().T) / 2
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:

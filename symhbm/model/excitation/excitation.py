@@ -29,6 +29,11 @@ class Excitation(ABC):
     """Factor of the shape [N]."""
 
     @property
+    def speed_ratios(self) -> frozenset[float]:
+        """Frequencies over the speed of rotation that engine orders of it tell."""
+        return frozenset()
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """The named parameters and their values."""
         return {name: getattr(self, attribute) for name, attribute in self._fields.items()}
@@ -100,6 +105,11 @@ class ForceSum(Excitation):
         names = [(name, k) for k, part in enumerate(self.parts) for name in part.parameters]
         count = Counter(name for name, _ in names)
         return {n: k for n, k in names if count[n] == 1 and n != "force_amplitude"}
+
+    @property
+    def speed_ratios(self) -> frozenset[float]:
+        """Those of all parts."""
+        return frozenset[float]().union(*(part.speed_ratios for part in self.parts))
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -105,6 +105,11 @@ class EngineOrder(Excitation):
                 )
             put(self, "pattern", check_pattern(self.pattern))
 
+    @property
+    def speed_ratios(self) -> frozenset[float]:
+        """``order / harmonic``; none of order 0, which does not tell how fast it turns."""
+        return frozenset({abs(self.order) / self.harmonic} if self.order else ())
+
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same force on numbered degrees of freedom."""
         if self.pattern is not None:

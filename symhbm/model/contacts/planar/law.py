@@ -29,6 +29,7 @@ from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.model.contacts.planar.rest import middle_of
+from symhbm.model.contacts.rotation import of_rotation
 from symhbm.numerics import FloatArray, FourierBasis, check
 from symhbm.numerics.loops import Loop
 
@@ -92,9 +93,14 @@ class PlanarFriction(NormalLaw):
         "slip_distance": ("m", "path of the slider per cycle while the contact is closed")
     }
 
-    def __init__(self, given: Given = "normal_load", preload: Preload = "balanced"):
+    def __init__(
+        self,
+        given: Given = "normal_load",
+        preload: Preload = "balanced",
+        engine_order: int | None = None,
+    ):
         check.one_of("given", given, get_args(Given))
-        super().__init__("gap" if given == "gap" else "normal_load", preload)
+        super().__init__("gap" if given == "gap" else "normal_load", preload, engine_order)
         self.given = given
 
     @property
@@ -122,7 +128,7 @@ class PlanarFriction(NormalLaw):
         """Its parameters by name."""
         if self.varies:
             return super().parameters
-        return {**self.friction, "normal_load": _CONSTANT}
+        return {**self.friction, "normal_load": _CONSTANT, **of_rotation(self.engine_order)}
 
     def monotone(self, values: Values) -> bool:
         """Under a constant load alone: the force is then one of two potentials."""

@@ -1,0 +1,90 @@
+"""Structures whose dynamic stiffness is a polynomial of the frequency, harmonic by harmonic."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.model.eigenmodes import hermitian, lowest_modes
+from symhbm.model.structure import DENSE, Matrices, NearModes, Structure, weighted
+from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
+
+
+class PolynomialStructure(Structure):
+    """A structure of ``Z = sum_k omega^k A_k`` in each harmonic, and of an inertia.
+
+    Models, what rotates, and sectors of both tell their `powers`.
+    """
+
+    loss_factor: float = 0.0
+    """Share of the stiffness that is a loss in every harmonic above 0."""
+
+    @abstractmethod
+    def matrices_in(self, harmonic: int) -> Matrices:
+        """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""
+
+    def rotation_powers(self, harmonic: int) -> dict[int, Any]:
+        """What rotation adds to the ``A_k``, sparse (n_dof, n_dof) by ``k``."""
+        return {}
+
+    def powers(self, harmonic: int) -> dict[int, Any]:
+        """Sparse ``A_k`` (n_dof, n_dof) by ``k``: ``K + i n omega C - (n omega)^2 M`` and more."""
+        mass, damping, stiffness = self.matrices_in(harmonic)
+        lossy = 1 + 1j * self.loss_factor if harmonic and self.loss_factor else 1.0
+        result = {0: lossy * stiffness, 1: 1j * harmonic * damping, 2: -(harmonic**2) * mass}
+        for power, added in self.rotation_powers(harmonic).items():
+            result[power] = result[power] + added if power in result else added
+        return result
+
+    def _dense(self, harmonic: int) -> tuple[dict[int, ComplexArray], ComplexArray]:
+        """``A_k`` and directions of the contacts as arrays."""
+        arrays = vars(self).setdefault(DENSE, {})
+        if harmonic not in arrays:
+            powers = self.powers(harmonic).items()
+            dense = {k: part.toarray().astype(complex) for k, part in powers}
+            arrays[harmonic] = dense, self.directions_in(harmonic).toarray()
+        return arrays[harmonic]
+
+    def dynamic_stiffness(
+        self, harmonic: int, frequency: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """The polynomial and its derivative by the frequency, dense."""
+        parts, _ = self._dense(harmonic)
+        value, slope = np.zeros((2, self.n_dof, self.n_dof), dtype=complex)
+        for power, part in parts.items():
+            value += frequency**power * part
+            if power:
+                slope += power * frequency ** (power - 1) * part
+        return value, slope
+
+    def _undamped(self, harmonic: int, frequency: float, springs: FloatArray) -> ComplexArray:
+        _, directions = self._dense(harmonic)
+        whole = self.dynamic_stiffness(harmonic, frequency)[0]
+        return hermitian(whole + weighted(directions.conj().T, springs) @ directions)
+
+    def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int | None:
+        """Number of natural frequencies below a harmonic, counted exactly."""
+        return negative_eigenvalues(self._undamped(harmonic, frequency, springs))
+
+    def modes_near(
+        self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
+    ) -> NearModes | None:
+        """All modes of a harmonic, with springs and losses; None where a motion has no inertia."""
+        exciting, inertia = harmonic * frequency, self.matrices_in(harmonic).mass_matrix
+        elastic = self._undamped(harmonic, frequency, springs) + exciting**2 * inertia.toarray()
+        try:
+            squares, shapes = lowest_modes(sp.csc_array(elastic), inertia)
+        except ValueError:
+            return None
+        if len(squares) < self.n_dof:
+            return None
+        natural = np.sqrt(np.maximum(squares, 1e-300))
+        _, directions = self._dense(harmonic)
+        whole = self.dynamic_stiffness(harmonic, frequency)[0]
+        loss = (whole - whole.conj().T) / 2j + weighted(directions.conj().T, losses) @ directions
+        width = np.einsum("ik,ij,jk->k", shapes.conj(), loss / exciting, shapes, optimize=True)
+        near = np.ones(len(natural), dtype=bool)
+        return NearModes(natural - exciting, width.real / 2, near, shapes)

@@ -1,0 +1,119 @@
+"""Aerodynamic forces between blades: waves of a sector against the ring of all of them."""
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+
+N, ORDER, FREQUENCY = 8, 3, 30.0
+COEFFICIENTS = {-1: 60 + 300j, 0: -100 + 500j, 1: 30 - 250j, 2: 10 + 20j}
+MASS, DAMPING = np.diag([1.0, 0.5, 0]), np.diag([3.0, 2.0, 0])
+STIFFNESS = np.array([[9e4, -2e4, -3e4], [-2e4, 6e4, 0], [-3e4, 0, 3e4]])
+SHAPE = {1: 1.0, 0: 0.3}
+
+
+def disk(load: float = 1.0) -> sh.Sector:
+    """Sectors of two masses, the second of which rubs on that of the next sector."""
+    slider = sh.Friction(
+        tangential=(1, sh.next_sector(1)),
+        contact_stiffness=2e4,
+        friction_coefficient=0.5,
+        normal_load=load,
+    )
+    sector = sh.Sector(sh.Model(MASS, DAMPING, STIFFNESS), [0], [2], N)
+    return sector.with_contacts(shroud=slider)
+
+
+def ring(load: float = 1.0) -> sh.HarmonicBalance:
+    """All sectors, with the same forces between them."""
+    following = np.roll(np.arange(N), -1)
+    join = np.zeros((N, 3, 2 * N))
+    for j in range(N):
+        join[j, 0, 2 * j] = join[j, 1, 2 * j + 1] = join[j, 2, 2 * following[j]] = 1
+    mass, damping, stiffness = (
+        sum(each.T @ matrix @ each for each in join) for matrix in (MASS, DAMPING, STIFFNESS)
+    )
+    along = np.zeros((N, 2 * N))
+    for j in range(N):
+        along[j, [2 * j, 2 * j + 1]] = SHAPE[0], SHAPE[1]
+    for distance, value in COEFFICIENTS.items():
+        ahead = along[(np.arange(N) + distance) % N]
+        stiffness = stiffness + value.real * along.T @ ahead
+        damping = damping + value.imag / (2 * np.pi * FREQUENCY) * along.T @ ahead
+    sliders = sh.Friction(
+        tangential=[(2 * j + 1, 2 * k + 1) for j, k in enumerate(following.tolist())],
+        contact_stiffness=2e4,
+        friction_coefficient=0.5,
+        normal_load=load,
+    )
+    model = sh.Model(mass, damping, stiffness, contacts={"shroud": sliders})
+    pattern = np.kron(np.exp(-2j * np.pi * ORDER * np.arange(N) / N), [0.2, 1.0])
+    wave = sh.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag})
+    return sh.HarmonicBalance(model, wave, (1, 3))
+
+
+@pytest.mark.filterwarnings("ignore:is this what was meant")
+def test_waves_are_those_of_the_ring():
+    moved = disk().with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
+    force = sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
+    wave, whole = sh.HarmonicBalance(moved, force, (1, 3)), ring()
+    for frequency in (40.0, 52.0, 60.0):
+        one, all_of_them = sh.solve(wave, frequency), sh.solve(whole, frequency)
+        first = all_of_them.coefficient.values[:2]
+        np.testing.assert_allclose(one.coefficient, first, rtol=1e-8, atol=1e-13)
+    without = sh.solve(sh.HarmonicBalance(disk(), force, (1, 3)), frequency)
+    assert abs(without.coefficient.values - one.coefficient.values).max() > 1e-6
+
+
+@pytest.mark.filterwarnings("ignore:is this what was meant")
+def test_peaks_are_those_of_the_ring():
+    moved = disk(0.1).with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
+    problem = sh.HarmonicBalance(moved, sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0}), (1, 3))
+    one = sh.frf(problem, (30, 80), progress=False)
+    whole = sh.frf(ring(0.1), (30, 80), progress=False)
+    peaks = [np.unique(found.peak_frequency.values.round(7)) for found in (one, whole)]
+    np.testing.assert_allclose(*peaks, rtol=1e-8)
+    assert one.peak_amplitude.max() == pytest.approx(whole.peak_amplitude.max().item(), rel=1e-9)
+
+
+def test_coefficients_of_waves_are_those_of_distances():
+    waves = [
+        sum(value * np.exp(-2j * np.pi * k * n / N) for k, value in COEFFICIENTS.items())
+        for n in range(N)
+    ]
+    by_wave = sh.Influence.by_nodal_diameter(SHAPE, waves, FREQUENCY)
+    by_distance = sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY)
+    for n in range(N):
+        first, second = (
+            disk().with_influences(each).matrices(n) for each in (by_wave, by_distance)
+        )
+        for one, other in zip(first, second, strict=True):
+            np.testing.assert_allclose(one.toarray(), other.toarray(), rtol=1e-11, atol=1e-9)
+        # At their frequency they are what was given.
+        added = second.stiffness_matrix - disk().matrices(n).stiffness_matrix
+        damped = second.damping_matrix - disk().matrices(n).damping_matrix
+        whole = (added + 2j * np.pi * FREQUENCY * damped).toarray()
+        assert whole[1, 1] == pytest.approx(waves[n])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        (({}, {0: 1.0}, 30), ValueError, "shape={}"),
+        (({0: 1.0}, {}, 30), TypeError, "coefficients={}"),
+        (({0: 1.0}, {0: "much"}, 30), TypeError, "complex numbers"),
+        (({0: 1.0}, {0: np.nan}, 30), ValueError, "finite"),
+        (({0: 1.0}, {0.5: 1.0}, 30), ValueError, "distance"),
+        (({0: 1.0}, {0: 1.0}, 0), ValueError, "frequency=0"),
+    ],
+)
+def test_what_is_no_influence_is_refused(arguments, error, words):
+    with pytest.raises(error, match=words):
+        sh.Influence(*arguments)
+
+
+def test_a_shape_is_one_of_the_sector():
+    with pytest.raises(ValueError, match="shape"):
+        disk().with_influences(sh.Influence(np.ones(4), {0: 1.0}, 30))
+    with pytest.raises(TypeError, match="influences"):
+        disk().with_influences({0: 1.0})

@@ -1,0 +1,197 @@
+"""Structures that turn: at one speed, along an engine order, sectors of them."""
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+
+ORDER, PER_MINUTE = 3, 2 * np.pi / 60
+MASS, DAMPING = np.array([[1.0, 0.1], [0.1, 0.8]]), np.diag([2.0, 3.0])
+AT_REST = np.array([[1.2e4, -2e3], [-2e3, 2e4]])
+STIFFENING = np.array([[2.0, -0.2], [-0.2, 1.0]])
+FOURTH = np.array([[3e-5, 1e-5], [1e-5, 2e-5]])
+CORIOLIS = np.array([[0.0, -0.6], [0.6, 0.0]])
+FORCE = sh.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, 0.5]})
+
+
+def stiffness_at(speed: float, fourth: bool = True) -> np.ndarray:
+    square = (PER_MINUTE * speed) ** 2
+    return AT_REST + square * STIFFENING + fourth * square**2 * FOURTH
+
+
+def contacts() -> dict[str, sh.Contacts]:
+    return {
+        "own": sh.Friction(
+            tangential=(0,),
+            normal=(1,),
+            contact_stiffness=5e3,
+            normal_stiffness=4e3,
+            friction_coefficient=0.4,
+            normal_load=2.0,
+            centrifugal_load=0.01,
+            engine_order=ORDER,
+        )
+    }
+
+
+def rotor_of(speeds=(0, 300, 500), coriolis=CORIOLIS, **named: sh.Contacts) -> sh.RotatingModel:
+    model = sh.Model(MASS, DAMPING, AT_REST, contacts=named or ())
+    stiffness = {speed: stiffness_at(speed, fourth=len(speeds) > 2) for speed in speeds}
+    return sh.RotatingModel(model, stiffness, coriolis=coriolis)
+
+
+class Wave(sh.EngineOrder):
+    """The force of an engine order on two degrees of freedom that are no blades."""
+
+    def shape(self, n_dof, basis):
+        return FORCE.shape(n_dof, basis)
+
+
+@pytest.mark.parametrize("speeds", [(0, 400), (200, 500), (100, 300, 600)])
+def test_the_stiffness_is_that_of_each_run(speeds):
+    rotor = rotor_of(speeds)
+    for speed in (*speeds, 250):
+        exact = stiffness_at(speed, fourth=len(speeds) > 2)
+        np.testing.assert_allclose(rotor.at(speed).stiffness_matrix.toarray(), exact, rtol=1e-11)
+    turning = PER_MINUTE * 250
+    damping = rotor.at(250).damping_matrix.toarray()
+    np.testing.assert_allclose(damping, DAMPING + turning * CORIOLIS)
+
+
+@pytest.mark.parametrize("harmonics", [(0, 1), (0, 1, 2, 3)])
+def test_a_point_of_an_engine_order_is_one_at_its_speed(harmonics):
+    rotor, force = rotor_of(**contacts()), Wave(ORDER, amplitude=8.0)
+    along = sh.HarmonicBalance(rotor, force, harmonics)
+    for frequency in (30.0, 17.0, 21.0):
+        at = sh.HarmonicBalance(rotor.at(60 * frequency / ORDER), force, harmonics)
+        one, other = sh.solve(along, frequency), sh.solve(at, frequency)
+        np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=1e-8, atol=1e-14)
+        assert one.speed.item() == pytest.approx(60 * frequency / ORDER)
+    assert one.stick_fraction.item() < 1
+
+
+def test_peaks_along_an_engine_order_are_maxima():
+    rotor, force = rotor_of(**contacts()), Wave(ORDER, amplitude=8.0)
+    response = sh.frf(sh.HarmonicBalance(rotor, force, (0, 1)), (10, 60), progress=False)
+    assert response.status.item() == "the end of the band was reached"
+    peak = int(np.nanargmax(response.peak_amplitude))
+    at, height = (response[name].values[peak] for name in ("peak_frequency", "peak_amplitude"))
+    heights = []
+    for frequency in at * (1 + np.array([-2e-5, 0.0, 2e-5])):
+        still = rotor.at(60 * frequency / ORDER)
+        point = sh.solve(sh.HarmonicBalance(still, force, (0, 1)), frequency)
+        heights.append(point.amplitude.values.max())
+    assert heights[1] == pytest.approx(height, rel=1e-8)
+    assert max(heights) == heights[1]
+
+
+def test_a_whirling_rotor_splits_by_its_speed():
+    """Isotropic, in its rotating frame: ``omega_0 - Omega`` and ``omega_0 + Omega``."""
+    mass, natural = 2.0, 100.0
+    at_rest = mass * natural**2 * np.eye(2)
+    softening = {s: at_rest - mass * (PER_MINUTE * s) ** 2 * np.eye(2) for s in (0, 300)}
+    coriolis = 2 * mass * np.array([[0, -1], [1, 0]])
+    still = sh.Model(mass * np.eye(2), np.zeros((2, 2)), at_rest)
+    rotor = sh.RotatingModel(still, softening, coriolis=coriolis)
+    turning = PER_MINUTE * 250
+    modes = sh.natural_modes(rotor.at(250), count=2)
+    expected = np.array([natural - turning, natural + turning]) / (2 * np.pi)
+    np.testing.assert_allclose(modes.frequency, expected, rtol=1e-12)
+
+
+def test_many_degrees_of_freedom_have_the_same_modes():
+    rng, n = np.random.default_rng(1), 300
+    chain = sp.diags_array([np.full(n - 1, -1.0), np.full(n, 2.1)], offsets=[1, 0])
+    stiffness = 1e4 * (chain + chain.T)
+    skew = sp.random_array((n, n), density=0.01, rng=rng)
+    model = sh.Model(sp.eye_array(n), sp.csc_array((n, n)), stiffness)
+    rotor = sh.RotatingModel(model, {0: stiffness, 100: 1.1 * stiffness}, coriolis=skew - skew.T)
+    at = rotor.at(1000)
+    modes = sh.natural_modes(at, count=5).frequency.values
+    _, damping, elastic = (part.toarray() for part in at.matrices())
+    whole = np.block([[np.zeros((n, n)), np.eye(n)], [-elastic, -damping]])
+    exact = np.sort(np.abs(np.linalg.eigvals(whole).imag))[::2][:5] / (2 * np.pi)
+    np.testing.assert_allclose(modes, exact, rtol=1e-9)
+
+
+def test_a_sector_turns_as_the_ring_does():
+    n_sectors = 5
+    parts = [np.diag([1.0, 0.8, 0]), np.diag([2.0, 1.0, 0]), np.zeros((3, 3))]
+    coupled = np.array([[9e3, -1e3, -4e3], [-1e3, 2e4, 0], [-4e3, 0, 4e3]])
+    stiffening = np.diag([30.0, 10.0, 0])
+    coriolis = np.zeros((3, 3))
+    coriolis[0, 1], coriolis[1, 0] = -0.4, 0.4
+    rotor = sh.RotatingModel(
+        sh.Model(parts[0], parts[1], coupled),
+        {s: coupled + (PER_MINUTE * s) ** 2 * stiffening for s in (0, 300)},
+        coriolis=coriolis,
+    )
+    slider = sh.Friction(
+        tangential=(1, sh.next_sector(1)),
+        contact_stiffness=3e3,
+        friction_coefficient=0.5,
+        normal_load=0.05,
+    )
+    disk = sh.Sector(rotor, [0], [2], n_sectors).with_contacts(shroud=slider)
+    force = sh.EngineOrder(ORDER, amplitude=2.0, pattern={0: 1.0, 1: 0.5})
+    frequency, harmonics = 20.0, (1, 2, 3)
+    along = sh.solve(sh.HarmonicBalance(disk, force, harmonics), frequency)
+    at = sh.HarmonicBalance(disk.at(60 * frequency / ORDER), force, harmonics)
+    still = sh.solve(at, frequency)
+    np.testing.assert_allclose(along.coefficient, still.coefficient, rtol=1e-8, atol=1e-15)
+    # The ring of all sectors, where interfaces are one degree of freedom.
+    turning = PER_MINUTE * 60 * frequency / ORDER
+    own = coupled + turning**2 * stiffening
+    size, following = 2 * n_sectors, np.roll(np.arange(n_sectors), -1)
+    join = np.zeros((n_sectors, 3, size))
+    for j in range(n_sectors):
+        join[j, 0, 2 * j] = join[j, 1, 2 * j + 1] = join[j, 2, 2 * following[j]] = 1
+    ring = [sum(j.T @ m @ j for j in join) for m in (parts[0], parts[1] + turning * coriolis, own)]
+    between = sh.Friction(
+        tangential=[(2 * j + 1, 2 * k + 1) for j, k in enumerate(following.tolist())],
+        contact_stiffness=3e3,
+        friction_coefficient=0.5,
+        normal_load=0.05,
+    )
+    lags = 2 * np.pi * ORDER * np.arange(n_sectors) / n_sectors
+    pattern = np.kron(np.exp(-1j * lags), [1.0, 0.5])
+    wave = sh.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag}, amplitude=2.0)
+    whole = sh.HarmonicBalance(sh.Model(*ring, contacts={"shroud": between}), wave, harmonics)
+    everywhere = sh.solve(whole, frequency)
+    first = everywhere.coefficient.values[:2]
+    np.testing.assert_allclose(along.coefficient, first, rtol=1e-8, atol=1e-14)
+    assert along.stick_fraction.item() < 1
+
+
+def test_a_copy_keeps_the_rotation():
+    rotor = rotor_of(**contacts())
+    copy = pickle.loads(pickle.dumps(rotor))
+    difference = copy.at(300).stiffness_matrix - rotor.at(300).stiffness_matrix
+    assert difference.nnz == 0
+    assert rotor.with_parameters(normal_load=7.0).at(100).normal_load[0] == 7
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "coriolis", "words"),
+    [
+        ({0: AT_REST}, None, "two or three different speeds"),
+        ({0: AT_REST, -5: AT_REST}, None, "speed of stiffness"),
+        ({0: AT_REST, 100: np.eye(3)}, None, r"stiffness\[100\]"),
+        ({0: AT_REST, 100: AT_REST}, np.eye(2), "skew-symmetric"),
+        ({0: AT_REST, 100: AT_REST}, np.zeros((3, 3)), "coriolis: expected shape"),
+    ],
+)
+def test_what_is_no_rotation_is_refused(stiffness, coriolis, words):
+    with pytest.raises(ValueError, match=words):
+        sh.RotatingModel(sh.Model(MASS, DAMPING, AT_REST), stiffness, coriolis)
+
+
+def test_a_speed_needs_an_engine_order():
+    with pytest.raises(ValueError, match="one engine order"):
+        sh.HarmonicBalance(rotor_of(), sh.PointForce())
+    problem = sh.HarmonicBalance(rotor_of(), Wave(ORDER))
+    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
+        sh.periodic_motion(problem, 20.0)

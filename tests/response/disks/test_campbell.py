@@ -1,0 +1,113 @@
+"""Natural frequencies over the speed: modes followed by their shapes, and critical speeds."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import symhbm as sh
+
+PER_MINUTE = 2 * np.pi / 60
+
+
+def veering(coupling: float) -> sh.RotatingModel:
+    """Two blades, one of which stiffens: their frequencies would cross at about 415 1/min."""
+    at_rest = np.array([[1.2e4 + coupling, -coupling], [-coupling, 1e4 + coupling]])
+    stiffer = at_rest + np.diag([0, 1.2 * (PER_MINUTE * 500) ** 2])
+    blades = sh.Model(np.eye(2), np.zeros((2, 2)), at_rest)
+    return sh.RotatingModel(blades, {0: at_rest, 500: stiffer})
+
+
+def disk(n_sectors: int = 12, coriolis: float = 0.0) -> sh.Sector:
+    """Sectors of two masses that stiffen differently, the first coupled to the next one."""
+    coupled = np.array([[9e4, -2e4, -3e4], [-2e4, 6e4, 0], [-3e4, 0, 3e4]])
+    stiffening = np.diag([1.0, 2.0, 0])
+    skew = np.zeros((3, 3))
+    skew[0, 1], skew[1, 0] = -coriolis, coriolis
+    sector = sh.Model(np.diag([1.0, 0.5, 0]), np.zeros((3, 3)), coupled)
+    runs = {speed: coupled + (PER_MINUTE * speed) ** 2 * stiffening for speed in (0, 1000)}
+    rotor = sh.RotatingModel(sector, runs, skew if coriolis else None)
+    return sh.Sector(rotor, left=[0], right=[2], n_sectors=n_sectors)
+
+
+def test_a_critical_speed_is_a_closed_form():
+    blade = sh.Model([[1.0]], [[0.5]], [[1e4]])
+    rotor = sh.RotatingModel(blade, {0: [[1e4]], 600: [[2e4]]})
+    lines = sh.campbell(rotor, np.linspace(0, 900, 7), orders=[2, 3, 5], count=1)
+    stiffening = 1e4 / (PER_MINUTE * 600) ** 2
+    exact = [np.sqrt(1e4 / (order**2 - stiffening)) / PER_MINUTE for order in (5, 3, 2)]
+    np.testing.assert_allclose(lines.crossing_speed, exact, rtol=1e-11)
+    assert lines.crossing_order.values.tolist() == [5, 3, 2]
+    np.testing.assert_allclose(
+        lines.crossing_frequency, lines.crossing_order * lines.crossing_speed / 60
+    )
+
+
+@pytest.mark.parametrize("coupling", [0.0, 1e-6, 50.0, 300.0])
+def test_modes_that_cross_or_veer_are_followed(coupling):
+    lines = sh.campbell(veering(coupling), np.linspace(0, 700, 6), count=2)
+    frequency = lines.frequency.values
+    if coupling < 1:
+        # They cross: each keeps its shape, and goes on.
+        np.testing.assert_allclose(frequency[:, 1], np.sqrt(1.2e4) / (2 * np.pi), rtol=1e-9)
+        assert np.all(np.diff(frequency[:, 0]) > 0)
+        assert frequency[-1, 0] > frequency[-1, 1]
+    else:
+        # They veer: the lower one stays below, and shapes pass into each other.
+        assert np.all(frequency[:, 0] < frequency[:, 1])
+    assert np.nanmin(lines.mac) > 0.8
+
+
+def test_a_veering_has_more_speeds_where_shapes_change():
+    gentle, sharp = (
+        sh.campbell(veering(coupling), [0, 350, 700], count=2).speed.values
+        for coupling in (2e3, 50.0)
+    )
+    assert len(sharp) > len(gentle)
+
+
+@pytest.mark.parametrize("coriolis", [0.0, 0.3])
+def test_an_order_meets_the_waves_that_it_drives(coriolis):
+    turning = disk(coriolis=coriolis)
+    lines = sh.campbell(turning, [0, 1500, 3000], orders=[3, 9, 15, 4], count=2)
+    assert lines.attrs["n_sectors"] == 12
+    assert lines.nodal_diameter.values.tolist() == [*range(-5 if coriolis else 0, 7)]
+    pairs = lines.crossing_order.values.tolist(), lines.crossing_nodal_diameter.values.tolist()
+    # Order 9 of 12 sectors has three nodal diameters in the other sense.
+    backwards = -3 if coriolis else 3
+    assert {*zip(*pairs, strict=True)} == {(3, 3), (9, backwards), (15, 3), (4, 4)}
+
+
+def test_crossings_of_a_sector_solve_for_the_speed():
+    rotor = disk()
+    lines = sh.campbell(rotor, [500, 2000], orders=[4], count=2, nodal_diameter=4)
+
+    def excess(speed: float) -> float:
+        modes = sh.natural_modes(rotor.at(speed), nodal_diameter=4, count=1)
+        return modes.frequency.item() - 4 * speed / 60
+
+    assert lines.crossing_speed.values[0] == pytest.approx(brentq(excess, 500, 2000), rel=1e-9)
+
+
+def test_pictures_show_every_crossing(tmp_path):
+    lines = sh.campbell(disk(), [0, 1500, 3000], orders=range(1, 8), count=2)
+    for draw in (sh.plot.campbell, sh.plot.interference):
+        figure = draw(lines)
+        figure.savefig(tmp_path / f"{draw.__name__}.png")
+        dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+        assert len(dots[-1].get_xdata()) == lines.sizes["crossing"] > 5
+        plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"speeds": [100]}, "two or more"),
+        ({"speeds": [0, 100], "orders": [0]}, "orders=0"),
+        ({"speeds": [0, 100], "count": 5}, "count=5"),
+        ({"speeds": [0, 100], "nodal_diameter": 1}, "a whole structure has all of them"),
+    ],
+)
+def test_bad_arguments_are_refused(arguments, words):
+    with pytest.raises(ValueError, match=words):
+        sh.campbell(veering(1.0), **arguments)
