@@ -424,6 +424,10 @@ class Structure(ABC):
     def under(self, excitation: Excitation) -> Structure:
         """The structure as an excitation moves it; ValueError for one that does not fit."""
         check_whole(excitation)
+        return self.along(excitation)
+
+    def along(self, excitation: Any) -> Self:
+        """What it is along the engine order of an excitation, where speed changes it."""
         return self
 
     @property

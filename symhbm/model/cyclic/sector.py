@@ -236,7 +236,7 @@ class Sector(PolynomialStructure):
                 "symhbm.condense(sector, excitation, frequency, harmonics, dofs=...)"
             )
         order = sector_order(excitation, self.n_sectors)
-        return self._changed(order=order, structure=self.structure.under(excitation))
+        return self._changed(order=order, structure=self.structure.along(excitation))
 
     def at(self, speed: float) -> Sector:
         """The sector of a `RotatingModel` at one speed [1/min]."""

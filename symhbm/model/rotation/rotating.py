@@ -106,7 +106,7 @@ class RotatingModel(Model):
         result._store(**values)
         return result
 
-    def under(self, excitation: Excitation) -> RotatingModel:
+    def along(self, excitation: Excitation) -> RotatingModel:
         """The structure along the engine order of an excitation; ValueError without one."""
         ratios = excitation.speed_ratios
         if len(ratios) != 1:
