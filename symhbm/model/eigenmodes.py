@@ -42,7 +42,7 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[F
 
 
 def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
-    moving = mass.diagonal().real > 0
+    moving = np.real(mass.diagonal()) > 0
     if moving.all():
         squares, shapes = eigh(stiffness, mass)
         return squares, shapes
