@@ -87,7 +87,7 @@ def hermitian(matrix: Any) -> Any:
 
 
 def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
-    moving = mass.diagonal().real > 0
+    moving = np.real(mass.diagonal()) > 0
     if moving.all():
         squares, shapes = eigh(stiffness, mass)
         return squares, shapes

@@ -82,7 +82,13 @@ class Factorisation:
         self.sign = 0
         if sp.issparse(matrix):
             try:
-                factors = splu(sp.csc_matrix(matrix))
+                # An ordering for symmetric patterns, which those of structures are but for a border.
+                factors = splu(
+                    sp.csc_matrix(matrix),
+                    "MMD_AT_PLUS_A",
+                    diag_pivot_thresh=0.1,
+                    options=dict(SymmetricMode=True),
+                )
             except RuntimeError:  # SuperLU: exactly singular
                 return
             self._solve = factors.solve

@@ -464,7 +464,7 @@ def _nominal(dataset: xr.Dataset, name: str, varied: list[str]) -> np.ndarray:
 def _with_blades(
     dataset: xr.Dataset, matrices: list[Any], contacts: Any, varied: list[str]
 ) -> DeviatingModel:
-    base = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
+    base: dict[str, Any] = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
     values = {name: _nominal(dataset, name, varied) for name in DEVIATIONS}
     shape = len(np.atleast_1d(values[DEVIATIONS[0]]))
     blades = {}

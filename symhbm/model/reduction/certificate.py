@@ -68,9 +68,10 @@ class _Wave:
     def __init__(self, structure: Any, wave: int | None, watched: NDArray[np.intp]):
         self.parts = structure.matrices(wave)
         self.loss = structure.loss_factor
-        rows = sp.csr_array(structure.directions_of(wave))
-        units = sp.eye_array(self.parts.n_dof, format="csr")[watched]
-        self.rows, self.n_contact = sp.vstack([rows, units]).tocsr(), rows.shape[0]
+        rows: Any = sp.csr_array(structure.directions_of(wave))
+        every: Any = sp.eye_array(self.parts.n_dof, format="csr")
+        self.rows: Any = sp.vstack([rows, every[watched]]).tocsr()
+        self.n_contact = rows.shape[0]
         self.springs = structure.stuck_springs
 
     @property

@@ -22,11 +22,11 @@ _COLUMNS = 64
 
 def chosen_rows(shapes: FloatArray) -> NDArray[np.intp]:
     """Rows of ``shapes`` (n, m) that tell its columns apart best, (m,), ascending."""
-    pivots = qr(shapes.T, mode="r", pivoting=True)[1]
-    return np.sort(pivots[: shapes.shape[1]]).astype(np.intp)
+    parts: Any = qr(shapes.T, mode="r", pivoting=True)
+    return np.sort(parts[1][: shapes.shape[1]]).astype(np.intp)
 
 
-def by_rows(shapes: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+def by_rows(shapes: FloatArray, rows: NDArray[np.intp]) -> NDArray:
     """Shapes (n, m) that span the same and are those of a unit motion of each of m ``rows``."""
     result = np.linalg.solve(shapes[rows].T, shapes.T).T
     result[rows] = np.eye(len(rows))

@@ -32,7 +32,7 @@ _WAVES = 9
 class ReducedSector(Sector):
     """A `Sector` on the degrees of freedom that `craig_bampton` keeps of its structure."""
 
-    structure: ReducedModel
+    structure: ReducedModel  # type: ignore[assignment]
 
     def with_contacts(self, **groups: Any) -> NoReturn:
         """Raise TypeError: it is reduced to the contacts that it has."""
@@ -176,7 +176,7 @@ def _sector(
     band: tuple[float, float],
     interface_modes: int | None,
     dofs: Iterable[Any],
-) -> Sector:
+) -> ReducedSector:
     """A sector on its interfaces or their motions, what contacts touch, and some of its inside."""
     left, right = sector.interfaces.left, sector.interfaces.right
     watched = _watched(sector, dofs)
@@ -258,7 +258,9 @@ def _contacts(sector: Sector, basis: FloatArray) -> dict[str, Contacts]:
 
 def _ends(here: FloatArray, there: FloatArray) -> Any:
     """Weights of the coordinates of this sector and of the next."""
-    weights = {int(i): float(here[i]) for i in np.flatnonzero(np.abs(here) > _NOTHING)}
+    weights: dict[Any, float] = {
+        int(i): float(here[i]) for i in np.flatnonzero(np.abs(here) > _NOTHING)
+    }
     for i in np.flatnonzero(np.abs(there) > _NOTHING):
         weights[next_sector(int(i))] = float(there[i])
     return weights

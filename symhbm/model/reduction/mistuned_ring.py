@@ -260,8 +260,9 @@ def _contacts(sector: Sector, spread: Any) -> dict[str, Contacts]:
     n, size = sector.n_sectors, sector.n_whole
     named = sector._directions_as_named
     beyond = named[:, size:] @ sector.interfaces.rotation
-    each = sp.kron(sp.eye_array(n), named[:, :size]) + sp.kron(_next(n), beyond)
-    rows, n_rows = sp.csr_array(each @ spread), named.shape[0]
+    each: Any = sp.kron(sp.eye_array(n), named[:, :size]) + sp.kron(_next(n), beyond)
+    rows: Any = sp.csr_array(each @ spread)
+    n_rows = len(sector.row_ends)
     rows.sum_duplicates()
     rows.eliminate_zeros()
     result = {}
