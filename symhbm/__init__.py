@@ -9,6 +9,7 @@ from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
 from symhbm.model import (
+    ContactPairs,
     EngineOrder,
     HarmonicForce,
     Influence,
@@ -23,6 +24,7 @@ from symhbm.model import (
     StructuralDamping,
     Structure,
     bladed_disk,
+    contact_pairs,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -44,7 +46,6 @@ from symhbm.model.contacts import (
     next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
-from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (

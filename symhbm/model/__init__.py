@@ -16,6 +16,7 @@ from symhbm.model.excitation import (
     force_coefficients,
     static_force,
 )
+from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
@@ -47,6 +48,7 @@ __all__ = [
     "DOUBT",
     "FRICTION_PARAMETERS",
     "PARAMETERS",
+    "ContactPairs",
     "Damping",
     "EngineOrder",
     "Excitation",
@@ -71,6 +73,7 @@ __all__ = [
     "bladed_disk",
     "check_excitation",
     "check_speed",
+    "contact_pairs",
     "described",
     "dims_of",
     "find_symmetry",
