@@ -18,6 +18,7 @@ from symhbm.model import (
     StaticLoad,
     Structure,
     bladed_disk,
+    next_sector,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -36,7 +37,6 @@ from symhbm.model.contacts import (
     Switch,
     UnilateralSpring,
     VariableLoadFriction,
-    next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
 from symhbm.peaks import peak_curve, sensitivity

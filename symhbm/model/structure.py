@@ -19,7 +19,6 @@ from symhbm.model.contact_groups import SHORT, grouped
 from symhbm.model.contacts import (
     Ends,
     Group,
-    NextSector,
     Parameter,
     SpringSliders,
     weights_of,
@@ -31,7 +30,7 @@ from symhbm.model.parameters import (
     dims_of,
     records_by_name,
 )
-from symhbm.model.places import Place, check_places, number_of
+from symhbm.model.places import NextSector, Place, check_places, number_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -21,6 +21,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
+from symhbm.model.places import NextSector
 from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check, negative_eigenvalues
 
