@@ -152,6 +152,30 @@ class DynamicStiffness:
             by_parameter=contacts.by_parameter + slopes.ravel(),
         )
 
+    def curvature(
+        self, unknowns: FloatArray, frequency: float, amplitude: float, multipliers: FloatArray
+    ) -> tuple[FloatArray, float, float]:
+        """Second derivatives of the forces, weighted by ``multipliers`` (n_unknowns,).
+
+        By the frequency and the unknowns (n_unknowns,), twice by the frequency, and by the
+        frequency and the amplitude.
+        """
+        size, shape = self._structure.n_dof, (self._structure.n_dof, self._basis.n_components)
+        x, weights = unknowns.reshape(shape), multipliers.reshape(shape)
+        mixed, twice, with_amplitude = np.zeros(shape), 0.0, 0.0
+        for n, at, _, share in self.parts:
+            if n == 0:
+                continue
+            bend = self._structure.forces_curvature(n, frequency)
+            slope = self._felt(n, frequency)[1]
+            # Of a + i b, the sum of products of coefficients is the real part of one product.
+            weight = _complex(weights[:, at]).conj()
+            mixed[:, at] = _real((weight @ slope[:, :size]).conj(), n)
+            moving = np.concatenate([_complex(x[:, at]), -amplitude * share])
+            twice += float((weight @ (bend.conj() @ moving)).real)
+            with_amplitude -= float((weight @ (slope[:, size:] @ share)).real)
+        return mixed.ravel(), twice, with_amplitude
+
     def amplification(self, unknowns: FloatArray, frequency: float, amplitude: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one).
 

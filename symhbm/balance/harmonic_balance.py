@@ -487,9 +487,13 @@ def _advise(model: Model) -> None:
     )
 
 
-def check_problem(problem: object, whole: bool = False) -> None:
-    """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed."""
+def check_problem(problem: object, whole: bool = False, bends: bool = False) -> None:
+    """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed.
+
+    One that ``bends`` has matrices, or a dynamic stiffness with second derivatives.
+    """
     if not isinstance(problem, HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
-    if whole and not problem.model.has_matrices:
+    known = problem.model.has_matrices or (bends and problem.model.bends)
+    if (whole or bends) and not known:
         raise TypeError(f"problem: {problem.model.WITHOUT_MATRICES}")

@@ -126,7 +126,7 @@ def minimise_peak(
     >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)
     """
-    check_problem(problem, whole=True)
+    check_problem(problem, bends=True)
     check_executor(executor)
     if problem.samples is not None:
         raise ValueError(
@@ -151,6 +151,7 @@ def minimise_peak(
     if frequency is None:
         frequency = _resonances(problem, sweep, variables)
     bands = arguments.read_bands(frequency, sweep)
+    problem.model.check_frequencies("frequency", _hull(bands))
     moving = {*variables.names, *sweep.values}
     warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
     if n_starts is not None:

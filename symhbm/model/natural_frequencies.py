@@ -22,8 +22,11 @@ def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
     """Band [Hz] from below all natural frequencies without contacts to above all with them stuck.
 
     ``models`` are of one structure with different parameters, the band holds the resonances of all.
+    A condensed one has the band that it was condensed for.
     Raises ValueError for a structure without a natural frequency, or with a motion without inertia.
     """
+    if models[0].frequency is not None:
+        return models[0].frequency
     lowest, highest = zip(*map(_extremes, models), strict=True)
     return float(_BELOW * min(lowest)), float(_ABOVE * max(highest))
 

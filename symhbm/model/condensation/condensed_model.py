@@ -188,6 +188,11 @@ class CondensedModel(Structure):
         return self.dofs
 
     @property
+    def bends(self) -> bool:
+        """That it does: its poles have all derivatives."""
+        return True
+
+    @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
         return self.condensed.undamped.polynomial[2].real
@@ -216,6 +221,12 @@ class CondensedModel(Structure):
             return static, np.zeros_like(static)
         value, slope = self.matrices[harmonic](harmonic * frequency)
         return value, harmonic * slope
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of `linear_forces` by the frequency, from the same poles."""
+        if harmonic == 0:
+            return np.zeros(self.condensed.static.shape, dtype=complex)
+        return harmonic**2 * self.matrices[harmonic].curvature(harmonic * frequency)
 
     def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
