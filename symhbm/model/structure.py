@@ -386,6 +386,11 @@ class Structure(ABC):
         return None
 
     @property
+    def numbers(self) -> FloatArray | None:
+        """What archives hold of a structure beside its description, (n,)."""
+        return None
+
+    @property
     def inertia(self) -> FloatArray | None:
         """A mass matrix (n_dof, n_dof) [kg] that tells how large inertia forces are, if known."""
         return None

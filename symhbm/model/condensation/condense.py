@@ -128,7 +128,12 @@ def condense(
     reduced, certificate = reduce(interior, bands, springs)
     _check_error(certificate, tolerance)
     condensed = CondensedStiffness(
-        reduced.whole, reduced.undamped, interior.at_rest, reduced.fixed_frequencies, patterns
+        reduced.whole,
+        reduced.undamped,
+        interior.at_rest,
+        reduced.fixed_frequencies,
+        patterns,
+        reduced.modal,
     )
     return CondensedModel(model, masters, band, basis.harmonics, condensed, certificate)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
+from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.pole_residue import PoleSum, at
 from symhbm.numerics import ComplexArray, FloatArray
@@ -54,13 +55,15 @@ class Reduced(NamedTuple):
 
     ``whole``, the sum over its poles, ``[Z, G]`` as `Interior.solve`; ``lift`` (n_basis, n_poles),
     from its terms to the basis; ``undamped``, ``Z`` without damping and of symmetric matrices;
-    ``fixed_frequencies`` (n_basis,), natural frequencies of the interior [rad/s].
+    ``fixed_frequencies`` (n_basis,), natural frequencies of the interior [rad/s]; ``modal``, the
+    same by matrices, None where they are large.
     """
 
     whole: PoleSum
     lift: ComplexArray
     undamped: PoleSum
     fixed_frequencies: FloatArray
+    modal: ModalMatrices | None
 
 
 def reduce(
@@ -182,7 +185,7 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
         squares, shapes = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
     except np.linalg.LinAlgError:
         raise ValueError("mass_matrix: expected a positive definite matrix") from None
-    stiffness, damping, _ = shapes.T @ inside @ shapes
+    stiffness, damping, mass = shapes.T @ inside @ shapes
     if interior.symmetric:
         stiffness = np.diag(stiffness.diagonal())
     # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
@@ -194,9 +197,10 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
     inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
     lift = shapes @ (vectors[:size] / natural[:, None])
     whole = PoleSum(masters.astype(complex), pull @ lift, (inputs @ shapes.T) @ push, poles)
-    return Reduced(
-        whole, lift, *_undamped(masters[:, :, : len(masters[0])], pull, push, squares, shapes)
-    )
+    inside = np.array([stiffness, damping, mass])
+    modal = ModalMatrices.of(masters, pull @ shapes, shapes.T @ push, inside)
+    own = masters[:, :, : len(masters[0])]
+    return Reduced(whole, lift, *_undamped(own, pull, push, squares, shapes), modal)
 
 
 def _undamped(
