@@ -152,6 +152,16 @@ class DynamicStiffness:
             by_parameter=contacts.by_parameter + slopes.ravel(),
         )
 
+    def losses(self, unknowns: FloatArray, frequency: float) -> FloatArray:
+        """Forces (n_dof, n_components) [N] of all that does work over a cycle."""
+        size = self._structure.n_dof
+        x = unknowns.reshape(size, -1)
+        result = np.zeros_like(x)
+        for n, at, *_ in self.parts:
+            stiffness = self._felt(n, frequency)[0][:, :size]
+            result[:, at] = _real((stiffness - stiffness.conj().T) / 2 @ _complex(x[:, at]), n)
+        return result
+
     def curvature(
         self, unknowns: FloatArray, frequency: float, amplitude: float, multipliers: FloatArray
     ) -> tuple[FloatArray, float, float]:

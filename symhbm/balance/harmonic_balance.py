@@ -287,6 +287,10 @@ class HarmonicBalance:
         """Copy with other harmonics, compiled once for all copies of this problem."""
         return self._copy(basis=FourierBasis(harmonics), linear=None)
 
+    def with_model(self, model: Structure) -> "HarmonicBalance":
+        """Copy with another description of the same structure and contacts."""
+        return self._copy(model=model)
+
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
         return self._copy(symmetry=symmetry)

@@ -132,6 +132,8 @@ class Structure(ABC):
     """What is said where mass, damping and stiffness matrices are needed."""
     frequency: tuple[float, float] | None = None
     """Band [Hz] that it is made for, None for any."""
+    harmonics: tuple[int, ...] | None = None
+    """Harmonics that it is made for, None for any."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
 
