@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, Structure, static_force
+from symhbm.model import Excitation, HarmonicForce, Structure, static_force
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6
@@ -185,6 +185,38 @@ class DynamicStiffness:
             twice += float((weight @ (bend.conj() @ moving)).real)
             with_amplitude -= float((weight @ (slope[:, size:] @ share)).real)
         return mixed.ravel(), twice, with_amplitude
+
+    def modal_force(self, amplitude: float) -> Excitation:
+        """The force on what is kept and on the modes inside."""
+        size, known = self._structure.n_dof, self._structure.modal.forces
+
+        def spread(own: ComplexArray, share: ComplexArray) -> ComplexArray:
+            return np.pad(own, (0, len(known) - size)) + known @ share
+
+        oscillating = {n: spread(own, share) for n, _, own, share in self.parts if n}
+        mean = spread(*(part[:, 0] for part in self._load))
+        return HarmonicForce(
+            {n: force.real for n, force in oscillating.items()},
+            {n: force.imag for n, force in oscillating.items()},
+            amplitude,
+            mean if mean.any() else None,
+        )
+
+    def with_modes(self, unknowns: FloatArray, frequency: float, amplitude: float) -> FloatArray:
+        """The motion of what is kept and of the modes inside, which follow it (n_all,) [m]."""
+        size, modal = self._structure.n_dof, self._structure.modal
+        x = unknowns.reshape(size, -1)
+        result = np.zeros((len(modal.mass), x.shape[1]))
+        result[:size] = x
+        inner, outer = modal[:3], slice(size, None)
+        stiffness, damping, mass = (matrix[outer] for matrix in inner)
+        for n, at, _, share in self.parts:
+            s = n * frequency
+            rows = stiffness - 1j * s * damping - s**2 * mass
+            load = amplitude * share if n else amplitude * share + self._load[1][:, 0]
+            push = modal.forces[outer] @ load - rows[:, :size] @ _complex(x[:, at])
+            result[outer, at] = _real(np.linalg.solve(rows[:, size:], push), n)
+        return result.ravel()
 
     def amplification(self, unknowns: FloatArray, frequency: float, amplitude: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one).

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Iterable
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -290,6 +291,23 @@ class HarmonicBalance:
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
         return self._copy(model=model)
+
+    @cached_property
+    def in_modes(self) -> "HarmonicBalance | None":
+        """The same problem by matrices, of a condensed structure with the modes inside.
+
+        None of a structure without matrices, or where those of the modes are large.
+        """
+        if self.structure is None:
+            return self
+        if self.model.modal is None:
+            return None
+        return self._copy(
+            model=self.model.modal.model(self.model),
+            excitation=self.structure.modal_force(self.excitation.amplitude),
+            shared=self._once(("in modes",), dict),
+            linear=None,
+        )
 
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""

@@ -393,6 +393,11 @@ class Structure(ABC):
         return None
 
     @property
+    def modal(self) -> Any:
+        """Matrices of what is condensed, in coordinates of its modes, None without."""
+        return None
+
+    @property
     def inertia(self) -> FloatArray | None:
         """A mass matrix (n_dof, n_dof) [kg] that tells how large inertia forces are, if known."""
         return None

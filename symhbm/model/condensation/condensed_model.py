@@ -289,6 +289,11 @@ class CondensedModel(Structure):
         return True
 
     @property
+    def modal(self) -> ModalMatrices | None:
+        """Matrices of what is kept and of the modes inside, None where they are large."""
+        return self.condensed.modal
+
+    @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
         return self.condensed.undamped.polynomial[2].real

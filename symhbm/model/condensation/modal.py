@@ -20,13 +20,15 @@ LARGEST_MODAL = 400
 class ModalMatrices(NamedTuple):
     """A structure in coordinates of its masters and of fixed-interface modes, (n, n) each.
 
-    ``forces`` (n, n_patterns) are the known force patterns in these coordinates.
+    ``forces`` (n, n_patterns) are the known force patterns in these coordinates; ``between`` tells
+    whether they are exact between the harmonics, too.
     """
 
     stiffness: FloatArray
     damping: FloatArray
     mass: FloatArray
     forces: FloatArray
+    between: bool = False
 
     @classmethod
     def of(

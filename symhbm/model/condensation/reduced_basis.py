@@ -15,6 +15,7 @@ from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.pole_residue import PoleSum, at
 from symhbm.numerics import ComplexArray, FloatArray
+from symhbm.workers import progress_bar
 
 AIM = 1e-11
 """Largest error of the responses of the masters."""
@@ -67,7 +68,10 @@ class Reduced(NamedTuple):
 
 
 def reduce(
-    interior: Interior, bands: list[tuple[float, float]], springs: FloatArray
+    interior: Interior,
+    bands: list[tuple[float, float]],
+    springs: FloatArray,
+    progress: bool = False,
 ) -> tuple[Reduced, Certificate]:
     """Condensed stiffness of an interior over ``bands`` [rad/s], and its certificate.
 
@@ -79,8 +83,10 @@ def reduce(
     grid = np.unique(np.concatenate([np.linspace(*band, _GRID) for band in bands]))
     used = list(grid[[0, len(grid) // 2, len(grid) - 1]])
     basis = np.zeros((len(interior.others), 0))
+    bar = progress_bar("factorisation", progress)
     for s in used:
         basis = _extended(basis, interior, interior.solve(s)[0])
+        bar.update()
     view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
     while len(checked) < _CONFIRMED:
@@ -89,6 +95,7 @@ def reduce(
         s = view.grid[np.argmax(np.where(np.isin(view.grid, used), -1.0, worst))]
         used.append(s)
         motion, exact = interior.solve(s)
+        bar.update()
         approximate = view.reduced.whole(s)
         error = max(_error(approximate, exact, state) for state in states)
         count += 1
@@ -102,6 +109,7 @@ def reduce(
         errors.append(error)
         bounds.append(_friction_bound(approximate, exact))
         checked.append(s / (2 * np.pi))
+    bar.close()
     certificate = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
     return view.reduced, certificate
 

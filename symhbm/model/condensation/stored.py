@@ -9,6 +9,8 @@ import numpy as np
 
 from symhbm.numerics import FloatArray
 
+_TYPES = {"b": bool, "i": int, "f": float}
+
 
 def to_numbers(record: Any) -> tuple[FloatArray, Any]:
     """Numbers (n,) of a named tuple of such, of arrays and of numbers, and their layout for JSON."""
@@ -44,7 +46,7 @@ def from_numbers(numbers: FloatArray, layout: Any, kinds: Collection[Any]) -> An
         kind, shape = layout["kind"], layout["shape"]
         last = first + int(np.prod(shape)) * (2 if kind == "c" else 1)
         part = np.array(numbers[first:last])
-        values = part.view(complex) if kind == "c" else part.astype(int if kind == "i" else float)
+        values = part.view(complex) if kind == "c" else part.astype(_TYPES[kind])
         values = values.reshape(shape)
         return (values if shape else values.item()), last
 
