@@ -29,6 +29,8 @@ from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
+MANY = 400
+"""Unknowns from which second derivatives and stability take minutes, or are not computed."""
 _FEW = 4
 """Degrees of freedom for each one that contacts touch, from which condensing is worth it."""
 
@@ -496,15 +498,32 @@ class HarmonicBalance:
 def _advise(model: Model) -> None:
     """Say of a large structure with few contacts that it is better condensed."""
     entries = int(model.stiffness_matrix.nnz)
-    touched = len(model.touched)
-    if entries <= LARGE or _FEW * touched > model.n_dof:
+    if entries <= LARGE or not _has_few_contacts(model):
         return
     warnings.warn(
-        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch {touched}, "
+        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch "
+        f"{len(model.touched)}, "
         f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
         "excitation, frequency, harmonics, dofs=...) gives the same responses of what contacts "
         "touch and of dofs, and each point in milliseconds",
+        stacklevel=3,
+    )
+
+
+def _has_few_contacts(model: Structure) -> bool:
+    return _FEW * len(model.touched) <= model.n_dof
+
+
+def advise_condensing(problem: HarmonicBalance, what: str, option: str = "") -> None:
+    """Say of a problem of many unknowns ``what`` a condensed structure is better for."""
+    model = problem.model
+    if not model.has_matrices or problem.n_unknowns <= MANY or not _has_few_contacts(model):
+        return
+    warnings.warn(
+        f"{what} for {problem.n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
+        f"freedom that contacts touch are enough: symhbm.condense(model, excitation, frequency, "
+        f"harmonics, dofs=...{option})",
         stacklevel=3,
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.design import arguments
 from symhbm.design.cases import Bands, Cases, Work
@@ -127,6 +127,7 @@ def minimise_peak(
     (array([3.088579]), True)
     """
     check_problem(problem, bends=True)
+    advise_condensing(problem, "second derivatives take minutes")
     check_executor(executor)
     if problem.samples is not None:
         raise ValueError(

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.model import natural_band, warn_of_doubts
 from symhbm.numerics import check
@@ -104,6 +104,7 @@ def peak_curve(
     array([3.088579])
     """
     check_problem(problem, bends=True)
+    advise_condensing(problem, "second derivatives take minutes")
     bound = check_parameter(problem, parameter)
     parameter = problem.parameter_name(parameter)
     ends = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")

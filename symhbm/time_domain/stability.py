@@ -11,15 +11,13 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.balance import MANY, Evaluation, HarmonicBalance, advise_condensing
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import moving_loads, multipliers
 from symhbm.time_domain.linear_motion import curved
 
-LARGEST_SIZE = 400
-"""Number of unknowns above which exponents cost more than the branch."""
 NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""
 _TIE = 0.01
@@ -46,6 +44,8 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
             "stability=True: expected False for a structure without matrices; responses of "
             "friction with damping are stable, for other contacts describe it by a Model"
         )
+    if wanted:
+        advise_condensing(problem, "stability is not computed", ", stability=True")
     return wanted
 
 
@@ -66,7 +66,7 @@ def growth_rate(
     """
     whole, modal = problem.in_modes, problem.model.modal
     between = problem.model.has_matrices or (modal is not None and modal.between)
-    if problem.n_unknowns > LARGEST_SIZE or whole is None or not between:
+    if problem.n_unknowns > MANY or whole is None or not between:
         return np.nan
     if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
         return np.nan
@@ -76,13 +76,13 @@ def growth_rate(
         if problem.structure is not None:
             amplitude = problem.excitation.amplitude
             unknowns = problem.structure.with_modes(unknowns, frequency, amplitude)
-        if slides or whole.n_unknowns > LARGEST_SIZE:
+        if slides or whole.n_unknowns > MANY:
             values = multipliers(whole, frequency, unknowns)
             # The determinant of what is condensed has the sign of that of all.
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 return float(np.log(largest) * frequency / (2 * np.pi))
-            if whole.n_unknowns > LARGEST_SIZE:
+            if whole.n_unknowns > MANY:
                 return np.nan
         if whole is not problem:
             evaluation = whole.evaluate(unknowns, frequency, states=evaluation.states)
