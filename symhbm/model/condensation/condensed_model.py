@@ -98,20 +98,20 @@ class CondensedModel(Structure):
         attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
         self._store(**attributes, _structure=structure)
-        self._set_condensed(dofs, frequency, harmonics, condensed, certificate)
+        # The layout in memory decides how sums are rounded: it is that of what archives hold.
+        stored = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
+        self._set_condensed(dofs, frequency, harmonics, stored)
 
     def _set_condensed(
         self,
         dofs: NDArray[np.intp],
         frequency: tuple[float, float],
         harmonics: tuple[int, ...],
-        condensed: CondensedStiffness,
-        certificate: Certificate,
+        stored: _Stored,
     ) -> None:
-        attributes: dict[str, Any] = dict(
-            dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
-        )
-        attributes |= dict(condensed=condensed, lumped=False)
+        attributes: dict[str, Any] = dict(dofs=dofs, frequency=frequency, harmonics=harmonics)
+        condensed = stored.condensed
+        attributes |= stored._asdict() | dict(lumped=False)
         nearest = [
             np.argmin(np.abs(condensed.matrix.poles - 1j * natural))
             for natural in condensed.fixed_frequencies
@@ -146,8 +146,7 @@ class CondensedModel(Structure):
             np.array(told["dofs"], dtype=np.intp),
             tuple(told["frequency"]),
             tuple(told["harmonics"]),
-            stored.condensed,
-            stored.certificate,
+            stored,
         )
         model._store(_structure=None, _description=told)
         model._set_contacts(contacts, **parameters)
