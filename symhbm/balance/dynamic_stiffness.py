@@ -42,9 +42,9 @@ class DynamicStiffness:
     def __init__(self, structure: Structure, excitation: Excitation, basis: FourierBasis):
         structure.check_harmonics(basis.harmonics)
         shape = excitation.shape(structure.n_whole, basis)
-        own, share = structure.split_force(shape)
+        each = structure.split_force(shape, basis)
         static = static_force(excitation, structure.n_whole, basis)
-        self._load = structure.split_force(static[:, None])
+        self._load = structure.split_force(static[:, None], FourierBasis((0,)))[0]
         self.largest = float(np.abs(shape).max())
         self._structure, self._basis = structure, basis
         # Condensed structures have derivatives of their own, checked where they are made.
@@ -52,10 +52,10 @@ class DynamicStiffness:
         self.n_components = basis.n_components
         self.band_functions, self.mass = structure.pole_residues, structure.inertia
         self.parts = []
-        for n in basis.harmonics:
+        for n, (own, share) in zip(basis.harmonics, each, strict=True):
             first = basis.component(n)
             at = slice(first, first + 1 + (n > 0))
-            self.parts.append((n, at, _complex(own[:, at]), _complex(share[:, at])))
+            self.parts.append((n, at, _complex(own), _complex(share)))
 
     @property
     def static(self) -> FloatArray:

@@ -62,19 +62,19 @@ class Equations:
         size = basis.n_components
         dofs, contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
         self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
-        directions: Any = model.directions
+        displacements: Any = model.displacements(basis)
         if symmetry is not None:
             dofs, contacts = dofs[: symmetry.n_dof], symmetry.contacts
             self.expansion = symmetry.expansion(basis)
-            directions = directions[model.rows_of(contacts)]
+            rows = model.rows_of(contacts)[:, None] * size + np.arange(size)
+            displacements = displacements.tocsr()[rows.ravel()]
         self.dofs: NDArray[np.intp] = dofs
         self.contacts: NDArray[np.intp] = contacts
-        each = sp.eye_array(size)
-        spread = (sp.kron(directions, each) @ self.expansion).tocsr()
+        spread = (displacements @ self.expansion).tocsr()
         spread.eliminate_zeros()
-        sizes = len(dofs), model.n_dof, directions.shape[0]
+        sizes = len(dofs), model.n_dof, displacements.shape[0] // size
         self.layout = UnknownLayout(basis, *sizes, self.expansion, spread)
-        self._sizes = (sp.kron(abs(directions), each) @ abs(self.expansion)).tocsr()
+        self._sizes = (abs(displacements) @ abs(self.expansion)).tocsr()
         names = [name for group in self.groups for name in group.parameters.values()]
         self.parameter_names = (*MATRIX_INPUTS, *names, *FORCE_INPUTS)
         n_dof = len(self.dofs)

@@ -99,6 +99,8 @@ class HarmonicBalance:
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
         check_excitation("excitation", excitation)
+        excitation = excitation.placed(model.number_of)
+        model = model.under(excitation)
         if harmonics is None:
             moves_mean = not model.odd or excitation.static(model.n_whole).any()
             harmonics = (0, 1) if moves_mean else (1,)
@@ -278,6 +280,9 @@ class HarmonicBalance:
             changes["excitation"] = self.excitation.with_parameters(**of_force)
             if {*of_force} != {"force_amplitude"}:
                 changes["linear"] = None
+                model = changes.get("model", self.model).under(changes["excitation"])
+                if model is not changes.get("model", self.model):  # in another wave
+                    changes |= dict(model=model, shared={})
         other = self._copy(**changes)
         compared = {*self.model.records, "force_amplitude"}  # sector by sector, as they were set
         if self.symmetry is not None and not {*values} <= compared:

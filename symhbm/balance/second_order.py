@@ -1,8 +1,8 @@
 """The equations to second order: by unknowns, frequency and any parameters, exactly.
 
 At fixed events of the contacts CasADi differentiates the balance weighted by multipliers. The
-events move with motion, frequency and parameters; what that adds each contact law tells. A structure
-without matrices adds its own: its dynamic stiffness bends with the frequency.
+events move with motion, frequency and parameters; what that adds each contact law tells. A
+structure without matrices adds its own: its dynamic stiffness bends with the frequency.
 """
 
 from collections.abc import Sequence
@@ -144,7 +144,9 @@ class SecondOrder:
         """The derivatives with those of a structure without matrices by unknowns and frequency."""
         first = np.column_stack([evaluation.jacobian, evaluation.by_parameter])
         others = jacobian[:, first.shape[1] :]
-        return sp.hstack([first, others], "csc") if sp.issparse(others) else np.hstack([first, others])
+        return (
+            sp.hstack([first, others], "csc") if sp.issparse(others) else np.hstack([first, others])
+        )
 
     def _of_structure(self, mixed: FloatArray, twice: float, with_amplitude: float) -> Any:
         """Second derivatives of a structure without matrices, see `DynamicStiffness.curvature`."""

@@ -208,7 +208,10 @@ def slip_angles(
     travel, both = 2 * limit, np.full((2, model.n_contacts), np.nan)
     slips = slip[contact] & (travel > 0) & (stiffness > 0)
     if slips.any():
-        waves = (model.directions[rows] @ problem.layout.everywhere(unknowns))[slips]
+        if problem.symmetry is None:
+            waves = problem.layout.relative(unknowns)[rows][slips]
+        else:
+            waves = (model.directions[rows] @ problem.layout.everywhere(unknowns))[slips]
         both[:, contact[slips]] = _first_slip(basis, waves, travel[slips] / stiffness[slips])
     return both[0] % (2 * np.pi), both[1] % (2 * np.pi)
 

@@ -1,6 +1,7 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
+from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -16,6 +17,7 @@ from symhbm.model.excitation import (
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -25,9 +27,11 @@ from symhbm.model.parameters import (
     is_pattern,
     records_by_name,
 )
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
+    Matrices,
     SliderContacts,
     SpringSliderContacts,
     Structure,
@@ -44,8 +48,12 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
+    "Matrices",
     "Model",
+    "Place",
+    "Places",
     "PointForce",
+    "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
@@ -59,6 +67,8 @@ __all__ = [
     "force_coefficients",
     "is_pattern",
     "natural_band",
+    "natural_modes_of",
+    "number_of",
     "positive_definite",
     "records_by_name",
     "single_blade",

@@ -1,6 +1,6 @@
 """The contacts of a structure, from their directions or from groups by name."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from symhbm.model.contacts import (
     named,
 )
 from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS
+from symhbm.model.places import Place
 from symhbm.numerics import check
 
 SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
@@ -35,13 +36,19 @@ class GroupedContacts(NamedTuple):
     values: dict[str, Any]
 
 
-def grouped(n_dof: int, contacts: Any, parameters: Mapping[str, Any]) -> GroupedContacts:
-    """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`."""
+def grouped(
+    n_dof: int,
+    contacts: Any,
+    parameters: Mapping[str, Any],
+    number_of: Callable[[Place], int],
+) -> GroupedContacts:
+    """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`.
+
+    ``number_of`` gives the numbers of its places.
+    """
     if isinstance(contacts, Mapping):
-        return _by_name(n_dof, contacts, parameters)
-    directions = check_directions("contacts", contacts)
-    directions.check("contacts", n_dof)
-    ends = directions.ends
+        return _by_name(n_dof, contacts, parameters, number_of)
+    ends = check_directions("contacts", contacts).among("contacts", n_dof, number_of)
     given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
     if ends:
         _check_complete(given)
@@ -52,7 +59,12 @@ def grouped(n_dof: int, contacts: Any, parameters: Mapping[str, Any]) -> Grouped
     return GroupedContacts(ends, ends, tuple(groups), values)
 
 
-def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> GroupedContacts:
+def _by_name(
+    n_dof: int,
+    contacts: Mapping,
+    parameters: Mapping[str, Any],
+    number_of: Callable[[Place], int],
+) -> GroupedContacts:
     """Groups by name, whose values are their own."""
     given = [name for name, value in parameters.items() if value is not None]
     if given:
@@ -71,9 +83,11 @@ def _by_name(n_dof: int, contacts: Mapping, parameters: Mapping[str, Any]) -> Gr
     names = named({name: group.law.parameters for name, group in contacts.items()})
     every, rows, groups, values = [], [], [], {}
     for name, group in contacts.items():
-        for direction, given in group.directions.items():
-            given.check(f"contacts[{name!r}], {direction}", n_dof)
-        together = list(zip(*(given.ends for given in group.directions.values()), strict=True))
+        ends_of = [
+            given.among(f"contacts[{name!r}], {direction}", n_dof, number_of)
+            for direction, given in group.directions.items()
+        ]
+        together = list(zip(*ends_of, strict=True))
         m = len(group.directions)
         of_rows = len(rows) + np.arange(len(together) * m).reshape(-1, m)
         of_contacts = len(every) + np.arange(len(together))

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
-from symhbm.model.structure import Structure
+from symhbm.model.places import check_places
+from symhbm.model.structure import CACHED, Structure
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 
@@ -37,6 +38,9 @@ class Model(Structure):
         the contacts are cubic springs alone. An explicit 0 makes a contact slide freely.
     cubic_stiffness : one value or one per contact
         ``gamma`` [N/m^3] of the force ``gamma y^3``, of any sign.
+    places : `symhbm.Places`, or its columns by name
+        Where degrees of freedom are. Contacts and forces may then call them by label or node and
+        direction, ``"tip:y"`` or ``"1207:y"``, and results tell them.
 
     Raises
     ------
@@ -82,6 +86,7 @@ class Model(Structure):
     normal_load: Any = None
     cubic_stiffness: Any = None
     lumped: bool = False
+    places: Any = None
 
     def __post_init__(self):
         put = object.__setattr__
@@ -91,6 +96,7 @@ class Model(Structure):
             size = matrix.shape[0]
             put(self, name, matrix)
         check_semidefinite(self.mass_matrix)
+        put(self, "places", check_places(self.places, self.n_dof))
         self._set_contacts(
             self.contacts, **{name: getattr(self, name) for name in CONTACT_PARAMETERS}
         )
@@ -138,11 +144,7 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        return restored, ({k: v for k, v in vars(self).items() if k not in _CACHED},)
-
-
-_CACHED = {"contact_rows", "directions", "records"}
-"""Attributes that are computed from the others."""
+        return restored, ({k: v for k, v in vars(self).items() if k not in CACHED},)
 
 
 def restored(values: dict[str, Any]) -> Model:

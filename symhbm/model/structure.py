@@ -16,14 +16,22 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contact_groups import SHORT, grouped
-from symhbm.model.contacts import Ends, Group, Parameter, SpringSliders, weights_of
+from symhbm.model.contacts import (
+    Ends,
+    Group,
+    NextSector,
+    Parameter,
+    SpringSliders,
+    weights_of,
+)
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
     dims_of,
     records_by_name,
 )
-from symhbm.numerics import ComplexArray, FloatArray, check
+from symhbm.model.places import Place, check_places, number_of
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _INPUTS = {"unknowns", "frequency", "force_shape", "static_force"}
@@ -42,6 +50,19 @@ class NearModes(NamedTuple):
     width: FloatArray
     near: NDArray[np.bool_]
     shapes: FloatArray
+
+
+class Matrices(NamedTuple):
+    """Mass, damping and stiffness matrices of a structure, sparse (n_dof, n_dof)."""
+
+    mass_matrix: Any
+    damping_matrix: Any
+    stiffness_matrix: Any
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.mass_matrix.shape[0])
 
 
 class SliderContacts(NamedTuple):
@@ -80,7 +101,7 @@ class Structure(ABC):
     ----------
     n_dof
         Number of degrees of freedom.
-    contacts, contact_stiffness, friction_coefficient, normal_load, cubic_stiffness
+    contacts, places, contact_stiffness, friction_coefficient, normal_load, cubic_stiffness
         As of `Model`.
 
     Raises
@@ -136,9 +157,12 @@ class Structure(ABC):
     """Harmonics that it is made for, None for any."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
+    places: Any = None
+    """Where its degrees of freedom are, as `Places`, if known."""
 
-    def __init__(self, n_dof: int, contacts: Any = (), **parameters: Any):
+    def __init__(self, n_dof: int, contacts: Any = (), *, places: Any = None, **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
+        self._store(places=check_places(places, self.n_dof))
         for name in parameters:
             check.known(name, CONTACT_PARAMETERS, "parameter of contacts")
         self._set_contacts(contacts, **parameters)
@@ -158,7 +182,7 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        *parts, values = grouped(self.n_dof, contacts, parameters)
+        *parts, values = grouped(self._n_named, contacts, parameters, self.number_of)
         self._check_names(values)
         self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
         for name, value in values.items():
@@ -180,6 +204,43 @@ class Structure(ABC):
     def n_dof(self) -> int:
         """Number of degrees of freedom."""
         return self._n_dof
+
+    def number_of(self, place: Place) -> int:
+        """The number of a degree of freedom that contacts and forces may act on.
+
+        ``place`` is a number, or a name as ``"tip:y"`` where the structure has places. Raises
+        KeyError for unknown names, ValueError for numbers out of range.
+        """
+        if isinstance(place, NextSector):
+            raise TypeError(
+                f"{place!r}: only a symhbm.Sector has a next one; give it these contacts"
+            )
+        return number_of(self.places, place, self.n_whole)
+
+    def with_contacts(self, **groups: Any) -> Self:
+        """Return a copy with these groups of contacts, as `symhbm.Contacts`, and no others."""
+        stored = {n: v for n, v in vars(self).items() if n not in self.contact_parameters}
+        other = object.__new__(type(self))
+        other._store(**{name: value for name, value in stored.items() if name not in CACHED})
+        other._set_contacts(groups)
+        return other
+
+    @property
+    def contact_coordinates(self) -> FloatArray:
+        """Where contacts are, amid the nodes that they act on, (n_contacts, 3) [m]."""
+        assert self.places is not None
+        assert self.places.coordinates is not None
+        result = np.zeros((self.n_contacts, 3))
+        for j, rows in enumerate(self.contact_rows):
+            dofs = {dof for row in rows for dof in weights_of(self.row_ends[row])[0]}
+            _, first = np.unique(self.places.node[[*dofs]], return_index=True)
+            result[j] = self.places.coordinates[[*dofs]][first].mean(axis=0)
+        return result
+
+    @property
+    def _n_named(self) -> int:
+        """How many degrees of freedom contacts may name."""
+        return self.n_dof
 
     @property
     def n_contacts(self) -> int:
@@ -306,12 +367,60 @@ class Structure(ABC):
 
     @cached_property
     def directions(self) -> sp.csr_array:
-        """Directions ``w`` of all displacements as rows, shape ``(n_rows, n_dof)``."""
+        """Directions ``w`` of all displacements as rows, shape ``(n_rows, n_dof)``.
+
+        Of a sector of a disk they are those of a constant motion.
+        """
+        return self._directions_as_named
+
+    @property
+    def _directions_as_named(self) -> sp.csr_array:
         each = [weights_of(ends) for ends in self.row_ends]
         rows = [j for j, (dofs, _) in enumerate(each) for _ in dofs]
         columns = [dof for dofs, _ in each for dof in dofs]
         values = [weight for _, weights in each for weight in weights]
-        return sp.csr_array((values, (rows, columns)), shape=(len(each), self.n_dof))
+        return sp.csr_array((values, (rows, columns)), shape=(len(each), self._n_named))
+
+    @property
+    def nodal_diameters(self) -> range | None:
+        """Nodal diameters that differ, of one sector of a disk; None for a whole structure."""
+        return None
+
+    def wave(self, harmonic: int) -> int | None:
+        """Nodal diameters of a harmonic, of a sector of a disk, None of a whole structure."""
+        return None
+
+    def matrices(self, nodal_diameter: int | None = None) -> Matrices:
+        """Matrices, of a sector of a disk those of a wave of so many nodal diameters.
+
+        TypeError for a structure without, ValueError for nodal diameters of a whole one.
+        """
+        if nodal_diameter is not None:
+            raise ValueError(
+                f"nodal_diameter={check.shown(nodal_diameter)}: expected None, a whole structure "
+                "has all of them; a symhbm.Sector has waves"
+            )
+        return Matrices(*(getattr(self, name) for name in Matrices._fields))
+
+    def directions_of(self, nodal_diameter: int | None = None) -> Any:
+        """Directions (n_rows, n_dof), of a sector of a disk those of a wave, complex."""
+        return self.directions
+
+    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
+        """Motion of all degrees of freedom of a sector from a motion (n_dof, n) in a wave."""
+        return motion
+
+    def directions_in(self, harmonic: int) -> Any:
+        """Directions in one harmonic (n_rows, n_dof), complex for a sector of a disk."""
+        return self.directions
+
+    def displacements(self, basis: FourierBasis) -> Any:
+        """Coefficients of all displacements from those of all degrees of freedom, flattened."""
+        return sp.kron(self.directions, sp.eye_array(basis.n_components))
+
+    def under(self, excitation: Any) -> Structure:
+        """This structure as an excitation moves it; ValueError for one that does not fit."""
+        return self
 
     @property
     def parameters(self) -> dict[str, FloatArray]:
@@ -418,9 +527,14 @@ class Structure(ABC):
     def check_harmonics(self, harmonics: tuple[int, ...]) -> None:  # noqa: B027
         """Raise ValueError for harmonics that the structure is not made for."""
 
-    def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A force (n_whole, n) as one on the degrees of freedom and shares of known patterns."""
-        return shape, np.zeros((0, shape.shape[1]))
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Coefficients (n_whole, n_components) of a force, harmonic by harmonic.
+
+        On the degrees of freedom (n_dof, 1 or 2), and shares of known patterns (n_patterns, ..).
+        """
+        return [(part, np.zeros((0, part.shape[1]))) for part in basis.by_harmonic(shape)]
 
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]``, forces by motions and by force patterns, and its derivative by frequency."""
@@ -465,6 +579,10 @@ class Structure(ABC):
                 unit = self.about(name).shown_as(name)[1]
                 lines.append(f"  {name:<21} {text} {unit}".rstrip())
         return "\n".join(lines)
+
+
+CACHED = {"contact_rows", "directions", "records"}
+"""Attributes that are computed from the others."""
 
 
 def weighted(columns: NDArray, factors: NDArray) -> NDArray:

@@ -109,6 +109,11 @@ class FourierBasis:
         """Position of the cosine (or sine) of ``harmonic`` among the components."""
         return int(np.flatnonzero((self.order == harmonic) & (self.is_sine == sine))[0])
 
+    def by_harmonic(self, coefficients: FloatArray) -> list[FloatArray]:
+        """Of coefficients (..., n_components) those of each harmonic, (..., 1 or 2)."""
+        firsts = np.flatnonzero(~self.is_sine)[1:]
+        return np.split(coefficients, firsts, axis=-1)
+
     @cached_property
     def mirrors(self) -> bool:
         """Whether all harmonics are odd: the second half period is then minus the first."""

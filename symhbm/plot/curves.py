@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.plot.drawing import (
     Family,
@@ -21,6 +22,7 @@ from symhbm.plot.drawing import (
     moving,
 )
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
+from symhbm.results import check_dof, places_of
 
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
@@ -29,7 +31,7 @@ MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, z
 
 
 def response(
-    dataset: xr.Dataset, *, dof: int | None = None, peaks: bool = True, ax: Axes | None = None
+    dataset: xr.Dataset, *, dof: Place | None = None, peaks: bool = True, ax: Axes | None = None
 ) -> Figure:
     """Draw amplitude in dB (re 1 m) over the moving parameter, one line per parameter set.
 
@@ -47,7 +49,8 @@ def response(
     dataset
         A result of `symhbm.frf` or `symhbm.follow`.
     dof
-        The degree of freedom to show; by default the largest response of all.
+        The degree of freedom to show, by number or by name as ``"tip:y"``; by default the largest
+        response of all.
     peaks
         Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
         lines unbounded. Squares are folds.
@@ -57,7 +60,7 @@ def response(
     Raises
     ------
     TypeError, KeyError
-        If the dataset holds no curve.
+        If the dataset holds no curve, or ``dof`` is the name of no place.
     ValueError
         If ``dof`` is out of range, or no point converged.
 
@@ -98,7 +101,7 @@ def response(
     return figure_of(ax)
 
 
-def check_curves(dataset: xr.Dataset, dof: int | None) -> tuple[Moving, int | None]:
+def check_curves(dataset: xr.Dataset, dof: Place | None) -> tuple[Moving, int | None]:
     """The moving parameter of a dataset of curves, and the degree of freedom.
 
     Raises as `response`.
@@ -109,8 +112,8 @@ def check_curves(dataset: xr.Dataset, dof: int | None) -> tuple[Moving, int | No
         raise KeyError("the dataset holds one point; a response curve has many")
     check.known("dof", [str(d) for d in dataset["amplitude"].dims], "dimension of the dataset")
     if dof is not None:
-        dof = check.integer("dof", dof, 0, dataset.sizes["dof"] - 1)
-    return parameter, dof
+        return parameter, check_dof("dof", dof, dataset)
+    return parameter, None
 
 
 def shown_amplitude(dataset: xr.Dataset, dof: int | None) -> xr.DataArray:
@@ -203,8 +206,10 @@ def _marks(ax: Axes, marks: Marks, color: Any) -> None:
 def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(dataset, name))
-    kept = dataset.variables.get("structure_dof")
-    if kept is None:
+    kept, places = dataset.variables.get("structure_dof"), places_of(dataset)
+    if dof is not None and places is not None:
+        which = f"response of {places.name(dof)}"
+    elif kept is None:
         which = "largest response" if dof is None else f"response of DOF {dof}"
     elif dof is None:
         which = f"largest response of {kept.size} kept DOFs"

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
+from symhbm.model import Place
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.curves import check_curves, label_axes, picture_of, shown_amplitude
 from symhbm.plot.drawing import (
@@ -36,7 +37,7 @@ def envelope(
     dataset: xr.Dataset,
     *,
     tuned: xr.Dataset | None = None,
-    dof: int | None = None,
+    dof: Place | None = None,
     quantiles: ArrayLike = (0.05, 0.95),
     samples: int = 0,
     ax: Axes | None = None,
@@ -54,7 +55,8 @@ def envelope(
     tuned
         One curve to compare with, of the same moving parameter.
     dof
-        The degree of freedom to show; by default the largest response of all.
+        The degree of freedom to show, by number or by name as ``"tip:y"``; by default the largest
+        response of all.
     quantiles : (2,)
         Lower and upper quantile of the inner band.
     samples

@@ -1,5 +1,6 @@
 """The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
+from symhbm.response.disks import natural_modes, sector_response
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
 from symhbm.response.periodic_motion import periodic_motion
@@ -13,9 +14,11 @@ __all__ = [
     "FIGURES",
     "follow",
     "frf",
+    "natural_modes",
     "periodic_motion",
     "recover",
     "resume",
+    "sector_response",
     "solve",
     "static_states",
     "summary",

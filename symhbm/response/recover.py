@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Model, force_coefficients
+from symhbm.model import Model, Sector, force_coefficients
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
 from symhbm.numerics import (
     RADIANS,
@@ -15,7 +15,7 @@ from symhbm.numerics import (
     length_of,
     unknowns_of,
 )
-from symhbm.results import check_dataset, meaning
+from symhbm.results import check_dataset, meaning, of_places
 
 
 def recover(
@@ -43,7 +43,8 @@ def recover(
     degrees of freedom, ``frequency`` [Hz], and two errors in all equations of the whole structure,
     contacts included. ``residual_norm`` is their largest residual over the largest sum of absolute
     force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
-    freedom over that of their response: the error of this response by condensation.
+    freedom over that of their response: the error of this response by condensation. Places of the
+    structure are coordinates.
 
     Raises
     ------
@@ -79,7 +80,13 @@ def recover(
     for name, value in variables.items():
         inner, units, long_name, _ = meaning(name)
         dataset[name] = inner, value, {"units": units, "long_name": long_name}
-    coordinates = {name: point[name].variable for name in ("harmonic", "component")}
+    coordinates: dict = {name: point[name].variable for name in ("harmonic", "component")}
+    whole = problem.model.structure
+    of_dofs = of_places(whole.structure if isinstance(whole, Sector) else whole)
+    coordinates |= {name: part for name, part in of_dofs.items() if part[0] == "dof"}
+    if isinstance(whole, Sector):  # what `sector_response` needs
+        dataset["engine_order"] = point["engine_order"].variable
+        dataset.attrs["problem"] = point.attrs["problem"]
     return dataset.set_coords("frequency").assign_coords(coordinates)
 
 
@@ -92,11 +99,12 @@ def recovered(
     """
     model, basis = problem.model, problem.basis
     assert isinstance(model, CondensedModel)
-    structure, masters = model.structure, model.dofs
+    structure, masters = model.structure, model.masters
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
-    matrices = structure.stiffness_matrix, structure.damping_matrix, structure.mass_matrix
-    exact = [matrix.tocsr().astype(LONG) for matrix in matrices]
-    force = force_coefficients(problem.excitation, structure.n_dof, basis)
+    forces = structure.split_force(
+        force_coefficients(problem.excitation, structure.n_whole, basis), basis
+    )
+    force = np.hstack([own for own, _ in forces])
     evaluation, contacts = (
         problem.evaluate(unknowns, frequency),
         problem.contact_forces(unknowns, frequency),
@@ -107,11 +115,16 @@ def recovered(
     motion = np.zeros_like(force)
     motion[masters] = problem.layout.coefficients(unknowns)
     residual = np.zeros_like(force)
+    whole = np.zeros((structure.n_whole, basis.n_components))
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
         sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
+        wave = structure.wave(n)
+        mass, damping, rigidity = structure.matrices(wave)
+        matrices = rigidity, damping, mass
+        exact = [m.tocsr().astype(np.result_type(m.dtype, LONG)) for m in matrices]
         stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
         x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
         rows = stiffness[slaves]
@@ -129,10 +142,12 @@ def recovered(
         residual[:, at] = np.column_stack([imbalance.real, -imbalance.imag])[:, : len(sign)]
         terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in matrices]
         magnitude[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
+        everywhere = structure.expanded(motion[:, at] @ sign, wave)
+        whole[:, at] = np.column_stack([everywhere.real, -everywhere.imag])[:, : len(sign)]
     norm = float(np.abs(residual).max() / (magnitude.max() or 1.0))
     step = Factorisation(evaluation.jacobian).solve(residual[masters].ravel())
     size = length_of(unknowns) or 1.0
-    return motion, norm, np.nan if step is None else length_of(step) / size
+    return whole, norm, np.nan if step is None else length_of(step) / size
 
 
 def _unknowns(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:

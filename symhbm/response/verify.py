@@ -17,7 +17,6 @@ from symhbm.response.stored_points import StoredPoints, missing, not_checked, ve
 from symhbm.results import Description
 from symhbm.workers import progress_bar
 
-
 _WITHOUT_EXACT = (
     "not against the exact motion: the structure is condensed to the harmonics of its responses; "
     "symhbm.craig_bampton reduces it to one that has exact motions"

@@ -3,6 +3,7 @@
 from symhbm.results import schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description, records_of_problem
+from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
@@ -41,6 +42,7 @@ __all__ = [
     "Sweep",
     "check_band",
     "check_dataset",
+    "check_dof",
     "check_grid",
     "check_index",
     "check_keep",
@@ -49,7 +51,9 @@ __all__ = [
     "consecutive_blocks",
     "law_of_library",
     "meaning",
+    "of_places",
     "parse",
+    "places_of",
     "recall",
     "records_of_problem",
     "schema",

@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS, is_pattern, records_by_name
 from symhbm.model.contacts import Parameter
-from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, Variable
+from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES, Variable
 
 
 class Description:
@@ -117,7 +117,7 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
 def check_names(problem: HarmonicBalance) -> None:
     """Raise ValueError for parameters of contacts that are called as results are."""
     for name in problem.model.records.keys() - {*PARAMETERS}:
-        if name in VARIABLES or name in OWN_DIMENSIONS or is_pattern(name):
+        if name in {*VARIABLES, *OWN_DIMENSIONS, *OF_PLACES} or is_pattern(name):
             raise ValueError(
                 f"problem: the parameter {name!r} of a contact law needs a name of its own, "
                 f"{name!r} is the result's"

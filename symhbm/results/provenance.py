@@ -39,6 +39,7 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.results.description import Description, check_names
+from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
 from symhbm.results.sweep import Sweep
 
@@ -181,11 +182,14 @@ def with_provenance(
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
         stored_name = f"{name}_nominal" if nominal else name
         variables[stored_name] = (dims, np.array(value), attributes)
+    coordinates |= of_places(problem.model)
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
-        attributes = {"long_name": "condensed structure, as the problem lays it out", "units": "1"}
-        variables[NUMBERS] = (("condensed_number",), problem.model.numbers, attributes)
+        if problem.model.numbers is not None:
+            long_name = "condensed structure, as the problem lays it out"
+            attributes = {"long_name": long_name, "units": "1"}
+            variables[NUMBERS] = (("condensed_number",), problem.model.numbers, attributes)
     elif problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
@@ -310,7 +314,8 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
             matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
         else:
             matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-        model = Model(*matrices, contacts=contacts, lumped=lumped, **nominal)
+        places = places_of(dataset)
+        model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
@@ -336,11 +341,13 @@ def _condensed(
 ) -> CondensedModel:
     if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
         raise NotRebuiltError(
-            "of a condensed structure that is not in it, as in those of earlier versions; condense "
-            "the structure again, or compute on with the problem that gave this dataset"
+            "of a condensed structure that is not in it, as those of earlier versions and sectors "
+            "of disks are not; condense the structure again, or compute on with the problem that "
+            "gave this dataset"
         )
     numbers = dataset[NUMBERS].values
-    return CondensedModel.from_stored(description["condensed"], numbers, contacts, **nominal)
+    told, places = description["condensed"], places_of(dataset)
+    return CondensedModel.from_stored(told, numbers, contacts, places, **nominal)
 
 
 def _contacts_of(

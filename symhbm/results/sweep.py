@@ -11,9 +11,9 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS, is_pattern
 from symhbm.numerics import check
-from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES
+from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES
 
-RESERVED = {*OWN_DIMENSIONS, *VARIABLES, *PARAMETERS}
+RESERVED = {*OWN_DIMENSIONS, *OF_PLACES, *VARIABLES, *PARAMETERS}
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ OWN_DIMENSIONS = (
     "multiplier",
     "peaking_dof",
 )
+OF_PLACES = ("node", "direction", "label", *(f"{o}_{a}" for o in ("dof", "contact") for a in "xyz"))
+"""Coordinates of structures with places."""
 
 
 class Variable(NamedTuple):

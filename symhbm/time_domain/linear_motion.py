@@ -94,8 +94,8 @@ class LinearMotion:
         self._check_contacts(problem)
         if model.n_dof > _MOST:
             raise ValueError(
-                f"problem: expected at most {_MOST:,} degrees of freedom for motions in time, whose "
-                f"series take gigabytes, got {model.n_dof:,}; reduce the structure by "
+                f"problem: expected at most {_MOST:,} degrees of freedom for motions in time, "
+                f"whose series take gigabytes, got {model.n_dof:,}; reduce the structure by "
                 "symhbm.craig_bampton"
             )
         self.frequency = frequency

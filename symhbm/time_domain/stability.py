@@ -30,9 +30,9 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     model = problem.model
     if wanted and model.kept is not None and model.modal is None:
         raise ValueError(
-            f"stability=True: expected False for a structure condensed with more than "
-            f"{LARGEST_MODAL} degrees of freedom and modes inside; condense it over a narrower "
-            "band, or reduce it by symhbm.craig_bampton"
+            f"stability=True: expected False for a condensed sector of a disk, and for a structure "
+            f"condensed with more than {LARGEST_MODAL} degrees of freedom and modes inside; "
+            "condense it over a narrower band, or reduce it by symhbm.craig_bampton"
         )
     if wanted and model.kept is not None and not model.modal.between:
         raise ValueError(

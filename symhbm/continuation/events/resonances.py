@@ -96,7 +96,8 @@ def _without_matrices(
     detuning, width, near, shapes = near_modes
     force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
     natural = (harmonic * frequency + detuning)[near]
-    modal_force = _modal_force(shapes.T @ force, problem.model.directions @ shapes, limit)
+    contact_motion = problem.model.directions_in(harmonic) @ shapes
+    modal_force = _modal_force(shapes.conj().T @ force, contact_motion, limit)
     motion = np.linalg.norm(shapes, axis=0)
     excited = np.ones(len(width), dtype=bool)
     excited[near] = _excited(modal_force * motion, natural, width[near], size)

@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 
+from symhbm.model.condensation.condense_sector import condense_sector, orthonormal
 from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
+from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import Excitation, check_excitation, static_force
 from symhbm.model.matrices import Model
+from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
@@ -25,12 +27,12 @@ _AT_REST = 1e-2
 
 
 def condense(
-    model: Model,
+    model: Model | Sector,
     excitation: Any,
     frequency: tuple[float, float],
     harmonics: Iterable[int] = (1,),
     *,
-    dofs: Iterable[int] = (),
+    dofs: Iterable[Place] = (),
     tolerance: float | None = None,
     stability: bool = False,
     progress: bool = True,
@@ -46,7 +48,8 @@ def condense(
     Parameters
     ----------
     model
-        The structure and its contacts.
+        The structure and its contacts; or a sector of a disk, which is condensed for each number of
+        nodal diameters that its harmonics have.
     excitation
         The force, or a list of all forces it shall have; any degree of freedom may be excited.
     frequency
@@ -54,7 +57,8 @@ def condense(
     harmonics
         Harmonics that responses may have: those of `HarmonicBalance` are some of these.
     dofs
-        Degrees of freedom to keep beside those that contacts touch, blade tips for example.
+        Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
+        number or by name.
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
         warns above 1e-6.
@@ -117,8 +121,10 @@ def condense(
     >>> response.structure_dof.values
     array([ 99, 199])
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model={check.shown(model)}: expected a Model that is not condensed")
+    if not isinstance(model, (Model, Sector)):
+        raise TypeError(
+            f"model={check.shown(model)}: expected a Model or a Sector that is not condensed"
+        )
     basis = FourierBasis(check_harmonics(harmonics))
     edges = check.array("frequency", frequency, "positive")
     if edges.shape != (2,) or edges[0] == edges[1]:
@@ -127,9 +133,16 @@ def condense(
     stability, progress = check.flag("stability", stability), check.flag("progress", progress)
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
+    excitations = _excitations(model, excitation)
+    if isinstance(model, Sector):
+        if stability:
+            raise ValueError("stability=True: expected False for a sector of a disk")
+        condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs), progress)
+        _check_error(condensed.certificate, tolerance)
+        return condensed
     warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
-    patterns = _patterns(model, excitation, basis, masters)
+    patterns = _patterns(model, excitations, basis, masters)
     others = np.setdiff1d(np.arange(model.n_dof), masters)
     interior = Interior(model, masters, patterns[others])
     bands = [CondensedModel.band(n, band) for n in basis.harmonics if n]
@@ -178,11 +191,17 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
     raise ValueError(f"{asked}: {told}; {advice}")
 
 
-def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
+def _kept(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
     """The degrees of freedom of the contacts, and further ``dofs``, ascending."""
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    kept = {check.integer("dofs", dof, 0, model.n_dof - 1) for dof in dofs}
+    numbers = (model.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
+    kept = {check.integer("dofs", dof, 0, model.n_whole - 1) for dof in numbers}
+    if isinstance(model, Sector) and (right := kept - {*model.kept.tolist()}):
+        raise ValueError(
+            f"dofs: expected degrees of freedom that are not right, {min(right)} is; keep that of "
+            "left at the same place, which is its of the next sector"
+        )
     kept |= model.touched
     if not kept:
         raise ValueError("dofs=(): expected at least one for a structure without contacts")
@@ -191,21 +210,22 @@ def _kept(model: Model, dofs: Iterable[int]) -> NDArray[np.intp]:
     return np.array(sorted(kept), dtype=np.intp)
 
 
-def _patterns(
-    model: Model, excitation: Any, basis: FourierBasis, masters: NDArray[np.intp]
-) -> FloatArray:
-    """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
-    excitations: Sequence[Excitation]
+def _excitations(model: Model | Sector, excitation: Any) -> Sequence[Excitation]:
     excitations = excitation if isinstance(excitation, (list, tuple)) else [excitation]
     for force in excitations:
         check_excitation("excitation", force)
     if not excitations:
         raise ValueError("excitation=[]: expected at least one")
+    return [force.placed(model.number_of) for force in excitations]
+
+
+def _patterns(
+    model: Model,
+    excitations: Sequence[Excitation],
+    basis: FourierBasis,
+    masters: NDArray[np.intp],
+) -> FloatArray:
+    """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
     shapes = np.hstack([force.shape(model.n_dof, basis) for force in excitations])
     static = [static_force(force, model.n_dof, basis) for force in excitations]
-    shapes = np.column_stack([shapes, *static])
-    size = np.abs(shapes).max(axis=0)
-    shapes = shapes[:, size > 0] / size[size > 0]
-    shapes[masters] = 0.0
-    q, r, _ = qr(shapes, mode="economic", pivoting=True)  # type: ignore
-    return np.asarray(q)[:, np.abs(r.diagonal()) > 1e-13]
+    return orthonormal(np.column_stack([shapes, *static]), masters)

@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,14 +15,13 @@ from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.condensation.stored import digest_of, from_numbers, to_numbers
 from symhbm.model.contacts import renumbered
 from symhbm.model.matrices import Model, restored
-from symhbm.model.structure import NearModes, Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
+from symhbm.model.places import Place
+from symhbm.model.structure import CACHED, NearModes, Structure
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
 _MATRICES = "mass_matrix", "damping_matrix", "stiffness_matrix"
-_CACHED = {"_stored", "contact_rows", "directions", "records"}
-"""Attributes that are computed from the others."""
 
 
 class CondensedStiffness(NamedTuple):
@@ -39,8 +38,20 @@ class CondensedStiffness(NamedTuple):
     undamped: PoleSum
     static: FloatArray
     fixed_frequencies: FloatArray
-    patterns: FloatArray
-    modal: ModalMatrices | None
+    patterns: NDArray
+    modal: ModalMatrices | None = None
+
+    @property
+    def fixed_widths(self) -> FloatArray:
+        """Half widths of the fixed-interface resonances, (n,) [rad/s]."""
+        poles = self.matrix.poles
+        nearest = [np.argmin(np.abs(poles - 1j * natural)) for natural in self.fixed_frequencies]
+        return np.abs(poles[np.array(nearest, dtype=int)].real)
+
+    def conjugate(self) -> "CondensedStiffness":
+        """That of the wave of the other sense, whose matrices are conjugate."""
+        parts = (part.conjugate() for part in (self.matrix, self.undamped, self.static))
+        return CondensedStiffness(*parts, self.fixed_frequencies, self.patterns.conj())
 
 
 class _Stored(NamedTuple):
@@ -71,8 +82,8 @@ class CondensedModel(Structure):
     """
 
     WITHOUT_MATRICES = (
-        "expected one of a structure with matrices, this is condensed, exactly over its band alone; "
-        "symhbm.craig_bampton reduces the whole structure to one with matrices, and a "
+        "expected one of a structure with matrices, this is condensed, exactly over its band "
+        "alone; symhbm.craig_bampton reduces the whole structure to one with matrices, and a "
         "HarmonicBalance of the attribute structure of its model is of the whole one"
     )
     dofs: NDArray[np.intp]
@@ -97,6 +108,7 @@ class CondensedModel(Structure):
         attributes["contacts"] = renumbered(structure.contacts, position.__getitem__)
         attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
+        attributes["places"] = None if structure.places is None else structure.places.of(dofs)
         self._store(**attributes, _structure=structure)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         stored = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
@@ -112,13 +124,7 @@ class CondensedModel(Structure):
         attributes: dict[str, Any] = dict(dofs=dofs, frequency=frequency, harmonics=harmonics)
         condensed = stored.condensed
         attributes |= stored._asdict() | dict(lumped=False)
-        nearest = [
-            np.argmin(np.abs(condensed.matrix.poles - 1j * natural))
-            for natural in condensed.fixed_frequencies
-        ]
-        attributes["fixed_widths"] = np.abs(
-            condensed.matrix.poles[np.array(nearest, dtype=int)].real
-        )
+        attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
         attributes["matrices"] = {
             n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
@@ -130,12 +136,12 @@ class CondensedModel(Structure):
 
     @classmethod
     def from_stored(
-        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, **parameters: Any
+        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, places: Any, **values: Any
     ) -> "CondensedModel":
-        """The condensed structure that is ``told`` as `description` does, from its `numbers`, without the whole one.
+        """The condensed structure that a `description` has ``told``, without the whole one.
 
-        ``contacts`` and ``parameters`` as of a `Model`, on the degrees of freedom that are kept.
-        Raises ValueError where numbers or description are damaged.
+        ``contacts``, ``places`` and ``values`` of parameters are as of a `Model`, of the degrees of
+        freedom that are kept. Raises ValueError where `numbers` or description are damaged.
         """
         given = {name: value for name, value in told.items() if name != "numbers"}
         if digest_of(numbers, given) != told["numbers"]:
@@ -148,8 +154,8 @@ class CondensedModel(Structure):
             tuple(told["harmonics"]),
             stored,
         )
-        model._store(_structure=None, _description=told)
-        model._set_contacts(contacts, **parameters)
+        model._store(_structure=None, _description=told, places=places)
+        model._set_contacts(contacts, **values)
         return model
 
     condensed: CondensedStiffness
@@ -191,10 +197,29 @@ class CondensedModel(Structure):
         whole: dict[str, Any] = {name: getattr(structure, name) for name in _MATRICES}
         whole |= {name: getattr(self, name) for name in self.contact_parameters}
         whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
-        whole |= dict(groups=self.groups, lumped=structure.lumped)
+        whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
         other = object.__new__(type(self))
         other._store(**vars(self) | {"_structure": restored(whole)})
         return other
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        if self._structure is not None:
+            return self._structure.number_of(place)
+        number = super().number_of(place)
+        return int(self.dofs[number]) if isinstance(place, str) else number
+
+    def with_contacts(self, **groups: Any) -> Self:
+        """Raise TypeError: it is condensed to the contacts that it has."""
+        raise TypeError(
+            "with_contacts: expected a whole structure, this one is condensed to its contacts; "
+            "condense the structure with the others"
+        )
+
+    @property
+    def masters(self) -> NDArray[np.intp]:
+        """The degrees of freedom that are kept among those of the equations of the structure."""
+        return self.dofs
 
     @property
     def n_dof(self) -> int:
@@ -239,7 +264,7 @@ class CondensedModel(Structure):
         return to_numbers(_Stored(self.condensed, self.certificate))
 
     @property
-    def numbers(self) -> FloatArray:
+    def numbers(self) -> FloatArray | None:
         """All numbers that `from_stored` needs, (n,)."""
         return self._stored[0]
 
@@ -325,12 +350,19 @@ class CondensedModel(Structure):
     def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
         """Second derivative of `linear_forces` by the frequency, from the same poles."""
         if harmonic == 0:
-            return np.zeros(self.condensed.static.shape, dtype=complex)
+            return np.zeros_like(self.linear_forces(0, frequency)[0])
         return harmonic**2 * self.matrices[harmonic].curvature(harmonic * frequency)
 
-    def split_force(self, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
-        return shape[self.dofs], self.share(shape)
+        parts = map(basis.by_harmonic, (shape[self.dofs], self.share(shape)))
+        return list(zip(*parts, strict=True))
+
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
+        return self.condensed.fixed_frequencies, self.fixed_widths
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""
@@ -343,7 +375,7 @@ class CondensedModel(Structure):
         return modes_near(self, harmonic, frequency, springs, losses)
 
     def __reduce__(self) -> Any:
-        return _restored, ({k: v for k, v in vars(self).items() if k not in _CACHED},)
+        return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "_stored"}},)
 
     def __repr__(self) -> str:
         low, high = self.frequency

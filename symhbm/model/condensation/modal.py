@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from symhbm.model.matrices import Model, restored
 from symhbm.model.structure import Structure
@@ -32,14 +33,14 @@ class ModalMatrices(NamedTuple):
 
     @classmethod
     def of(
-        cls, masters: FloatArray, pull: FloatArray, push: FloatArray, inside: FloatArray
+        cls, masters: NDArray, pull: NDArray, push: NDArray, inside: NDArray
     ) -> "ModalMatrices | None":
         """From coefficients of 1, ``p`` and ``p^2`` of four blocks, see `Interior.projected`.
 
-        None where there are more than `LARGEST_MODAL` coordinates.
+        None where there are more than `LARGEST_MODAL` coordinates, and of a wave around a disk.
         """
         n = pull.shape[1]
-        if n + len(inside[0]) > LARGEST_MODAL:
+        if n + len(inside[0]) > LARGEST_MODAL or np.iscomplexobj(inside):
             return None
         upper = np.concatenate([masters[:, :, :n], pull], axis=2)
         lower = np.concatenate([push[:, :, :n], inside], axis=2)
@@ -53,5 +54,5 @@ class ModalMatrices(NamedTuple):
             f"{name}_matrix": sp.csc_array(getattr(self, name))
             for name in ("mass", "damping", "stiffness")
         }
-        names = "contacts", "row_ends", "groups", "lumped", *contacts.contact_parameters
+        names = ["contacts", "row_ends", "groups", "lumped", *contacts.contact_parameters]
         return restored(matrices | {name: getattr(contacts, name) for name in names})

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.structure import NearModes, weighted
-from symhbm.numerics import FloatArray, negative_eigenvalues
+from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
 
 _NEAR_POLE = 1e-9
 """Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""
@@ -22,8 +22,6 @@ _NEAR_POLE = 1e-9
 class Condensed(Protocol):
     """Data of the modes of a condensed structure; see `CondensedModel`."""
 
-    condensed: Any
-    fixed_widths: FloatArray
     matrices: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
 
@@ -32,9 +30,12 @@ class Condensed(Protocol):
         """Number of degrees of freedom that are kept."""
         ...
 
-    @property
-    def directions(self) -> Any:
-        """Directions of the contacts, sparse (n_contacts, n_dof)."""
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths (n,) [rad/s]."""
+        ...
+
+    def directions_in(self, harmonic: int) -> Any:
+        """Directions of the contacts in a harmonic, sparse (n_contacts, n_dof)."""
         ...
 
 
@@ -51,13 +52,14 @@ def modes_near(
     of the contacts in this harmonic [N/m].
     """
     exciting, n_dof = harmonic * frequency, model.n_dof
-    fixed, fixed_width = model.condensed.fixed_frequencies, model.fixed_widths
-    s = _beside_resonance(model, exciting)
-    stiffness, slope = (part.real.astype(float) for part in model.undamped[harmonic](s))
-    directions = model.directions.toarray()
-    stiffness = _symmetric(stiffness) + _contact_matrix(directions, spring)
+    fixed, fixed_width = model.fixed_in(harmonic)
+    s = _beside_resonance(fixed, fixed_width, exciting)
+    directions = model.directions_in(harmonic).toarray()
+    stiffness, slope = (_of_kind(directions, part) for part in model.undamped[harmonic](s))
+    stiffness = _hermitian(stiffness) + _contact_matrix(directions, spring)
     eigenvalues, vectors = np.linalg.eigh(stiffness)
-    damping = _symmetric(model.matrices[harmonic](s)[0].imag[:, :n_dof])
+    matrix = model.matrices[harmonic](s)[0][:, :n_dof]
+    damping = _of_kind(directions, (matrix - matrix.conj().T) / 2j)
     damping = damping + _contact_matrix(directions, loss)
     # The inertia of a mode, interior included, is in the derivative of Z by the frequency.
     inertia = np.maximum(-_quadratic_forms(vectors, slope), 1e-300)
@@ -83,31 +85,35 @@ def modes_near(
 
 def modes_below(model: Condensed, harmonic: int, frequency: float, spring: FloatArray) -> int:
     """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
-    s = _off_pole(model, harmonic * frequency)
-    stiffness = _symmetric(model.undamped[harmonic](s)[0].real)
-    dynamic = stiffness + _contact_matrix(model.directions.toarray(), spring)
-    return negative_eigenvalues(dynamic) + int(
-        np.count_nonzero(model.condensed.fixed_frequencies < s)
-    )
+    fixed, _ = model.fixed_in(harmonic)
+    s = _off_pole(fixed, harmonic * frequency)
+    directions = model.directions_in(harmonic).toarray()
+    stiffness = _hermitian(_of_kind(directions, model.undamped[harmonic](s)[0]))
+    dynamic = stiffness + _contact_matrix(directions, spring)
+    return negative_eigenvalues(dynamic) + int(np.count_nonzero(fixed < s))
 
 
-def _off_pole(model: Condensed, s: float) -> float:
+def _of_kind(directions: NDArray, matrix: ComplexArray) -> NDArray:
+    """A Hermitian matrix, real where the directions are: then it is so but for round-off."""
+    return matrix if np.iscomplexobj(directions) else matrix.real.astype(float)
+
+
+def _off_pole(fixed: FloatArray, s: float) -> float:
     """A frequency, or one beside it where it is a fixed-interface frequency, a pole of Z."""
-    at_pole = np.abs(model.condensed.fixed_frequencies / s - 1).min(initial=1.0) < _NEAR_POLE
+    at_pole = np.abs(fixed / s - 1).min(initial=1.0) < _NEAR_POLE
     return s * (1 + 2 * _NEAR_POLE) if at_pole else s
 
 
-def _beside_resonance(model: Condensed, s: float) -> float:
+def _beside_resonance(fixed: FloatArray, fixed_widths: FloatArray, s: float) -> float:
     """A frequency, but no closer to a fixed-interface frequency than half the width of that.
 
     Closer to it ``Z`` grows without bound if undamped and does not if damped, which would give
     modes without width.
     """
-    fixed = model.condensed.fixed_frequencies
     if not fixed.size:
         return s
     i = np.argmin(np.abs(fixed - s))
-    nearest, half_width = fixed[i], model.fixed_widths[i]
+    nearest, half_width = fixed[i], fixed_widths[i]
     to_next = np.min(np.abs(fixed[fixed != nearest] - nearest), initial=np.inf)
     distance = max(min(half_width, to_next / 4), 2 * _NEAR_POLE * s)
     if abs(s - nearest) >= distance:
@@ -115,14 +121,14 @@ def _beside_resonance(model: Condensed, s: float) -> float:
     return float(nearest + np.copysign(distance, s - nearest))
 
 
-def _quadratic_forms(vectors: FloatArray, matrix: FloatArray) -> FloatArray:
+def _quadratic_forms(vectors: NDArray, matrix: NDArray) -> FloatArray:
     """The quadratic form ``v' A v`` of each column ``v``."""
-    return np.sum(vectors * (matrix @ vectors), axis=0)
+    return np.sum(vectors.conj() * (matrix @ vectors), axis=0).real
 
 
-def _symmetric(matrix: NDArray) -> FloatArray:
-    return (matrix + matrix.T) / 2
+def _hermitian(matrix: NDArray) -> NDArray:
+    return (matrix + matrix.conj().T) / 2
 
 
-def _contact_matrix(directions: FloatArray, factors: FloatArray) -> FloatArray:
-    return weighted(directions.T, factors) @ directions
+def _contact_matrix(directions: NDArray, factors: FloatArray) -> NDArray:
+    return weighted(directions.conj().T, factors) @ directions

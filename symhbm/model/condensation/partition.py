@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from symhbm.model.matrices import Model
+from symhbm.model.structure import Matrices
 from symhbm.numerics import ComplexArray, FloatArray
 
 _COLUMNS = 32
@@ -61,12 +62,12 @@ class Interior:
     """A structure parted into ``masters`` (n_masters,) and the interior, with ``forces`` on it.
 
     ``forces`` (n_interior, n_forces) are force patterns; ``symmetric`` tells whether all matrices
-    are symmetric.
+    are symmetric, or Hermitian, those of a wave around a disk. All are real or all complex.
 
     ValueError where the interior can move without any stiffness.
     """
 
-    def __init__(self, model: Model, masters: NDArray[np.intp], forces: FloatArray):
+    def __init__(self, model: Model | Matrices, masters: NDArray[np.intp], forces: NDArray):
         self.masters = masters
         self.others = others = np.setdiff1d(np.arange(model.n_dof), masters)
         self.forces = forces
@@ -78,6 +79,8 @@ class Interior:
         self._outwards = [m[:, others] for m in outer]
         self._masters = [m[:, masters].toarray() for m in outer]
         self.symmetric = all(_symmetric(matrix) for matrix in whole)
+        self.dtype = np.result_type(float, *whole)
+        self.damped = bool(whole[1].count_nonzero())
         motion, at_rest = self.solve(0.0)
         static = motion[:, : len(masters)]
         stiffness = self._inside[0]
@@ -89,7 +92,7 @@ class Interior:
                 "ones are held; add to dofs one of each part that moves freely"
             )
         self.static = static
-        self.at_rest: FloatArray = at_rest.real.astype(float)
+        self.at_rest: NDArray = at_rest.astype(self.dtype)
 
     def solve(self, s: float) -> tuple[Any, ComplexArray]:
         """Motion of the interior and condensed stiffness of the masters at ``s`` [rad/s].
@@ -99,7 +102,7 @@ class Interior:
         (n_masters, n_masters + n_forces).
         """
         inside, inwards, outwards, kept = (
-            dynamic_stiffness([m.astype(LONG) for m in parts], LONG(s))
+            dynamic_stiffness([_long(m) for m in parts], LONG(s))
             for parts in (self._inside, self._inwards, self._outwards, self._masters)
         )
         inside = inside.astype(np.result_type(inside, inwards))
@@ -118,7 +121,7 @@ class Interior:
         feel[:, :n], feel[:, n:] = felt[:, :n] + kept, -felt[:, n:]
         return motion, feel
 
-    def _forces_of(self, chosen: slice) -> FloatArray:
+    def _forces_of(self, chosen: slice) -> NDArray:
         n = len(self.masters)
         return self.forces[:, max(chosen.start - n, 0) : max(chosen.stop - n, 0)]
 
@@ -146,13 +149,14 @@ class Interior:
         size = np.linalg.norm(push, axis=0)
         return np.linalg.norm(residual, axis=0) / np.where(size > 0, size, 1.0)
 
-    def projected(self, basis: FloatArray) -> list[FloatArray]:
+    def projected(self, basis: NDArray) -> list[NDArray]:
         """The structure in coordinates of the masters and of a ``basis`` (n_interior, n_basis).
 
         Coefficients of 1, ``p`` and ``p^2``, ``p = i s``, of its four blocks: masters by masters
         and forces, masters by basis, basis by masters and forces, basis by basis.
         """
-        static, forces = self.static.astype(float), self.forces
+        static, forces = self.static.astype(self.dtype), self.forces
+        fixed, rows = adjoint(static), adjoint(basis)
         blocks = []
         parts = zip(self._masters, self._outwards, self._inwards, self._inside, strict=True)
         for power, (kept, outwards, inwards, inside) in enumerate(parts):
@@ -160,28 +164,39 @@ class Interior:
             # The static motion has no elastic force on the interior.
             push = np.zeros_like(static)
             if not elastic:
-                push = (inwards + _product(inside, self.static)).astype(float)
-            moved = _product(inside, basis).astype(float)
-            pull = _product(outwards, basis).astype(float) + static.T @ moved
+                push = (inwards + _product(inside, self.static)).astype(self.dtype)
+            moved = _product(inside, basis).astype(self.dtype)
+            pull = _product(outwards, basis).astype(self.dtype) + fixed @ moved
             if elastic and self.symmetric:
                 pull = np.zeros_like(pull)
-            condensed = (kept + _product(outwards, self.static)).astype(float) + static.T @ push
+            condensed = kept + _product(outwards, self.static)
+            condensed = condensed.astype(self.dtype) + fixed @ push
             blocks.append(
                 (
-                    np.hstack([condensed, elastic * (static.T @ forces)]),
+                    np.hstack([condensed, elastic * (fixed @ forces)]),
                     pull,
-                    np.hstack([basis.T @ push, elastic * (basis.T @ forces)]),
-                    basis.T @ moved,
+                    np.hstack([rows @ push, elastic * (rows @ forces)]),
+                    rows @ moved,
                 )
             )
         return [np.array(block) for block in zip(*blocks, strict=True)]
 
 
-def _product(matrix: Any, columns: FloatArray) -> Any:
+def adjoint(matrices: NDArray) -> NDArray:
+    """Transposed matrices (..., n, m), conjugate complex; no copy where they are real."""
+    turned = np.swapaxes(matrices, -1, -2)
+    return turned.conj() if np.iscomplexobj(matrices) else turned
+
+
+def _product(matrix: Any, columns: NDArray) -> Any:
     """A product in the precision of residuals: stiff elements cancel in smooth motions."""
-    return matrix.astype(LONG) @ columns.astype(LONG)
+    return _long(matrix) @ _long(columns)
+
+
+def _long(matrix: Any) -> Any:
+    return matrix.astype(np.result_type(matrix.dtype, LONG))
 
 
 def _symmetric(matrix: Any) -> bool:
-    skew = abs(matrix - matrix.T)
+    skew = abs(matrix - matrix.conj().T)
     return not skew.nnz or float(skew.max()) <= 1e-14 * float(abs(matrix).max())

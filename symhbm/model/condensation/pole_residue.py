@@ -46,6 +46,10 @@ class PoleSum(NamedTuple):
         polynomial, left, right = (np.abs(at(part, 1j * s)) for part in self[:3])
         return polynomial + (left / np.abs(1j * s - self.poles)) @ right
 
+    def conjugate(self) -> "PoleSum":
+        """The function whose value at ``s`` is the conjugate of that of this one at ``-s``."""
+        return PoleSum(*(part.conj() for part in self))
+
     def of(self, chosen: NDArray[np.bool_]) -> "PoleSum":
         """The polynomial with some of the poles only."""
         left, right = self.left[:, :, chosen], self.right[:, chosen]

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
 from symhbm.model.condensation.modal import ModalMatrices
-from symhbm.model.condensation.partition import Interior
+from symhbm.model.condensation.partition import Interior, adjoint
 from symhbm.model.condensation.pole_residue import PoleSum, at
 from symhbm.numerics import ComplexArray, FloatArray
 from symhbm.workers import progress_bar
@@ -64,13 +65,13 @@ class Reduced(NamedTuple):
     lift: ComplexArray
     undamped: PoleSum
     fixed_frequencies: FloatArray
-    modal: ModalMatrices | None
+    modal: ModalMatrices | None = None
 
 
 def reduce(
     interior: Interior,
     bands: list[tuple[float, float]],
-    springs: FloatArray,
+    springs: NDArray,
     progress: bool = False,
 ) -> tuple[Reduced, Certificate]:
     """Condensed stiffness of an interior over ``bands`` [rad/s], and its certificate.
@@ -82,10 +83,10 @@ def reduce(
     states = np.zeros_like(springs), springs
     grid = np.unique(np.concatenate([np.linspace(*band, _GRID) for band in bands]))
     used = list(grid[[0, len(grid) // 2, len(grid) - 1]])
-    basis = np.zeros((len(interior.others), 0))
+    basis = np.zeros((len(interior.others), 0), dtype=interior.dtype)
     bar = progress_bar("factorisation", progress)
     for s in used:
-        basis = _extended(basis, interior, interior.solve(s)[0])
+        basis = _extended(basis, interior, interior.solve(s)[0], s)
         bar.update()
     view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
@@ -101,14 +102,16 @@ def reduce(
         count += 1
         if error > AIM and count < MOST:
             size = basis.shape[1]
-            basis = _extended(basis, interior, motion)
+            basis = _extended(basis, interior, motion, s)
             if basis.shape[1] > size:
                 view = _View(interior, basis, bands, grid, states)
                 errors, bounds, checked = [], [], []
                 continue
         errors.append(error)
+        if s < 0:  # the conjugate is the condensed stiffness of the wave of the other sense
+            approximate, exact = approximate.conj(), exact.conj()
         bounds.append(_friction_bound(approximate, exact))
-        checked.append(s / (2 * np.pi))
+        checked.append(abs(s) / (2 * np.pi))
     bar.close()
     certificate = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
     return view.reduced, certificate
@@ -124,10 +127,10 @@ class _View:
     def __init__(
         self,
         interior: Interior,
-        basis: FloatArray,
+        basis: NDArray,
         bands: list[tuple[float, float]],
         grid: FloatArray,
-        states: tuple[FloatArray, FloatArray],
+        states: tuple[NDArray, NDArray],
     ):
         blocks = interior.projected(basis)
         self.reduced = _reduced(interior, blocks)
@@ -140,7 +143,7 @@ class _View:
 
 
 def _resonances(
-    blocks: list[FloatArray], springs: FloatArray, bands: list[tuple[float, float]]
+    blocks: list[NDArray], springs: NDArray, bands: list[tuple[float, float]]
 ) -> FloatArray:
     """Angular frequencies next to the resonances of the masters with ``springs`` on them.
 
@@ -157,43 +160,55 @@ def _resonances(
     )
     stiffness[:n, :n] += springs
     try:
-        squares = eigvalsh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+        squares = eigvalsh(_hermitian(stiffness), _hermitian(mass))
     except np.linalg.LinAlgError:  # masters without inertia
         with np.errstate(divide="ignore", invalid="ignore"):
             squares = np.asarray(eigvals(stiffness, mass))
     natural = np.real(np.sqrt(np.asarray(squares, dtype=complex)))
+    natural = np.concatenate([natural, -natural])
     within = [natural[(low < natural) & (natural < high)] for low, high in bands]
     inside_bands = np.unique(np.concatenate(within)) * (1 + _NEAR_RESONANCE)
     chosen = np.linspace(0, len(inside_bands) - 1, min(len(inside_bands), _GRID))
     return inside_bands[chosen.astype(int)]
 
 
-def _extended(basis: FloatArray, interior: Interior, motion: ComplexArray) -> FloatArray:
-    """An orthonormal basis with the ``motion`` at one more frequency."""
-    motion[:, : len(interior.masters)] -= interior.static
+def _extended(basis: NDArray, interior: Interior, motion: NDArray, s: float) -> NDArray:
+    """An orthonormal basis with the ``motion`` at one more frequency.
+
+    Of a wave also with that at ``-s``, which is the motion of the adjoint equations, as the
+    conjugate of a motion is of real ones.
+    """
+    motions = [motion]
+    if np.iscomplexobj(basis) and interior.damped:
+        motions.append(interior.solve(-s)[0])
+    for each in motions:
+        each[:, : len(interior.masters)] -= interior.static
+    motion = motion if len(motions) == 1 else np.hstack(motions)
     motion = motion.astype(complex if np.iscomplexobj(motion) else float)
     size = np.linalg.norm(motion, axis=0)
     motion /= np.where(size > 0, size, 1.0)
-    added = np.hstack([motion.real, motion.imag]) if np.iscomplexobj(motion) else motion
+    splits = np.iscomplexobj(motion) and not np.iscomplexobj(basis)
+    added = np.hstack([motion.real, motion.imag]) if splits else motion
+    transposed = adjoint(basis)
     for _ in range(2):
-        added -= basis @ (basis.T @ added)
+        added -= basis @ (transposed @ added)
     q, r, _ = qr(added, mode="economic", pivoting=True, overwrite_a=True)  # type: ignore
     new = np.asarray(q)[:, np.abs(r.diagonal()) > _NEW[not interior.symmetric]]
     # A vector of unit size is orthogonal to the basis to round-off only after a second projection.
     for _ in range(2):
-        new -= basis @ (basis.T @ new)
+        new -= basis @ (transposed @ new)
         new = qr(new, mode="economic", overwrite_a=True)[0]
     return np.hstack([basis, new])
 
 
-def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
+def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
     masters, pull, push, inside = blocks
     stiffness, _, mass = inside
     try:
-        squares, shapes = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+        squares, shapes = eigh(_hermitian(stiffness), _hermitian(mass))
     except np.linalg.LinAlgError:
         raise ValueError("mass_matrix: expected a positive definite matrix") from None
-    stiffness, damping, mass = shapes.T @ inside @ shapes
+    stiffness, damping, mass = adjoint(shapes) @ inside @ shapes
     if interior.symmetric:
         stiffness = np.diag(stiffness.diagonal())
     # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
@@ -204,30 +219,35 @@ def _reduced(interior: Interior, blocks: list[FloatArray]) -> Reduced:
     poles, vectors = eig(np.vstack([upper, lower]))  # type: ignore
     inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
     lift = shapes @ (vectors[:size] / natural[:, None])
-    whole = PoleSum(masters.astype(complex), pull @ lift, (inputs @ shapes.T) @ push, poles)
+    right = (inputs @ adjoint(shapes)) @ push
+    whole = PoleSum(masters.astype(complex), pull @ lift, right, poles)
     inside = np.array([stiffness, damping, mass])
-    modal = ModalMatrices.of(masters, pull @ shapes, shapes.T @ push, inside)
+    modal = ModalMatrices.of(masters, pull @ shapes, adjoint(shapes) @ push, inside)
     own = masters[:, :, : len(masters[0])]
     return Reduced(whole, lift, *_undamped(own, pull, push, squares, shapes), modal)
 
 
 def _undamped(
-    masters: FloatArray, pull: FloatArray, push: FloatArray, squares: FloatArray, shapes: FloatArray
+    masters: NDArray, pull: NDArray, push: NDArray, squares: FloatArray, shapes: NDArray
 ) -> tuple[PoleSum, FloatArray]:
     """``Z`` without damping and of symmetric matrices, and natural frequencies of the interior."""
     no_damping = np.array([1.0, 0.0, 1.0])[:, None, None]
     natural = np.sqrt(np.maximum(squares, 0.0))
     share = np.array([1, -1]) / (2j * np.maximum(natural, 1e-300)[:, None])
     poles = 1j * natural[:, None] * [1, -1]
-    left = no_damping * ((pull + push[:, :, : pull.shape[1]].transpose(0, 2, 1)) / 2 @ shapes)
-    right = left.transpose(0, 2, 1)[:, :, None] * share[:, :, None]
+    left = no_damping * ((pull + adjoint(push[:, :, : pull.shape[1]])) / 2 @ shapes)
+    right = adjoint(left)[:, :, None] * share[:, :, None]
     right = right.reshape(3, 2 * len(natural), len(masters[0]))
-    polynomial = no_damping * (masters + masters.transpose(0, 2, 1)) / 2
+    polynomial = no_damping * (masters + adjoint(masters)) / 2
     whole = PoleSum(polynomial + 0j, np.repeat(left, 2, axis=2) + 0j, right, poles.ravel())
     return whole, natural
 
 
-def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) -> FloatArray:
+def _hermitian(matrix: NDArray) -> NDArray:
+    return (matrix + adjoint(matrix)) / 2
+
+
+def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[NDArray]) -> FloatArray:
     """Amplification of errors of the condensed stiffness in responses of the masters, on a grid.
 
     The largest of all states of springs and all loads; terms that cancel count in full.
@@ -250,7 +270,7 @@ def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[FloatArray]) ->
 
 
 def _error_estimates(
-    interior: Interior, basis: FloatArray, reduced: Reduced, grid: FloatArray
+    interior: Interior, basis: NDArray, reduced: Reduced, grid: FloatArray
 ) -> FloatArray:
     """Errors of the condensed stiffness, up to a factor, on a grid [rad/s].
 
@@ -259,19 +279,22 @@ def _error_estimates(
     n, whole, lift = len(interior.masters), reduced.whole, reduced.lift
     load = np.random.default_rng(0).normal(size=interior.n_columns)
     sign = np.where(np.arange(len(load)) < n, -1.0, 1.0)
-    static = (interior.static @ load[:n]).astype(float)
+    static = (interior.static @ load[:n]).astype(interior.dtype)
     residuals = []
     for first in range(0, len(grid), _BATCH):
         some = grid[first : first + _BATCH]
         share = [at(whole.right, 1j * s) @ (sign * load) / (1j * s - whole.poles) for s in some]
         modal = lift @ np.array(share).T
-        motions = static[:, None] + basis @ modal.real + 1j * (basis @ modal.imag)
+        if np.iscomplexobj(basis):
+            motions = static[:, None] + basis @ modal
+        else:
+            motions = static[:, None] + basis @ modal.real + 1j * (basis @ modal.imag)
         residuals += interior.residual(some, motions, load).tolist()
     # The error of a symmetric condensed stiffness is quadratic in the residual.
     return np.array(residuals) ** (2 if interior.symmetric else 1)
 
 
-def _error(reduced: ComplexArray, exact: Any, springs: FloatArray) -> float:
+def _error(reduced: ComplexArray, exact: Any, springs: NDArray) -> float:
     """Largest relative difference of the responses of the masters with ``springs`` on them."""
     n = len(exact)
     load = np.hstack([np.eye(n), reduced[:, n:]])

@@ -13,7 +13,7 @@ _TYPES = {"b": bool, "i": int, "f": float}
 
 
 def to_numbers(record: Any) -> tuple[FloatArray, Any]:
-    """Numbers (n,) of a named tuple of such, of arrays and of numbers, and their layout for JSON."""
+    """Numbers (n,) of a named tuple of such, of arrays and numbers, and their layout for JSON."""
     parts: list[FloatArray] = []
     layout = _layout(record, parts)
     return np.concatenate(parts), layout

@@ -1,7 +1,7 @@
 """Directions of contacts: relative displacements ``y = w^T x`` of pairs of places, or by weights.
 
-Numbers of degrees of freedom come in tuples, weights in mappings or in arrays of two dimensions. A
-flat list of numbers could be either and is refused.
+Numbers of degrees of freedom, or names of their places, come in tuples, weights in mappings or in
+arrays of two dimensions. A flat list of numbers could be either and is refused.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -11,12 +11,44 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from symhbm.model.places import Place, check_place
 from symhbm.numerics import check
 
 _AS_WRITTEN = (
-    "expected (first, second), as in [(0, 1)], or (dof,) for a contact to the ground, or weights, "
-    "as in [{0: 1.0, 1: -0.5}]"
+    "expected (first, second), as in [(0, 1)] or [('tip:y', 'shroud:y')], or (dof,) for a contact "
+    "to the ground, or weights, as in [{0: 1.0, 1: -0.5}]"
 )
+
+
+@dataclass(frozen=True, repr=False)
+class NextSector:
+    """A degree of freedom of the next sector of a disk, see `next_sector`."""
+
+    place: Any
+
+    def __repr__(self) -> str:
+        return f"next_sector({self.place!r})"
+
+
+def next_sector(place: Any) -> NextSector:
+    """A place of the next sector of a disk, for the contacts of a `symhbm.Sector`.
+
+    ``place`` is what the degree of freedom is called in this sector. Its motion is told in the axes
+    of this sector: where directions are cartesian, along those of the first one.
+
+    Examples
+    --------
+    A contact between a place of each sector and another one of the next:
+
+    >>> import symhbm as sh
+    >>> shroud = sh.Friction(
+    ...     tangential=(3, sh.next_sector(5)),
+    ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=10,
+    ... )
+    """
+    if isinstance(place, NextSector):
+        raise TypeError(f"place={place!r}: expected a place of this sector")
+    return NextSector(_place("place", place))
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,24 +64,36 @@ class Weights:
 
 Ends = tuple[int, ...] | Weights
 """One degree of freedom less the ground, the first less the second of two, or weights of any."""
+Named = tuple[Place, ...] | Mapping[Place, float]
+"""The same with names among the degrees of freedom, which a structure makes numbers of."""
 
 
 class Directions(NamedTuple):
     """One direction of several contacts, and how many degrees of freedom it is of, where told."""
 
-    ends: tuple[Ends, ...]
+    ends: tuple[Any, ...]
     n_dof: int | None = None
 
-    def check(self, name: str, n_dof: int) -> None:
-        """Raise ValueError unless they are directions among ``n_dof`` degrees of freedom."""
+    def among(self, name: str, n_dof: int, number_of: Callable[[Place], int]) -> tuple[Ends, ...]:
+        """The directions among ``n_dof`` degrees of freedom, by numbers.
+
+        Raises ValueError, which calls the argument ``name``, for what is none among them, and
+        KeyError for unknown names.
+        """
         if self.n_dof not in (None, n_dof):
             raise ValueError(
                 f"{name}: expected an array of {n_dof} columns (one per degree of freedom), got "
                 f"{self.n_dof}"
             )
+        result = []
         for j, ends in enumerate(self.ends):
+            of_one = f"{name}[{j}]"
+            if not isinstance(ends, Weights):
+                ends = _numbered(of_one, ends, number_of)
             for dof in weights_of(ends)[0]:
-                check.integer(f"{name}[{j}]", dof, 0, n_dof - 1)
+                check.integer(of_one, dof, 0, n_dof - 1)
+            result.append(ends)
+        return tuple(result)
 
 
 def check_directions(name: str, given: Any, alone: bool = False) -> Directions:
@@ -104,7 +148,22 @@ _SEVERAL = (tuple, list, Mapping, Weights, np.ndarray)
 """What a direction may be, or be meant for."""
 
 
-def _one(name: str, given: Any) -> Ends:
+def _numbered(name: str, named: Named, number_of: Callable[[Place], int]) -> Ends:
+    """Ends with numbers for names; KeyError, which calls them ``name``, for those of no place."""
+    if all(isinstance(place, int) for place in named):
+        return named  # type: ignore[return-value]
+    try:
+        dofs = [number_of(place) for place in named]
+    except KeyError as error:
+        raise KeyError(f"{name}: {error.args[0]}") from None
+    if isinstance(named, tuple):
+        return _one(name, tuple(dofs))
+    if len(set(dofs)) < len(dofs):
+        raise ValueError(f"{name}={check.shown(dict(named))}: expected each place once")
+    return _one(name, dict(zip(dofs, named.values(), strict=True)))
+
+
+def _one(name: str, given: Any) -> Any:
     if isinstance(given, Weights):
         return given
     if isinstance(given, Mapping):
@@ -115,22 +174,24 @@ def _one(name: str, given: Any) -> Ends:
     raise TypeError(f"{name}={check.shown(given)}: {_AS_WRITTEN}")
 
 
-def _of_pair(name: str, given: tuple) -> Ends:
+def _of_pair(name: str, given: tuple) -> tuple[Place, ...]:
     if len(given) not in (1, 2):
         raise ValueError(f"{name}={check.shown(given)}: expected one or two DOFs, or a mapping")
-    pair = tuple(check.integer(name, dof, 0) for dof in given)
+    pair = tuple(_place(name, dof) for dof in given)
     if len(set(pair)) != len(pair):
         raise ValueError(f"{name}={check.shown(given)}: a contact joins two different DOFs")
     return pair
 
 
-def _of_weights(name: str, given: Mapping) -> Ends:
-    dofs = [check.integer(f"{name}={check.shown(given)}, degree of freedom", d, 0) for d in given]
+def _of_weights(name: str, given: Mapping) -> Any:
+    dofs = [_place(f"{name}={check.shown(given)}, degree of freedom", dof) for dof in given]
     weights = [check.scalar(f"{name}[{dof}]", weight) for dof, weight in given.items()]
     if not all(weights) or not weights:
         raise ValueError(
             f"{name}={check.shown(given)}: expected weights that are not 0, one or more"
         )
+    if not all(isinstance(dof, int) for dof in dofs):
+        return dict(zip(dofs, weights, strict=True))
     return _simplest(dofs, weights)
 
 
@@ -162,3 +223,8 @@ def _simplest(dofs: list[int], weights: list[float]) -> Ends:
         return tuple(dof for _, dof in sorted(zip(weights, dofs, strict=True), reverse=True))
     pairs = sorted(zip(dofs, weights, strict=True))
     return Weights(*zip(*pairs, strict=True))  # type: ignore[arg-type]
+
+
+def _place(name: str, given: Any) -> Any:
+    """A degree of freedom, of this sector or of the next."""
+    return given if isinstance(given, NextSector) else check_place(name, given)

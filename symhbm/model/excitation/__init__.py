@@ -7,7 +7,7 @@ from symhbm.model.excitation.excitation import (
     force_coefficients,
     static_force,
 )
-from symhbm.model.excitation.forces import EngineOrder, HarmonicForce, PointForce
+from symhbm.model.excitation.forces import EngineOrder, HarmonicForce, PointForce, sector_order
 from symhbm.model.excitation.static_load import StaticLoad
 from symhbm.model.excitation.stored import described
 
@@ -21,5 +21,6 @@ __all__ = [
     "check_excitation",
     "described",
     "force_coefficients",
+    "sector_order",
     "static_force",
 ]

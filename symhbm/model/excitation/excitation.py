@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from symhbm.model.places import Place
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
@@ -46,6 +48,13 @@ class Excitation(ABC):
     def static(self, n_dof: int) -> FloatArray:
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
         return np.zeros(n_dof)
+
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force with numbers of degrees of freedom for their names.
+
+        ``number_of`` tells the number of a place, or raises KeyError.
+        """
+        return self
 
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""
@@ -137,6 +146,10 @@ class ForceSum(Excitation):
     def static(self, n_dof: int) -> FloatArray:
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
         return np.sum([part.static(n_dof) for part in self.parts], axis=0)
+
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same sum with numbers of degrees of freedom for their names."""
+        return replace(self, parts=tuple(part.placed(number_of) for part in self.parts))
 
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""

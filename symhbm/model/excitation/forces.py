@@ -2,41 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.model.excitation.excitation import Excitation, check_contained
-from symhbm.model.excitation.static_load import one_each
+from symhbm.model.excitation.excitation import Excitation, ForceSum, check_contained
+from symhbm.model.excitation.pattern import (
+    check_pattern,
+    pattern_to_stored,
+    placed_pattern,
+    shape_of,
+)
+from symhbm.model.excitation.static_load import StaticLoad, one_each
+from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 
 @dataclass(frozen=True)
 class PointForce(Excitation):
-    """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad]."""
+    """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad].
 
-    dof: int = 0
+    ``dof`` is its number, or its name in a structure with places, as ``"tip:y"``.
+    """
+
+    dof: Place = 0
     amplitude: float = 1.0
     phase: float = 0.0
     harmonic: int = 1
 
     def __post_init__(self):
         put = object.__setattr__
-        put(self, "dof", check.integer("dof", self.dof, 0))
+        put(self, "dof", check_place("dof", self.dof))
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         put(self, "phase", check.scalar("phase", self.phase))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
 
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force on a numbered degree of freedom."""
+        return replace(self, dof=number_of(self.dof)) if isinstance(self.dof, str) else self
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
         check_contained(self.harmonic, basis)
-        check.integer("dof", self.dof, 0, n_dof - 1)
+        dof = check.integer("dof", self.dof, 0, n_dof - 1)
         shape = np.zeros((n_dof, basis.n_components))
-        shape[self.dof, basis.component(self.harmonic)] = np.cos(self.phase)
-        shape[self.dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
+        shape[dof, basis.component(self.harmonic)] = np.cos(self.phase)
+        shape[dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
         return shape
 
 
@@ -48,14 +62,26 @@ class EngineOrder(Excitation):
     add up to an amplitude of ``sqrt(2) f0``; as forces in phase they would move tuned blades
     differently.
 
-    ``blades`` lists the degrees of freedom of the N blades in their order around the disk; by
-    default all degrees of freedom. Orders ``order`` and ``order + N`` are the same force.
+    ``blades`` lists the degrees of freedom of the N blades in their order around the disk, by
+    number or by name; by default all degrees of freedom. Orders ``order`` and ``order + N`` are the
+    same force.
+
+    A `symhbm.Sector` needs a ``pattern``: the force ``amplitude Re(p_h exp(i h omega t))`` on one
+    sector, a pressure field for example, that on the next ones lags by ``h order`` times the angle
+    between them. ``{dof: p}``, by numbers or names, and an array ``p`` (n_dof,) are of harmonic 1,
+    ``{harmonic: such}`` of any; where amplitudes are complex, their phases count.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> force = sh.EngineOrder(3, amplitude=2.0, pattern={1: {0: 1.0, 4: 0.5j}, 2: {0: 0.1}})
     """
 
     order: int
     amplitude: float = 1.0
-    blades: Sequence[int] | None = None
+    blades: Sequence[Place] | None = None
     harmonic: int = 1
+    pattern: Mapping[Any, Any] | ArrayLike | None = None
 
     _fields: ClassVar = {"force_amplitude": "amplitude", "engine_order": "order"}
 
@@ -67,16 +93,36 @@ class EngineOrder(Excitation):
         if self.blades is not None:
             if isinstance(self.blades, str) or not isinstance(self.blades, Iterable):
                 raise TypeError(f"blades={check.shown(self.blades)}: expected a sequence of DOFs")
-            blades = tuple(check.integer("blades", dof, 0) for dof in self.blades)
+            blades = tuple(check_place("blades", dof) for dof in self.blades)
             if not blades or len(set(blades)) != len(blades):
                 raise ValueError(f"blades={check.shown(self.blades)}: expected distinct DOFs")
             put(self, "blades", blades)
+        if self.pattern is not None:
+            if self.blades is not None or self.harmonic != 1:
+                raise ValueError(
+                    "pattern: expected blades=None and harmonic=1 beside it, it tells degrees of "
+                    "freedom and harmonics itself"
+                )
+            put(self, "pattern", check_pattern(self.pattern))
+
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force on numbered degrees of freedom."""
+        if self.pattern is not None:
+            return replace(self, pattern=placed_pattern(self.pattern, number_of))  # type: ignore[arg-type]
+        if not any(isinstance(dof, str) for dof in self.blades or ()):
+            return self
+        return replace(self, blades=tuple(map(number_of, self.blades or ())))
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
-        """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
+        """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range.
+
+        Those of a pattern are of one sector.
+        """
+        if self.pattern is not None:
+            return shape_of(self.pattern, n_dof, basis)  # type: ignore[arg-type]
         check_contained(self.harmonic, basis)
-        blades = list(range(n_dof)) if self.blades is None else list(self.blades)
-        check.integer("blades", max(blades), 0, n_dof - 1)
+        given = range(n_dof) if self.blades is None else self.blades
+        blades = [check.integer("blades", dof, 0, n_dof - 1) for dof in given]
         # Reduced in integers first, so that aliased orders give the same force to the bit.
         count = len(blades)
         turns = (self.order % count * np.arange(count)) % count / count
@@ -84,6 +130,15 @@ class EngineOrder(Excitation):
         shape[blades, basis.component(self.harmonic)] = np.cos(2 * np.pi * turns)
         shape[blades, basis.component(self.harmonic, sine=True)] = np.sin(2 * np.pi * turns)
         return shape
+
+    def description(self) -> dict[str, Any]:
+        """What tells it apart in a dataset, as JSON keeps it."""
+        description = super().description()
+        if self.pattern is None:
+            del description["pattern"]
+        else:
+            description["pattern"] = pattern_to_stored(self.pattern)  # type: ignore[arg-type]
+        return description
 
 
 @dataclass(frozen=True)
@@ -151,3 +206,25 @@ class HarmonicForce(Excitation):
         if self.mean is None:
             return super().static(n_dof)
         return one_each("mean", self.mean, n_dof)  # type: ignore[arg-type]
+
+
+def sector_order(force: Excitation, n_sectors: int) -> int:
+    """The engine order of a force on one of ``n_sectors``, below that number.
+
+    Raises ValueError for a force that does not go around the disk, or without a pattern.
+    """
+    parts = force.scaled if isinstance(force, ForceSum) else (force,)
+    moving = [part for part in parts if not isinstance(part, StaticLoad)]
+    for part in moving:
+        if not isinstance(part, EngineOrder) or part.pattern is None:
+            raise ValueError(
+                f"excitation={check.shown(part)}: expected symhbm.EngineOrder(order, pattern=...) "
+                "with the force on one sector, and static loads beside it"
+            )
+    orders = {part.order % n_sectors for part in moving}  # type: ignore[attr-defined]
+    if len(orders) != 1:
+        raise ValueError(
+            f"excitation={check.shown(force)}: expected one engine order for all, up to multiples "
+            f"of the {n_sectors} sectors"
+        )
+    return orders.pop()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from symhbm.model.excitation.excitation import Excitation
+from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
@@ -16,8 +17,9 @@ from symhbm.numerics import FloatArray, FourierBasis, check
 class StaticLoad(Excitation):
     """Constant force ``values`` [N]: one value per degree of freedom, or ``{dof: value}``.
 
-    It acts on harmonic 0, which responses need, and ``force_amplitude`` of a sum leaves it as it
-    is. By itself it does not oscillate and has no named parameter.
+    A ``dof`` is a number, or a name in a structure with places, as in ``{"tip:x": 5.0}``. The load
+    acts on harmonic 0, which responses need, and ``force_amplitude`` of a sum leaves it as it is.
+    By itself it does not oscillate and has no named parameter.
 
     Raises TypeError or ValueError for what is neither, and for values that are not finite.
 
@@ -46,8 +48,8 @@ class StaticLoad(Excitation):
             if not given:
                 raise ValueError("values={}: expected at least one degree of freedom")
             checked: Any = {
-                check.integer("degree of freedom of values", dof, 0): check.scalar(
-                    f"values[{dof}]", value
+                check_place("degree of freedom of values", dof): check.scalar(
+                    f"values[{dof!r}]", value
                 )
                 for dof, value in given.items()
             }
@@ -66,6 +68,15 @@ class StaticLoad(Excitation):
         """Nothing oscillates."""
         return 0.0
 
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same load on numbered degrees of freedom; ValueError for one that is named twice."""
+        if not isinstance(self.values, dict) or not any(isinstance(d, str) for d in self.values):
+            return self
+        values = {number_of(dof): value for dof, value in self.values.items()}
+        if len(values) < len(self.values):
+            raise ValueError(f"values={check.shown(self.values)}: expected each place once")
+        return replace(self, values=values)
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Nothing, ``(n_dof, n_components)``."""
         return np.zeros((n_dof, basis.n_components))
@@ -74,7 +85,8 @@ class StaticLoad(Excitation):
         """The load, ``(n_dof,)`` [N]; ValueError if it misfits."""
         if isinstance(self.values, dict):
             result, dofs = np.zeros(n_dof), [*self.values]
-            check.integer("degree of freedom of values", max(dofs), 0, n_dof - 1)
+            for dof in dofs:
+                check.integer("degree of freedom of values", dof, 0, n_dof - 1)
             result[dofs] = [*self.values.values()]
             return result
         return one_each("values", self.values, n_dof)

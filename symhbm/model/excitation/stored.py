@@ -4,6 +4,7 @@ from typing import Any
 
 from symhbm.model.excitation.excitation import Excitation, ForceSum
 from symhbm.model.excitation.forces import EngineOrder, HarmonicForce, PointForce
+from symhbm.model.excitation.pattern import pattern_from_stored
 from symhbm.model.excitation.static_load import StaticLoad
 
 _KINDS = {kind.__name__: kind for kind in (PointForce, EngineOrder, HarmonicForce, StaticLoad)}
@@ -20,4 +21,6 @@ def described(description: dict[str, Any]) -> Excitation:
     for name in _BY_NUMBER:
         if isinstance(given.get(name), dict):
             given[name] = {int(number): value for number, value in given[name].items()}
+    if "pattern" in given:
+        given["pattern"] = pattern_from_stored(given["pattern"])
     return _KINDS[kind](**given)

@@ -35,7 +35,8 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
         raise ValueError(
             f"accuracy={check.shown(accuracy)}: expected a structure condensed for "
             f"harmonics={sets.harmonics(sets.larger(0))} at least, by which errors of "
-            f"{problem.harmonics} are estimated, got {problem.model.harmonics}; condense it for them"
+            f"{problem.harmonics} are estimated, got {problem.model.harmonics}; condense it for "
+            "them"
         )
     if problem.samples is not None:
         raise ValueError(

@@ -1,0 +1,95 @@
+"""An open sector of a bladed disk, by finite elements: a disk, a blade, all that real ones have.
+
+The disk reaches from 0.08 m, where it is clamped, to 0.20 m, the blade on the middle third of each
+sector to 0.28 m; both are 0.03 m thick, of steel, quadratic displacements in straight hexahedra. Directions are cartesian,
+the axis of the disk is z.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
+from skfem.helpers import dot
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+RADII = 0.08, 0.20, 0.28
+"""Bore, rim of the disk and tip of the blade [m]."""
+THICKNESS = 0.03
+YOUNG, POISSON, DENSITY = 2e11, 0.3, 7850.0
+COARSE, MIDDLE, FINE = (4, 3, 2, 4), (8, 6, 3, 8), (12, 9, 4, 14)
+"""Elements of the disk along radius, circumference (a multiple of 3) and axis, and of the blade."""
+
+
+class Mesh(NamedTuple):
+    """A sector by its matrices, the bore being held.
+
+    ``mass``, ``stiffness`` (n_dof, n_dof), sparse [kg, N/m]; ``node`` (n_dof,), ``direction``
+    (n_dof,) and ``coordinates`` (n_dof, 3) [m] of each degree of freedom; ``left`` and ``right``
+    (n,), its interfaces in the same order, right a turn of ``2 pi / n_sectors`` ahead about z;
+    ``n_all``, degrees of freedom with the bore.
+    """
+
+    mass: Any
+    stiffness: Any
+    node: NDArray[np.intp]
+    direction: NDArray[np.str_]
+    coordinates: NDArray[np.float64]
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+    n_sectors: int
+    n_all: int
+
+    def near(self, radius: float, angle: float, height: float) -> int:
+        """Number of the node nearest to a place: radius [m], angle [rad] from the middle, z [m]."""
+        place = radius * np.cos(angle), radius * np.sin(angle), height
+        return int(self.node[np.argmin(np.linalg.norm(self.coordinates - place, axis=1))])
+
+    def dof(self, node: int, direction: str) -> int:
+        """The degree of freedom of a node along ``"x"``, ``"y"`` or ``"z"``."""
+        return int(np.flatnonzero((self.node == node) & (self.direction == direction))[0])
+
+
+def sector_mesh(grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 24) -> Mesh:
+    """Matrices and places of one sector on a ``grid``, as `COARSE`."""
+    n_radius, n_angle, n_height, n_blade = grid
+    half = np.pi / n_sectors
+    radius = np.concatenate(
+        [np.linspace(*RADII[:2], n_radius + 1), np.linspace(*RADII[1:], n_blade + 1)[1:]]
+    )
+    angle = np.linspace(-half, half, n_angle + 1)
+    box = MeshHex.init_tensor(radius, angle, np.linspace(0, THICKNESS, n_height + 1))
+    centre = box.p[:, box.t].mean(axis=1)
+    there = (centre[0] < RADII[1]) | (np.abs(centre[1]) < half / 3)
+    mesh = box.restrict(np.flatnonzero(there))
+    r, theta, z = mesh.p
+    theta = theta * RADII[1] / np.maximum(r, RADII[1])  # the blade keeps its width
+    mesh = MeshHex(np.array([r * np.cos(theta), r * np.sin(theta), z]), mesh.t)
+    basis = Basis(mesh, ElementVector(ElementHex2()), intorder=4)
+    stiffness = asm(linear_elasticity(*lame_parameters(YOUNG, POISSON)), basis)
+    mass = asm(BilinearForm(lambda u, v, _: DENSITY * dot(u, v)), basis)
+    return _parted(mass, stiffness, basis, n_sectors)
+
+
+def _parted(mass: Any, stiffness: Any, basis: Basis, n_sectors: int) -> Mesh:
+    """The sector without the bore, its interfaces found by their coordinates."""
+    n_all = basis.N
+    node, way = np.zeros((2, n_all), dtype=np.intp)
+    dofs, first = basis.dofs, 0
+    for each in (dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs):
+        places = np.arange(each.shape[0])[:, None]
+        node[each] = first + np.arange(each.shape[1]) + places // 3 * each.shape[1]
+        way[each] = places % 3
+        first += each.shape[0] // 3 * each.shape[1]
+    coordinates = basis.doflocs.T
+    radius, angle = np.hypot(*coordinates.T[:2]), np.arctan2(*coordinates.T[1::-1])
+    free = np.flatnonzero(radius > RADII[0] + 1e-6)
+    ends = []
+    for side in (-1, 1):
+        found = np.flatnonzero(np.abs(angle[free] - side * np.pi / n_sectors) < 1e-6)
+        keys = way[free][found], coordinates[free][found, 2].round(9), radius[free][found].round(9)
+        ends.append(found[np.lexsort(keys)])
+    mass, stiffness = (sp.csc_array(m)[free][:, free] for m in (mass, stiffness))
+    names = np.array(["x", "y", "z"])[way[free]]
+    return Mesh(mass, stiffness, node[free], names, coordinates[free], *ends, n_sectors, n_all)

@@ -1,0 +1,243 @@
+"""A sector of a disk condensed, wave by wave, to the few degrees of freedom that are kept."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
+from symhbm.model.condensation.pole_residue import PoleResidueFunction
+from symhbm.model.condensation.reduced_basis import Certificate
+from symhbm.model.cyclic import Sector, components, displacements, phasors
+from symhbm.model.excitation import Excitation, sector_order
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
+
+_INSIDE = 1e-12
+"""Share of a force outside of the known patterns that is round-off."""
+
+
+class CondensedSector(CondensedModel):
+    """A `Sector` condensed by `condense`: its contacts, on the degrees of freedom that are kept.
+
+    Each harmonic has the condensed stiffness of its own wave around the disk; waves of ``n`` and of
+    ``N - n`` nodal diameters share one. Beside the attributes of a `CondensedModel`:
+
+    Attributes
+    ----------
+    waves
+        By nodal diameters, 0 to N / 2, the condensed stiffness.
+    certificates
+        How exact each is; ``certificate`` has the largest errors of all.
+    """
+
+    WITHOUT_MATRICES = Sector.WITHOUT_MATRICES
+
+    waves: Mapping[int, CondensedStiffness]
+    certificates: Mapping[int, Certificate]
+    _structure: Sector  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        structure: Sector,
+        dofs: NDArray[np.intp],
+        frequency: tuple[float, float],
+        harmonics: tuple[int, ...],
+        waves: Mapping[int, CondensedStiffness],
+        certificates: Mapping[int, Certificate],
+    ):
+        self._check_names(structure.contact_parameters)
+        names = ("contacts", "row_ends", "groups", *structure.contact_parameters)
+        self._store(**{name: getattr(structure, name) for name in names})
+        self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
+        self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
+        places = structure.structure.places
+        self._store(_structure=structure, places=None if places is None else places.of(dofs))
+        if structure.order is not None:
+            self._bind()
+
+    def _bind(self) -> None:
+        """The functions of the frequency of each harmonic under an engine order."""
+        moving = [n for n in self.harmonics if n]
+        matrices = {n: self._in(n).matrix for n in moving}
+        undamped = {n: self._in(n).undamped for n in moving}
+        bands = {n: self.band(n, self.frequency) for n in moving}
+        self._store(
+            matrices={n: PoleResidueFunction(matrices[n], bands[n]) for n in moving},
+            undamped={n: PoleResidueFunction(undamped[n], bands[n]) for n in moving},
+            _fixed={n: (self._in(n).fixed_frequencies, self._in(n).fixed_widths) for n in moving},
+        )
+
+    _fixed: dict[int, tuple[FloatArray, FloatArray]]
+
+    def _in(self, harmonic: int) -> CondensedStiffness:
+        """The condensed stiffness of the wave of a harmonic."""
+        n, n_sectors = self._structure.wave(harmonic), self._structure.n_sectors
+        return self.waves[n] if 2 * n <= n_sectors else self.waves[n_sectors - n].conjugate()
+
+    def under(self, excitation: Excitation) -> "CondensedSector":
+        """This sector as an engine order moves it; ValueError for one it was not condensed for."""
+        return self.in_wave(sector_order(excitation, self._structure.n_sectors))
+
+    def in_wave(self, order: int) -> "CondensedSector":
+        """This sector under an engine order."""
+        if order == self._structure.order:
+            return self
+        sector = self._structure.in_wave(order)
+        for n in self.harmonics:
+            wave = sector.wave(n)
+            if min(wave, sector.n_sectors - wave) not in self.waves:
+                raise ValueError(
+                    f"excitation: the condensed sector does not know engine order {order} (its "
+                    f"harmonic {n} has {wave} nodal diameters); give it to condense, alone or in a "
+                    "list"
+                )
+        other = object.__new__(type(self))
+        other._store(**vars(self) | {"_structure": sector})
+        other._bind()
+        return other
+
+    @property
+    def _n_named(self) -> int:
+        return 2 * self.n_whole
+
+    @property
+    def n_whole(self) -> int:
+        """Number of degrees of freedom of a sector."""
+        return self._structure.n_whole
+
+    @cached_property
+    def masters(self) -> NDArray[np.intp]:  # type: ignore[override]
+        """The degrees of freedom that are kept among those that are not right."""
+        return np.searchsorted(self._structure.kept, self.dofs)
+
+    def wave(self, harmonic: int) -> int:
+        """Nodal diameters of a harmonic, 0 to N - 1."""
+        return self._structure.wave(harmonic)
+
+    @property
+    def nodal_diameters(self) -> range:
+        """Nodal diameters that differ, 0 to N / 2."""
+        return self._structure.nodal_diameters
+
+    @property
+    def touched(self) -> set[int]:
+        """Degrees of freedom that contacts act on, as the sector numbers them."""
+        return self._structure.touched
+
+    @property
+    def contact_coordinates(self) -> FloatArray:
+        """Where contacts are, amid their nodes in this sector, (n_contacts, 3) [m]."""
+        return self._structure.contact_coordinates
+
+    def directions_of(self, nodal_diameter: int | None = None) -> Any:
+        """Directions ``w`` of all displacements in a wave, sparse (n_rows, n_dof), complex."""
+        return self._structure.directions_of(nodal_diameter)[:, self.masters]
+
+    def directions_in(self, harmonic: int) -> Any:
+        """Directions in one harmonic (n_rows, n_dof), complex."""
+        return self.directions_of(self.wave(harmonic))
+
+    @cached_property
+    def directions(self) -> Any:
+        """Directions of a constant motion, sparse (n_rows, n_dof)."""
+        return self.directions_of(0)
+
+    def displacements(self, basis: FourierBasis) -> Any:
+        """Coefficients of all displacements from those of the degrees of freedom, flattened."""
+        return displacements(self.directions_in, basis)
+
+    def description(self) -> dict[str, Any]:
+        """Identification of a condensed sector for JSON."""
+        return {"condensed": self._description}
+
+    @cached_property
+    def _description(self) -> dict[str, Any]:
+        digest, sector = sha256(), self._structure
+        for matrix in sector.structure.matrices()[:3]:
+            for array in (matrix.indptr, matrix.indices, matrix.data):
+                digest.update(np.ascontiguousarray(array).tobytes())
+        for ends in (sector.interfaces.left, sector.interfaces.right):
+            digest.update(np.ascontiguousarray(ends).tobytes())
+        for wave in self.waves.values():
+            digest.update(np.ascontiguousarray(wave.patterns).tobytes())
+        return {
+            "n_dof": self.n_whole,
+            "n_sectors": sector.n_sectors,
+            "dofs": self.dofs.tolist(),
+            "frequency": list(self.frequency),
+            "harmonics": list(self.harmonics),
+            "error": self.certificate.error,
+            "matrices": digest.hexdigest(),
+        }
+
+    def of_structure(self, structure: Any) -> Any:
+        """Raise TypeError: a condensed sector has its sector."""
+        raise TypeError("structure: expected None for a condensed sector, which has its own")
+
+    @property
+    def numbers(self) -> None:
+        """None: archives do not hold the sector."""
+        return None
+
+    @property
+    def modal(self) -> None:
+        """None: each wave has matrices of its own."""
+        return None
+
+    @property
+    def inertia(self) -> FloatArray:
+        """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
+        return self._in(next(n for n in self.harmonics if n)).undamped.polynomial[2].real
+
+    @property
+    def static_stiffness(self) -> Any:
+        """Condensed stiffness at rest, sparse."""
+        return sp.csc_array(self.waves[0].static[:, : self.n_dof].real)
+
+    def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
+        """``[Z, G]`` of one harmonic and its derivative by the frequency."""
+        if harmonic == 0:
+            static = self.waves[0].static.astype(complex)
+            return static, np.zeros_like(static)
+        value, slope = self.matrices[harmonic](harmonic * frequency)
+        return value, harmonic * slope
+
+    def split_force(
+        self, shape: FloatArray, basis: FourierBasis
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """A force on a sector: on kept degrees of freedom, shares of known patterns."""
+        parts, largest = [], np.abs(shape).max(initial=0.0)
+        for harmonic, part in zip(basis.harmonics, basis.by_harmonic(shape), strict=True):
+            inside = self._structure.folded(phasors(part), self.wave(harmonic))
+            own = inside[self.masters]
+            inside[self.masters] = 0.0
+            patterns = self._in(harmonic).patterns
+            share = patterns.conj().T @ inside
+            rest = np.abs(inside - patterns @ share)
+            if rest.max() > _INSIDE * largest:
+                raise ValueError(
+                    "excitation: the condensed sector does not know this force (on degree of "
+                    f"freedom {int(self._structure.kept[rest.argmax()])} in harmonic {harmonic}); "
+                    "give it to condense, alone or in a list"
+                )
+            parts.append((components(own, harmonic), components(share, harmonic)))
+        return parts
+
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
+        return self._fixed[harmonic]
+
+    def __reduce__(self) -> Any:
+        arguments = (self.dofs, self.frequency, self.harmonics, self.waves, self.certificates)
+        return CondensedSector, (self.structure, *arguments)
+
+
+def _together(certificates: Mapping[int, Certificate]) -> Certificate:
+    """The largest errors of all waves, at all frequencies."""
+    errors, bounds, frequencies, counts, sizes = zip(*certificates.values(), strict=True)
+    together = np.concatenate(frequencies)
+    return Certificate(max(errors), max(bounds), together, sum(counts), max(sizes))

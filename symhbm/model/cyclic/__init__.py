@@ -1,0 +1,6 @@
+"""One sector of a disk of identical ones, and the travelling waves that it moves in."""
+
+from symhbm.model.cyclic.sector import Sector
+from symhbm.model.cyclic.waves import Interfaces, components, displacements, phasors
+
+__all__ = ["Interfaces", "Sector", "components", "displacements", "phasors"]

@@ -1,0 +1,188 @@
+"""Motions of a sector that the others repeat one after the other: its interfaces, wave by wave.
+
+In a wave of ``n`` nodal diameters each sector lags the one before by ``n phi``, ``phi = 2 pi / N``.
+The right interface of a sector is the left one of the next: ``u_R = R u_L exp(-i n phi)``.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from symhbm.model.places import Places
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
+
+_AXES = "xyz"
+_TOGETHER = 1e-4
+"""Distance of two places of one node, over the size of the structure, that a mesh may leave."""
+
+
+def turn(n: int, n_sectors: int) -> complex | float:
+    """``exp(-2 pi i n / N)``, real to the bit where it is."""
+    n %= n_sectors
+    if 2 * n % n_sectors == 0:
+        return -1.0 if n else 1.0
+    return complex(np.exp(-2j * np.pi * n / n_sectors))
+
+
+def phasors(components: FloatArray) -> ComplexArray:
+    """``a - i b`` of the coefficients (n, 1 or 2) of one harmonic, (n,)."""
+    return components @ np.array([1, -1j])[: components.shape[1]]
+
+
+def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
+    """Coefficients (n, 1 or 2) of one harmonic from ``a - i b`` (n,)."""
+    return np.column_stack([phasors.real, -phasors.imag][: 1 + (harmonic > 0)])
+
+
+class Interfaces(NamedTuple):
+    """How the sectors of a disk hang together.
+
+    ``left`` and ``right`` (n,) are degrees of freedom of a sector; ``others`` (n_kept,) those that
+    are not right, ascending; ``rotation`` (n_dof, n_dof), sparse, turns a motion by one sector.
+    """
+
+    n_sectors: int
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+    others: NDArray[np.intp]
+    rotation: Any
+
+    def expansion(self, n: int) -> Any:
+        """Motion of all degrees of freedom from that of the ``others``, (n_dof, n_kept), sparse."""
+        n_dof, n_kept = self.rotation.shape[0], len(self.others)
+        own = sp.csr_array((np.ones(n_kept), (self.others, np.arange(n_kept))), (n_dof, n_kept))
+        places = np.arange(len(self.right))
+        at = sp.csr_array((np.ones(len(places)), (self.right, places)), (n_dof, len(places)))
+        return (own + at @ (turn(n, self.n_sectors) * self.rotation[self.left]) @ own).tocsr()
+
+    def displacements(self, n: int, directions: Any) -> Any:
+        """Rows (n_rows, n_kept) of directions (n_rows, 2 n_dof) in this sector and in the next."""
+        n_dof = self.rotation.shape[0]
+        beyond = turn(n, self.n_sectors) * (directions[:, n_dof:] @ self.rotation)
+        return ((directions[:, :n_dof] + beyond) @ self.expansion(n)).tocsr()
+
+
+def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
+    """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.
+
+    ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
+    """
+    size, entries = basis.n_components, []
+    shape = (0, 0)
+    for harmonic in basis.harmonics:
+        rows = sp.coo_array(directions(harmonic))
+        shape = rows.shape
+        cosine = basis.component(harmonic)
+        parts = [(cosine, cosine, rows.data.real)]
+        if harmonic:
+            sine = basis.component(harmonic, sine=True)
+            parts += [(sine, sine, rows.data.real)]
+            if np.iscomplexobj(rows.data):
+                parts += [(cosine, sine, rows.data.imag), (sine, cosine, -rows.data.imag)]
+        entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
+    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
+    whole = shape[0] * size, shape[1] * size
+    result = sp.csr_array((value, (row, column)), shape=whole)
+    result.eliminate_zeros()
+    return result
+
+
+def rotation_of(
+    places: Places | None, n_dof: int, axis: str | None, n_sectors: int
+) -> tuple[Any, NDArray[np.bool_]]:
+    """Rotation of motions by one sector, sparse (n_dof, n_dof), and where it is known, (n_dof,).
+
+    It is not where a node has one of the two directions across the axis alone. Raises ValueError
+    for an axis that is none, or without places.
+    """
+    known = np.ones(n_dof, dtype=bool)
+    if axis is None:
+        return sp.eye_array(n_dof, format="csr"), known
+    if axis not in (*_AXES,):
+        raise ValueError(
+            f"rotation={check.shown(axis)}: expected 'x', 'y' or 'z', or None where directions are "
+            "radial, tangential and axial"
+        )
+    if places is None:
+        raise ValueError(
+            f"rotation={axis!r}: expected a structure whose places tell directions and nodes; None "
+            "where directions are radial, tangential and axial"
+        )
+    first, second = _AXES[(_AXES.index(axis) + 1) % 3], _AXES[(_AXES.index(axis) + 2) % 3]
+    at = {(node, way): i for i, (node, way) in enumerate(_named(places))}
+    phi = 2 * np.pi / n_sectors
+    rows, columns, values = [], [], []
+    for (node, way), i in at.items():
+        kind, letter = way[:-1], way[-1:]
+        pair = at.get((node, f"{kind}{first}")), at.get((node, f"{kind}{second}"))
+        if kind not in ("", "r") or letter not in (first, second):
+            rows, columns, values = [*rows, i], [*columns, i], [*values, 1.0]
+        elif None in pair:
+            known[i] = False
+        else:
+            c, s = np.cos(phi), np.sin(phi)
+            rows += [i, i]
+            columns += pair
+            values += [c, -s] if letter == first else [s, c]
+    return sp.csr_array((values, (rows, columns)), shape=(n_dof, n_dof)), known
+
+
+def check_geometry(
+    places: Places | None,
+    left: NDArray[np.intp],
+    right: NDArray[np.intp],
+    axis: str | None,
+    n_sectors: int,
+) -> None:
+    """Raise ValueError unless the places on the right are those on the left, a sector further."""
+    if places is None:
+        return
+    names = [way for _, way in _named(places)]
+    for i, j in zip(left.tolist(), right.tolist(), strict=True):
+        if names[i] != names[j]:
+            raise ValueError(
+                f"right: expected the directions of left in the same order, degree of freedom {j} "
+                f"is along {names[j]!r}, {i} along {names[i]!r}"
+            )
+    coordinates = places.coordinates
+    if coordinates is None or not len(left):
+        return
+    size = np.abs(coordinates).max()
+    if axis is None:
+        if {*(names[i] for i in left)} & {*_AXES[:2]}:
+            raise ValueError(
+                "rotation=None: expected the axis of the disk, 'x', 'y' or 'z', as directions of "
+                "the interfaces are cartesian"
+            )
+        return
+    off = _distances(coordinates, left, right, axis, 2 * np.pi / n_sectors)
+    if off.max() <= _TOGETHER * size:
+        return
+    if _distances(coordinates, right, left, axis, 2 * np.pi / n_sectors).max() <= _TOGETHER * size:
+        raise ValueError(
+            f"left, right: expected the right interface a turn about {axis} ahead of the left one, "
+            "exchange the two"
+        )
+    worst = int(np.argmax(off))
+    raise ValueError(
+        f"right: expected the places of left turned by {360 / n_sectors:g} degrees about {axis}, in "
+        f"the same order; degree of freedom {int(right[worst])} is {off[worst]:.3g} m from there"
+    )
+
+
+def _distances(
+    coordinates: NDArray, left: NDArray[np.intp], right: NDArray[np.intp], axis: str, angle: float
+) -> NDArray:
+    """How far the places of ``right`` are from those of ``left`` turned about an axis, (n,)."""
+    k = _AXES.index(axis)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    turned = np.eye(3)
+    turned[[i, i, j, j], [i, j, i, j]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+    return np.linalg.norm(coordinates[left] @ turned.T - coordinates[right], axis=1)
+
+
+def _named(places: Places) -> list[tuple[int, str]]:
+    return list(zip(places.node.tolist(), places.direction.tolist(), strict=True))

@@ -1,0 +1,226 @@
+"""`read_structure`: a structure from the files of a finite-element program."""
+
+import os
+import re
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import scipy.sparse as sp
+
+from symhbm.model.files import abaqus, arrays, hdf5, matrix_market, nastran
+from symhbm.model.files.contents import KINDS, Contents, Reader
+from symhbm.model.files.table import read_places
+from symhbm.model.files.traps import completed, doubt_units, without_supports
+from symhbm.model.files.units import in_si, units_of
+from symhbm.model.matrices import Model
+from symhbm.numerics import check
+
+_WORDS = {
+    "mass": ("mass", "m"),
+    "damping": ("damping", "damp", "dmpv", "c"),
+    "stiffness": ("stiffness", "stiff", "stif", "k"),
+}
+"""Ends of the names of files of one matrix each."""
+_READERS: dict[str, Reader] = {
+    ".npz": arrays.read_npz,
+    ".mat": arrays.read_mat,
+    ".h5": hdf5.read,
+    ".hdf5": hdf5.read,
+    ".op4": nastran.read,
+}
+_ADVICE = {
+    ".full": "read it by ansys-mapdl-reader, or write *EXPORT,...,MMF in Ansys",
+    ".hb": "Harwell-Boeing; write Matrix Market instead, as *EXPORT,...,MMF of Ansys does",
+}
+_ADVICE |= dict.fromkeys((".rsa", ".rua", ".matrix", ".harwell"), _ADVICE[".hb"])
+_SI = "m-kg-s"
+
+
+def read_structure(
+    path: Any,
+    *,
+    names: Mapping[str, str] | None = None,
+    places: Any = None,
+    labels: Mapping[str, Any] | None = None,
+    units: str = _SI,
+    symmetric: bool = False,
+) -> Model:
+    """Read a structure from the files of a finite-element program, without contacts.
+
+    Parameters
+    ----------
+    path
+        One file with all matrices, ``.npz``, ``.mat`` up to version 7, ``.h5`` or Nastran ``.op4``
+        (``pip install symhbm[nastran]``). Matrices in one file each, Matrix Market or Abaqus
+        ``.mtx`` or `scipy.sparse.save_npz`, have names that end in ``_stiffness``, ``_mass`` and
+        ``_damping``, as ``sector_stiffness.mtx``, or in ``_STIF2``, ``_MASS2`` and ``_DMPV2``: one
+        of them tells the others, ``sector.mtx`` all. Or ``{"mass": path, "stiffness": path}``.
+    names
+        What matrices are called in a file of several, ``{"stiffness": "KAA", ...}``, unless M, C
+        and K, mass, damping and stiffness, or MAA, BAA and KAA.
+    places
+        Table of the degrees of freedom in the order of the file: a file of comma-separated values
+        or columns by name, ``node``, ``direction``, ``x``, ``y``, ``z``, ``label``; or
+        `symhbm.Places`. Without directions a line is a node. Coordinates have the unit of length.
+    labels
+        Names of nodes, ``{"tip": 1207, "root": [3, 4, 5]}``.
+    units
+        Length, mass and time of the file, ``"mm-t-s"``, ``"mm-kg-ms"``, ``"in-lbf-s"``; SI is made
+        of them.
+    symmetric
+        The matrices are symmetric, and one triangle of them may stand for both.
+
+    Returns
+    -------
+    A `Model` in SI units. What was done to the matrices is told by one warning: units changed,
+    triangles completed, degrees of freedom dropped that are supports (1e36 on the diagonal of the
+    stiffness) or have rows of zeros, those without mass or stiffness, asymmetry, and a lowest
+    natural frequency below 0.01 or above 1e6 Hz, which wrong units have. Without a damping matrix
+    there is no damping. Of more than 20,000 degrees of freedom the frequency is not solved for.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        For files that are not there, truncated or of another kind, in one line; for a missing mass
+        or stiffness, a triangle without ``symmetric``, shapes that differ, and unknown units.
+    KeyError
+        For unknown names of matrices, columns and nodes.
+    ImportError
+        For Nastran files without pyYeti.
+
+    Examples
+    --------
+    >>> import tempfile, scipy.io, scipy.sparse as sp
+    >>> import symhbm as sh
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     scipy.io.mmwrite(f"{folder}/rod_mass.mtx", sp.eye_array(3))
+    ...     scipy.io.mmwrite(f"{folder}/rod_stiffness.mtx", 1e4 * sp.eye_array(3))
+    ...     rod = sh.read_structure(f"{folder}/rod.mtx", places=dict(node=[7]), labels={"tip": 7})
+    >>> rod.number_of("tip:z")
+    2
+    """
+    notes: list[str] = []
+    system = units_of(units)
+    contents = _contents(path, names or {})
+    matrices = contents.matrices
+    for kind in ("mass", "stiffness"):
+        if kind not in matrices:
+            raise ValueError(
+                f"path={check.shown(path)}: expected a {kind} matrix, there is "
+                f"{' and '.join(matrices)} alone"
+            )
+    n_dof = matrices["stiffness"].shape[0]
+    for kind, matrix in matrices.items():
+        if matrix.shape[0] != n_dof:
+            raise ValueError(
+                f"{kind}: expected {n_dof} rows as the stiffness, got {matrix.shape[0]}"
+            )
+    matrices.setdefault("damping", sp.csc_array((n_dof, n_dof)))
+    known = read_places(places, contents.places, n_dof)
+    if labels is not None:
+        if known is None:
+            raise ValueError("labels: expected places=, the file does not tell nodes")
+        known = known.labelled(labels)
+    contents = completed(contents._replace(places=known), symmetric, notes.append)
+    contents = without_supports(contents, notes.append)
+    if units != _SI:
+        contents = in_si(contents, system)
+        assumed = ", all degrees of freedom taken as displacements" if known is None else ""
+        notes.append(f"{units} changed to SI{assumed}")
+    doubt_units(contents, units, notes.append)
+    if notes:
+        warnings.warn(f"{_shown(path)}: {'; '.join(notes)}", stacklevel=2)
+    of_kind = contents.matrices
+    return Model(of_kind["mass"], of_kind["damping"], of_kind["stiffness"], places=contents.places)
+
+
+def _contents(path: Any, names: Mapping[str, str]) -> Contents:
+    """Everything that the files hold."""
+    for kind in names:
+        check.known(kind, KINDS, "kind of matrices")
+    files = _files(path)
+    of_reader: dict[Reader, dict[str, Path]] = {}
+    for kind, file in files.items():
+        of_reader.setdefault(_reader(file), {})[kind] = file
+    if len(of_reader) > 1 and abaqus.read in of_reader:
+        raise ValueError("path: expected matrices of Abaqus in all files or in none")
+    parts = [reader(of, names) for reader, of in of_reader.items()]
+    matrices = {kind: matrix for part in parts for kind, matrix in part.matrices.items()}
+    known = next((part.places for part in parts if part.places is not None), None)
+    return Contents(matrices, known, any(part.triangle for part in parts))
+
+
+def _files(path: Any) -> dict[str, Path]:
+    """Files by the kind of their matrix, ``""`` for one with several."""
+    if isinstance(path, Mapping):
+        for kind in path:
+            check.known(str(kind), KINDS, "kind of matrices")
+        return {str(kind): _existing(Path(file)) for kind, file in path.items()}
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"path={check.shown(path)}: expected a path, or paths by kind of matrix")
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if suffix not in (".mtx", ".npz"):
+        _reader(file)  # what cannot be read says so before it is looked for
+        return {"": _existing(file)}
+    if suffix == ".npz" and file.exists() and not arrays.is_one_matrix(file):
+        return {"": file}
+    return _beside(file)
+
+
+def _beside(file: Path) -> dict[str, Path]:
+    """The files of one matrix each that go with one of them, or with what they have in common."""
+    found: dict[str, Path] = {}
+    base = (_kind_of(file.stem) or (file.stem, ""))[0]
+    for other in sorted(file.parent.glob(f"*{file.suffix}")):
+        other_base, kind = _kind_of(other.stem) or (None, "")
+        if other_base != base:
+            continue
+        if kind in found:
+            raise ValueError(
+                f"path={str(file)!r}: {found[kind].name} and {other.name} are both {kind}; give "
+                "{'mass': path, 'stiffness': path}"
+            )
+        found[kind] = other
+    if not found or (file.exists() and file not in found.values()):
+        _existing(file)
+        raise ValueError(
+            f"path={str(file)!r}: of which matrix? expected a name that ends in _mass, _damping or "
+            "_stiffness, or {'mass': path, 'stiffness': path}"
+        )
+    return found
+
+
+def _kind_of(stem: str) -> tuple[str, str] | None:
+    """What the name of a file has in common with others, and the kind of its matrix."""
+    parts = re.fullmatch(r"(.*?)[_.\-]?([A-Za-z]+)\d*", stem)
+    if parts is None:
+        return None
+    for kind, words in _WORDS.items():
+        if parts[2].lower() in words:
+            return parts[1], kind
+    return None
+
+
+def _reader(file: Path) -> Reader:
+    suffix = file.suffix.lower()
+    if suffix == ".mtx":
+        with _existing(file).open("rb") as head:
+            market = head.read(len(matrix_market.HEAD)) == matrix_market.HEAD
+        return matrix_market.read if market else abaqus.read
+    if suffix not in _READERS:
+        advice = _ADVICE.get(suffix, f"expected one of .mtx, {', '.join(_READERS)}")
+        raise ValueError(f"path={str(file)!r}: {advice}")
+    return _READERS[suffix]
+
+
+def _existing(file: Path) -> Path:
+    if not file.is_file():
+        raise FileNotFoundError(f"path={str(file)!r}: no such file")
+    return file
+
+
+def _shown(path: Any) -> str:
+    return ", ".join(map(str, path.values())) if isinstance(path, Mapping) else str(path)

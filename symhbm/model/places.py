@@ -1,0 +1,261 @@
+"""Where degrees of freedom are, and the names by which contacts, forces and results call them.
+
+A place is one degree of freedom: a number, or a text of a label or a node and a direction, as in
+``"tip:y"`` or ``"1207:y"``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symhbm.numerics import check
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "radial", "tangential", "axial")
+"""Directions of degrees of freedom: along and about the axes, or those of a cylinder."""
+Place = int | str
+"""One degree of freedom, by its number or its name."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Places:
+    """Where the degrees of freedom of a structure are, one entry for each, in their order.
+
+    Parameters
+    ----------
+    node : (n_dof,)
+        Number of the node.
+    direction : (n_dof,)
+        ``"x"``, ``"y"``, ``"z"``, ``"rx"``, ``"ry"``, ``"rz"``, ``"radial"``, ``"tangential"`` or
+        ``"axial"``; one for all where they have the same.
+    coordinates : (n_dof, 3)
+        Where the node is [m], if known.
+    label : (n_dof,)
+        Name of the node or of the set of nodes it is in, ``""`` for none.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For columns of different lengths, unknown directions, a direction of a node that comes
+        twice, coordinates of one node that differ, and labels that are numbers or hold a colon.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> places = sh.Places(node=[7, 7, 9], direction=["x", "y", "x"], label=["tip", "tip", ""])
+    >>> places.number("tip:y"), places.number("9:x")
+    (1, 2)
+    """
+
+    node: Any
+    direction: Any
+    coordinates: Any = None
+    label: Any = None
+
+    def __post_init__(self):
+        node = np.atleast_1d(check.array("node", self.node))
+        if node.ndim != 1 or not node.size or np.any(node != np.round(node)):
+            raise ValueError(f"node={check.shown(self.node)}: expected one integer per DOF")
+        n = node.size
+        label = _texts("label", "" if self.label is None else self.label, n)
+        columns: dict[str, NDArray] = dict(
+            node=node.astype(np.int64),
+            direction=_texts("direction", self.direction, n),
+            label=label,
+        )
+        for text in np.unique(columns["direction"]).tolist():
+            check.one_of("direction", text, DIRECTIONS)
+        for text in np.unique(label).tolist():
+            if ":" in text or text.lstrip("+-").isdigit():
+                raise ValueError(f"label={text!r}: expected no number, and no colon")
+        if self.coordinates is not None:
+            columns["coordinates"] = check.array("coordinates", self.coordinates)
+            if columns["coordinates"].shape != (n, 3):
+                raise ValueError(
+                    f"coordinates: expected shape {(n, 3)}, got {columns['coordinates'].shape}"
+                )
+        for name, column in columns.items():
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+        self._check_nodes()
+
+    def _check_nodes(self) -> None:
+        """Raise ValueError where two degrees of freedom of a node do not go together."""
+        order = np.lexsort((self.direction, self.node))
+        node, direction = self.node[order], self.direction[order]
+        same = node[1:] == node[:-1]
+        twice = same & (direction[1:] == direction[:-1])
+        if twice.any():
+            j = int(np.argmax(twice))
+            raise ValueError(
+                f"direction: expected each direction of a node once, node {node[j]} has "
+                f"{str(direction[j])!r} twice"
+            )
+        for name in ("label", "coordinates"):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            values = values[order].reshape(len(order), -1)
+            apart = same & (values[1:] != values[:-1]).any(axis=1)
+            if apart.any():
+                raise ValueError(f"{name}: node {node[np.argmax(apart)]} has different ones")
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.node)
+
+    def __len__(self) -> int:
+        return self.n_dof
+
+    def __repr__(self) -> str:
+        labels = ", ".join(map(repr, self.labels)) or "none"
+        return (
+            f"Places: {self.n_dof} degrees of freedom of {self.nodes.size} nodes; labels: {labels}"
+        )
+
+    @cached_property
+    def nodes(self) -> NDArray[np.int64]:
+        """Numbers of the nodes, ascending."""
+        return np.unique(self.node)
+
+    @cached_property
+    def labels(self) -> dict[str, NDArray[np.int64]]:
+        """The nodes that each label is of, ascending."""
+        named = np.flatnonzero(self.label != "")
+        texts, node = self.label[named], self.node[named]
+        return {str(text): np.unique(node[texts == text]) for text in np.unique(texts)}
+
+    @cached_property
+    def _by_node(self) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
+        order = np.argsort(self.node, kind="stable")
+        return order, self.node[order]
+
+    def dofs_of(self, node: int) -> NDArray[np.intp]:
+        """Degrees of freedom of a node; none of one that is not here."""
+        order, sorted_nodes = self._by_node
+        return order[slice(*np.searchsorted(sorted_nodes, [node, node + 1]))]
+
+    def nodes_of(self, name: object) -> NDArray[np.int64]:
+        """The nodes of a label, of a number or of several numbers; KeyError for unknown ones."""
+        if isinstance(name, str) and name in self.labels:
+            return self.labels[name]
+        if isinstance(name, str):
+            digits = name.lstrip("+-").isdigit()
+            given = np.array([int(name)]) if digits else None
+        else:
+            given = np.atleast_1d(check.array("node", name)).astype(np.int64)  # type: ignore
+        if given is None or not np.isin(given, self.nodes).all():
+            unknown = name if given is None else given[~np.isin(given, self.nodes)][0]
+            raise KeyError(f"{unknown!s} is no node and no label of one{self._near(str(unknown))}")
+        return given
+
+    def number(self, place: Place) -> int:
+        """The number of a degree of freedom; KeyError for the name of none or of several."""
+        if not isinstance(place, str):
+            return check.integer("place", place, 0, self.n_dof - 1)
+        owner, _, direction = check_name("place", place).partition(":")
+        nodes = self.nodes_of(owner)
+        if len(nodes) > 1:
+            several = ", ".join(map(str, nodes[:5])) + (", ..." if len(nodes) > 5 else "")
+            raise KeyError(f"{place!r} is of the nodes {several}; say which, as '{nodes[0]}:x'")
+        dofs = self.dofs_of(int(nodes[0]))
+        known = self.direction[dofs].tolist()
+        if direction not in known:
+            raise KeyError(f"{place!r} is no place; {owner} has {', '.join(known)}")
+        return int(dofs[known.index(direction)])
+
+    def name(self, dof: int) -> str:
+        """Name of a degree of freedom: by its label, where no other node has it, or its node."""
+        label = str(self.label[dof])
+        alone = label and len(self.labels[label]) == 1
+        return f"{label if alone else self.node[dof]}:{self.direction[dof]}"
+
+    def _near(self, name: str) -> str:
+        """Text that tells the nearest names, empty where none is near."""
+        if name.lstrip("+-").isdigit():
+            distance = np.abs(self.nodes - int(name))
+            near = self.nodes[np.argsort(distance, kind="stable")[:2]].tolist()
+        else:
+            near = get_close_matches(name, self.labels, n=3, cutoff=0.4) or [*self.labels][:3]
+        return f"; the nearest are {', '.join(map(repr, near))}" if near else ""
+
+    def of(self, dofs: ArrayLike) -> Places:
+        """The places of some degrees of freedom, in their order."""
+        chosen = np.asarray(dofs, dtype=np.intp)
+        parts = (self.node, self.direction, self.coordinates, self.label)
+        return Places(*(None if part is None else part[chosen] for part in parts))
+
+    def labelled(self, names: Mapping[str, Any]) -> Places:
+        """The same places with labels ``{name: node}``, or ``{name: nodes}`` of a set of them.
+
+        Raises KeyError for unknown nodes, ValueError for a node of two names.
+        """
+        if not isinstance(names, Mapping):
+            raise TypeError(f"names={check.shown(names)}: expected {{label: node or nodes}}")
+        label, named = self.label.astype(object), set[int]()
+        for text, nodes in names.items():
+            of_name = self.nodes_of(nodes)
+            if named & {*of_name.tolist()}:
+                raise ValueError(f"names[{text!r}]: expected nodes of no other name")
+            named |= {*of_name.tolist()}
+            label[np.isin(self.node, of_name)] = str(text)
+        return replace(self, label=label)
+
+
+def check_places(given: Any, n_dof: int) -> Places | None:
+    """The table of places of ``n_dof`` degrees of freedom, from `Places` or its columns by name."""
+    if isinstance(given, Mapping):
+        for name in given:
+            check.known(
+                str(name), ("node", "direction", "coordinates", "label"), "column of places"
+            )
+        for name in ("node", "direction"):
+            if name not in given:
+                raise ValueError(f"places: expected the column {name!r}")
+        given = Places(**given)
+    if given is not None and not isinstance(given, Places):
+        raise TypeError(
+            f"places={check.shown(given)}: expected symhbm.Places(node, direction, ...)"
+        )
+    if given is not None and given.n_dof != n_dof:
+        raise ValueError(f"places: expected {n_dof} (one per degree of freedom), got {given.n_dof}")
+    return given
+
+
+def number_of(places: Places | None, place: Place, n_dof: int) -> int:
+    """The number of a place among ``n_dof``; raises as `Structure.number_of`."""
+    if not isinstance(place, str):
+        return check.integer("degree of freedom", place, 0, n_dof - 1)
+    if places is None:
+        raise KeyError(f"{place!r} is no place, the structure has none; give it places=")
+    return places.number(place)
+
+
+def check_name(name: str, place: str) -> str:
+    """The name of a place; TypeError, which calls the argument ``name``, for what is none."""
+    if place.count(":") != 1 or not all(map(str.strip, place.split(":"))):
+        raise TypeError(
+            f"{name}={place!r}: expected a number, or a label or a node and a direction, as 'tip:y'"
+        )
+    return place
+
+
+def check_place(name: str, place: object) -> Any:
+    """A number of a degree of freedom, or its name, which a structure may know."""
+    return check_name(name, place) if isinstance(place, str) else check.integer(name, place, 0)
+
+
+def _texts(name: str, value: Any, n: int) -> NDArray:
+    texts = np.full(n, value) if isinstance(value, str) else np.asarray(value)
+    if texts.dtype.kind not in "UO" or not all(isinstance(text, str) for text in texts.flat):
+        raise TypeError(f"{name}={check.shown(value)}: expected text")
+    if texts.shape != (n,):
+        raise ValueError(f"{name}: expected {n} texts (one per DOF), got shape {texts.shape}")
+    return texts.astype(str)

@@ -1,0 +1,117 @@
+"""Tables of places from files, and units of files."""
+
+import numpy as np
+import pytest
+import rods
+
+import symhbm as sh
+
+
+def write(folder, **changes):
+    held = dict(zip(("M", "C", "K"), (m.toarray() for m in rods.matrices()), strict=True))
+    np.savez(folder / "rod.npz", **(held | changes))
+    return folder / "rod.npz"
+
+
+LINES = "\n".join(
+    f"{node},{direction},{i},0,0,{'tip' if node == 13 else ''}"
+    for i, node in enumerate(rods.NODES)
+    for direction in ("UX", "2", "T3")
+)
+
+
+def test_a_line_per_degree_of_freedom(tmp_path):
+    table = tmp_path / "places.csv"
+    table.write_text(f"# from the mapping\nNode, direction, x, y, z, label\n{LINES}\n")
+    model = rods.read(write(tmp_path), places=table)
+    assert model.places.direction.tolist() == rods.AXES * 4
+    assert model.number_of("tip:z") == 11
+    np.testing.assert_array_equal(model.places.coordinates, rods.places().coordinates)
+
+
+@pytest.mark.parametrize("table", [dict(node=rods.NODES), "node\n3\n5\n8\n13\n"])
+def test_a_line_per_node(tmp_path, table):
+    if isinstance(table, str):
+        (tmp_path / "nodes.csv").write_text(table)
+        table = tmp_path / "nodes.csv"
+    model = rods.read(write(tmp_path), places=table, labels={"tip": 13, "root": [3, 5]})
+    assert model.number_of("tip:x") == 9
+    assert model.places.nodes_of("root").tolist() == [3, 5]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("node,x\n1,2\n", "columns x, y and z"),
+        ("x,y,z\n1,2,3\n", "node among them"),
+        ("node,direction\n1,x\n2\n", "expected 2 values in each line"),
+        ("node,direction\n1,x\nb,y\n", "no table of places"),
+        ("node,direction\n1,up\n", "direction='up'"),
+        ("node,direction\n1,x\n", "expected 12"),
+        ("node\n1\n2\n3\n4\n5\n", "not 1, 2, 3 or 6"),
+        ("node\n1\n1\n3\n4\n", "each node once"),
+    ],
+)
+def test_tables_that_are_none(tmp_path, text, words):
+    table = tmp_path / "places.csv"
+    table.write_text(text)
+    with pytest.raises(ValueError, match=words) as caught:
+        sh.read_structure(write(tmp_path), places=table)
+    assert "\n" not in str(caught.value)
+
+
+def test_arguments_that_do_not_fit(tmp_path):
+    path = write(tmp_path)
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        sh.read_structure(path, places=tmp_path / "nowhere.csv")
+    with pytest.raises(KeyError, match="did you mean 'direction'"):
+        sh.read_structure(path, places=dict(node=rods.NODES, directions=["x"]))
+    with pytest.raises(ValueError, match="labels: expected places="):
+        sh.read_structure(path, labels={"tip": 3})
+    for units in ("mm", "mm-t-h", 3):
+        with pytest.raises(ValueError, match="as 'mm-t-s' or 'mm-kg-ms'"):
+            sh.read_structure(path, units=units)
+
+
+@pytest.mark.parametrize(
+    ("units", "length", "mass", "time"),
+    [
+        ("mm-t-s", 1e-3, 1e3, 1.0),
+        ("mm-kg-ms", 1e-3, 1.0, 1e-3),
+        ("in-lbf-s", 0.0254, 175.126835246, 1.0),
+    ],
+)
+def test_units_are_changed_once_and_told(tmp_path, units, length, mass, time):
+    in_si = rods.matrices()
+    powers = (0, 1, 2)
+    held = {
+        name: matrix.toarray() / (mass / time**power)
+        for name, matrix, power in zip("MCK", in_si, powers, strict=True)
+    }
+    table = rods.places()
+    places = dict(
+        node=table.node, direction=table.direction, coordinates=table.coordinates / length
+    )
+    path = write(tmp_path, **held)
+    with pytest.warns(UserWarning, match=f"{units} changed to SI$"):
+        model = sh.read_structure(path, units=units, places=places)
+    for kind, matrix in zip(("mass", "damping", "stiffness"), in_si, strict=True):
+        given = getattr(model, f"{kind}_matrix").toarray()
+        np.testing.assert_allclose(given, matrix.toarray(), rtol=1e-9)
+    np.testing.assert_allclose(model.places.coordinates, table.coordinates)
+    with pytest.warns(UserWarning, match="all degrees of freedom taken as displacements"):
+        sh.read_structure(path, units=units)
+
+
+def test_rotations_have_units_of_their_own(tmp_path):
+    """Strain energy is the same number of joules, whatever the units are."""
+    stiffness = np.array([[12.0, 6.0], [6.0, 4.0]])  # N/mm, N and N mm of a beam's end
+    np.savez(tmp_path / "beam.npz", M=np.diag([1.0, 1.0]) * 1e-6, K=stiffness)
+    places = dict(node=[1, 1], direction=["y", "rz"])
+    with pytest.warns(UserWarning, match="changed to SI"):
+        model = sh.read_structure(tmp_path / "beam.npz", units="mm-t-s", places=places)
+    motion, energy = np.array([0.3, 0.2]), 1e-3  # mm and rad; N mm
+    in_si = motion * [1e-3, 1.0]
+    given = in_si @ model.stiffness_matrix.toarray() @ in_si
+    assert given == pytest.approx(energy * motion @ stiffness @ motion, rel=1e-12)
+    assert model.mass_matrix.toarray()[1, 1] == pytest.approx(1e-9)
