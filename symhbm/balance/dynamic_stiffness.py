@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
 from symhbm.model import Excitation, HarmonicForce, Structure, static_force
@@ -190,14 +191,14 @@ class DynamicStiffness:
         """The force on what is kept and on the modes inside."""
         size, known = self._structure.n_dof, self._structure.modal.forces
 
-        def spread(own: ComplexArray, share: ComplexArray) -> ComplexArray:
+        def spread(own: NDArray, share: NDArray) -> NDArray:
             return np.pad(own, (0, len(known) - size)) + known @ share
 
         oscillating = {n: spread(own, share) for n, _, own, share in self.parts if n}
         mean = spread(*(part[:, 0] for part in self._load))
         return HarmonicForce(
-            {n: force.real for n, force in oscillating.items()},
-            {n: force.imag for n, force in oscillating.items()},
+            {n: np.real(force) for n, force in oscillating.items()},
+            {n: np.imag(force) for n, force in oscillating.items()},
             amplitude,
             mean if mean.any() else None,
         )

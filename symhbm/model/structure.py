@@ -151,9 +151,9 @@ class Structure(ABC):
         "parameters with over= of frf, or describe it by a Model"
     )
     """What is said where mass, damping and stiffness matrices are needed."""
-    frequency: tuple[float, float] | None = None
+    frequency: Any = None
     """Band [Hz] that it is made for, None for any."""
-    harmonics: tuple[int, ...] | None = None
+    harmonics: Any = None
     """Harmonics that it is made for, None for any."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""

@@ -50,8 +50,13 @@ class CondensedStiffness(NamedTuple):
 
     def conjugate(self) -> "CondensedStiffness":
         """That of the wave of the other sense, whose matrices are conjugate."""
-        parts = (part.conjugate() for part in (self.matrix, self.undamped, self.static))
-        return CondensedStiffness(*parts, self.fixed_frequencies, self.patterns.conj())
+        return self._replace(
+            matrix=self.matrix.conjugate(),
+            undamped=self.undamped.conjugate(),
+            static=self.static.conjugate(),
+            patterns=self.patterns.conj(),
+            modal=None,
+        )
 
 
 class _Stored(NamedTuple):

@@ -130,10 +130,10 @@ def superharmonics(
     return results
 
 
-def _n_modes(problem: HarmonicBalance) -> float:
-    """Number of modes of a structure, infinite where they are not known."""
+def _n_modes(problem: HarmonicBalance) -> int:
+    """Number of modes of a structure, too large where they are not known."""
     modes = problem.in_modes
-    return np.inf if modes is None else modes.n_dof
+    return LARGEST_SIZE + 1 if modes is None else modes.n_dof
 
 
 def _reduced(problem: HarmonicBalance, harmonic: np.integer) -> Reduced:
