@@ -30,6 +30,7 @@ def condense_sector(
     band: tuple[float, float],
     basis: FourierBasis,
     dofs: NDArray[np.intp],
+    progress: bool = False,
 ) -> CondensedSector:
     """Condense a sector to ``dofs``, see `symhbm.condense`.
 
@@ -49,7 +50,7 @@ def condense_sector(
         if wave.bands:
             touched = sector.directions_of(n)[:, place].toarray()
             springs = (touched.conj().T * sector.stuck_springs) @ touched
-            reduced, certificates[n] = reduce(interior, wave.bands, springs)
+            reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)
         found[n] = CondensedStiffness(

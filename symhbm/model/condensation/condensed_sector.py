@@ -174,6 +174,20 @@ class CondensedSector(CondensedModel):
             "matrices": digest.hexdigest(),
         }
 
+    def of_structure(self, structure: Any) -> Any:
+        """Raise TypeError: a condensed sector has its sector."""
+        raise TypeError("structure: expected None for a condensed sector, which has its own")
+
+    @property
+    def numbers(self) -> None:
+        """None: archives do not hold the sector."""
+        return None
+
+    @property
+    def modal(self) -> None:
+        """None: each wave has matrices of its own."""
+        return None
+
     @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
