@@ -25,6 +25,7 @@ from symhbm.model import (
     Structure,
     bladed_disk,
     contact_pairs,
+    next_sector,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -43,7 +44,6 @@ from symhbm.model.contacts import (
     Switch,
     UnilateralSpring,
     VariableLoadFriction,
-    next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring

@@ -167,10 +167,10 @@ class Model(PolynomialStructure):
 
     def __reduce__(self):
         kept = {name: value for name, value in vars(self).items() if name not in CACHED}
-        return _restored, (type(self), kept)
+        return restored, (kept, type(self))
 
 
-def _restored(kind: type[Model], values: dict[str, Any]) -> Model:
+def restored(values: dict[str, Any], kind: type[Model] = Model) -> Model:
     """The model that was pickled: it was checked when it was made, but its arrays are writable."""
     for value in values.values():
         array = value.data if sp.issparse(value) else value

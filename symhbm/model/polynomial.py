@@ -60,6 +60,19 @@ class PolynomialStructure(Structure):
                 slope += power * frequency ** (power - 1) * part
         return value, slope
 
+    @property
+    def bends(self) -> bool:
+        """That it does: second derivatives of a polynomial are known."""
+        return True
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of the dynamic stiffness by the frequency, (n_dof, n_dof)."""
+        result = np.zeros((self.n_dof, self.n_dof), dtype=complex)
+        for power, part in self._dense(harmonic)[0].items():
+            if power > 1:
+                result += power * (power - 1) * frequency ** (power - 2) * part
+        return result
+
     def _undamped(self, harmonic: int, frequency: float, springs: FloatArray) -> ComplexArray:
         _, directions = self._dense(harmonic)
         whole = self.dynamic_stiffness(harmonic, frequency)[0]

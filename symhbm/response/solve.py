@@ -10,7 +10,7 @@ from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Stat
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
 from symhbm.numerics import RADIANS, FloatArray, check
-from symhbm.response.accuracy import Refinement, Solution, check_accuracy, has_normal_forces
+from symhbm.response.accuracy import Refinement, Solution, advice, check_accuracy, has_normal_forces
 from symhbm.response.describe import describe, unsolved
 from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
@@ -103,7 +103,7 @@ def solve(
                 of_contacts[:] = normal
             point["normal_force_error"] = of_contacts
         if status == Status.SUCCESS and error > accuracy:
-            status = Status.ACCURACY_NOT_REACHED
+            status = Status.ACCURACY_NOT_REACHED + advice(problem, error, accuracy)
     result = schema.label_point(problem, frequency, point, str(status), accuracy)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

@@ -24,6 +24,7 @@ from symhbm.model import (
     is_pattern,
     speed_order,
 )
+from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import (
     ContactLaw,
     Contacts,
@@ -56,6 +57,8 @@ DRAWN = "drawn"
 LABELS = ("dof", "contact", "harmonic", "component")
 OF_STRUCTURE = "structure_dof"
 """Coordinate of condensed structures: which degrees of freedom are kept."""
+NUMBERS = "condensed_numbers"
+"""Variable of condensed structures: their poles, residues and all else that makes them again."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
 SPEED_ORDER = "speed_order"
@@ -207,6 +210,10 @@ def with_provenance(
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
+        if problem.model.numbers is not None:
+            long_name = "condensed structure, as the problem lays it out"
+            attributes = {"long_name": long_name, "units": "1"}
+            variables[NUMBERS] = (("condensed_number",), problem.model.numbers, attributes)
     if problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             part = problem.model.constant_part(name.removesuffix("_matrix"))
@@ -374,15 +381,18 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         contacts = _contacts_of(dataset, description["groups"], varied, laws)
         names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
-    if lumped:
-        matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
+    if metadata.condensed is not None:
+        model = _condensed(dataset, description, contacts, nominal)
     else:
-        matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-    places = places_of(dataset)
-    if "blade_stiffness_value" in dataset.variables:
-        model = _with_blades(dataset, matrices, contacts, varied)
-    else:
-        model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
+        if lumped:
+            matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
+        else:
+            matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
+        places = places_of(dataset)
+        if "blade_stiffness_value" in dataset.variables:
+            model = _with_blades(dataset, matrices, contacts, varied)
+        else:
+            model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
@@ -401,6 +411,20 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         values[... if index is None else index] = dataset[moving].values
         chosen[moving] = values
     return problem.with_parameters(**chosen)
+
+
+def _condensed(
+    dataset: xr.Dataset, description: dict[str, Any], contacts: Any, nominal: dict[str, Any]
+) -> CondensedModel:
+    if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
+        raise NotRebuiltError(
+            "of a condensed structure that is not in it, as those of earlier versions and sectors "
+            "of disks are not; condense the structure again, or compute on with the problem that "
+            "gave this dataset"
+        )
+    numbers = dataset[NUMBERS].values
+    told, places = description["condensed"], places_of(dataset)
+    return CondensedModel.from_stored(told, numbers, contacts, places, **nominal)
 
 
 def _contacts_of(

@@ -30,6 +30,7 @@ def condense_sector(
     band: tuple[float, float],
     basis: FourierBasis,
     dofs: NDArray[np.intp],
+    progress: bool = False,
 ) -> CondensedSector:
     """Condense a sector to ``dofs``, see `symhbm.condense`.
 
@@ -49,7 +50,7 @@ def condense_sector(
         if wave.bands:
             touched = sector.directions_of(n)[:, place].toarray()
             springs = (touched.conj().T * sector.stuck_springs) @ touched
-            reduced, certificates[n] = reduce(interior, wave.bands, springs)
+            reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)
         found[n] = CondensedStiffness(
@@ -95,7 +96,11 @@ def _waves(
 
 def _at_rest(interior: Interior) -> Reduced:
     """Nothing but what is known at rest, of a wave that no harmonic moves in."""
-    n, nothing = len(interior.masters), np.zeros(0)
-    shapes = (3, n, interior.n_columns), (3, n, 0), (3, 0, interior.n_columns)
-    sums = PoleSum(*(np.zeros(shape, dtype=complex) for shape in shapes), nothing.astype(complex))
-    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, nothing)
+    n, columns = len(interior.masters), interior.n_columns
+    sums = PoleSum(
+        polynomial=np.zeros((3, n, columns), dtype=complex),
+        left=np.zeros((3, n, 0), dtype=complex),
+        right=np.zeros((3, 0, columns), dtype=complex),
+        poles=np.zeros(0, dtype=complex),
+    )
+    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, np.zeros(0))

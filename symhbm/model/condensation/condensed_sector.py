@@ -67,7 +67,7 @@ class CondensedSector(CondensedModel):
         undamped = {n: self._in(n).undamped for n in moving}
         bands = {n: self.band(n, self.frequency) for n in moving}
         self._store(
-            matrices={n: PoleResidueFunction(matrices[n], bands[n]) for n in moving},
+            functions={n: PoleResidueFunction(matrices[n], bands[n]) for n in moving},
             undamped={n: PoleResidueFunction(undamped[n], bands[n]) for n in moving},
             _fixed={n: (self._in(n).fixed_frequencies, self._in(n).fixed_widths) for n in moving},
         )
@@ -175,6 +175,20 @@ class CondensedSector(CondensedModel):
             "matrices": digest.hexdigest(),
         }
 
+    def of_structure(self, structure: Any) -> Any:
+        """Raise TypeError: a condensed sector has its sector."""
+        raise TypeError("structure: expected None for a condensed sector, which has its own")
+
+    @property
+    def numbers(self) -> None:
+        """None: archives do not hold the sector."""
+        return None
+
+    @property
+    def modal(self) -> None:
+        """None: each wave has matrices of its own."""
+        return None
+
     @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
@@ -190,7 +204,7 @@ class CondensedSector(CondensedModel):
         if harmonic == 0:
             static = self.waves[0].static.astype(complex)
             return static, np.zeros_like(static)
-        value, slope = self.matrices[harmonic](harmonic * frequency)
+        value, slope = self.functions[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
     def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
@@ -200,6 +214,12 @@ class CondensedSector(CondensedModel):
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""
         return self._structure.static_load(excitation, basis)
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of `linear_forces` by the frequency, from the same poles."""
+        if harmonic == 0:
+            return np.zeros(self.waves[0].static.shape, dtype=complex)
+        return harmonic**2 * self.functions[harmonic].curvature(harmonic * frequency)
 
     def split_force(
         self, shape: FloatArray, basis: FourierBasis

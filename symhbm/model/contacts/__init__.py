@@ -12,11 +12,9 @@ from symhbm.model.contacts.coulomb import (
 from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.directions import (
     Ends,
-    NextSector,
     Weights,
     check_directions,
     from_stored,
-    next_sector,
     renumbered,
     to_stored,
     weights_of,
@@ -59,7 +57,6 @@ __all__ = [
     "Located",
     "Loop",
     "MemorylessLaw",
-    "NextSector",
     "NormalLaw",
     "Parameter",
     "PlanarFriction",
@@ -80,7 +77,6 @@ __all__ = [
     "loops_near_limit",
     "marched",
     "named",
-    "next_sector",
     "on_loop",
     "renumbered",
     "stick_intervals",

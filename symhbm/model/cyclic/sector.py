@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.waves import (
     Interfaces,
@@ -21,6 +21,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
+from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.rotation import RotatingModel
 from symhbm.model.structure import AT_REST, DENSE, Matrices
@@ -122,7 +123,7 @@ class Sector(PolynomialStructure):
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
         places = structure.places
-        ends = [_numbers(structure, *given) for given in (("left", left), ("right", right))]
+        ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
         _check_ends(*ends)
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)

@@ -1,7 +1,7 @@
 """Choice of the harmonics of every solution for a given accuracy."""
 
 from symhbm.response.accuracy.branch_parts import BranchPart, Solution, joined, status_of
-from symhbm.response.accuracy.harmonic_sets import check_accuracy
+from symhbm.response.accuracy.harmonic_sets import advice, check_accuracy
 from symhbm.response.accuracy.refinement import Refinement
 from symhbm.response.accuracy.truncation import has_normal_forces
 
@@ -9,6 +9,7 @@ __all__ = [
     "BranchPart",
     "Refinement",
     "Solution",
+    "advice",
     "check_accuracy",
     "has_normal_forces",
     "joined",

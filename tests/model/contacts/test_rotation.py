@@ -108,7 +108,7 @@ def test_archives_keep_the_engine_order(tmp_path):
 
 
 def test_one_without_the_other_is_refused():
-    with pytest.raises(ValueError, match="centrifugal_load=0.1, engine_order=None"):
+    with pytest.raises(ValueError, match=r"centrifugal_load=0\.1, engine_order=None"):
         slider(centrifugal_load=0.1)
     with pytest.raises(ValueError, match="engine_order=0"):
         slider(centrifugal_load=0.1, engine_order=0)
