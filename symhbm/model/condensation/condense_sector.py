@@ -84,7 +84,7 @@ def _waves(
         static = sector.static_load(force, basis)
         for harmonic, shape in zip(basis.harmonics, shapes, strict=True):
             n = bound.wave(harmonic)
-            push = bound.folded(phasors(shape) if harmonic else static, n)
+            push = bound.folded(phasors(shape) if harmonic else static.astype(complex), n)
             reverse = 2 * n > sector.n_sectors
             wave = found.setdefault(sector.n_sectors - n if reverse else n, _Wave([], []))
             wave.forces.append(push.conj() if reverse else push)

@@ -226,7 +226,7 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
     poles, vectors = eig(np.vstack([upper, lower]))  # type: ignore
     inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
     lift = shapes @ (vectors[:size] / natural[:, None])
-    right = (inputs @ adjoint(shapes)) @ push
+    right = np.asarray((inputs @ adjoint(shapes)) @ push, dtype=complex)
     whole = PoleSum(masters.astype(complex), pull @ lift, right, poles)
     inside = np.array([stiffness, damping, mass])
     modal = ModalMatrices.of(masters, pull @ shapes, adjoint(shapes) @ push, inside)

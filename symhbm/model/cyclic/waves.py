@@ -70,14 +70,15 @@ def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
 
     ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
     """
-    size, entries = basis.n_components, []
-    shape = (0, 0)
+    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
+    shape: Any = (0, 0)
     for harmonic in basis.harmonics:
-        rows = sp.coo_array(directions(harmonic))
+        rows: Any = sp.coo_array(directions(harmonic))
         shape = rows.shape
         cosine = basis.component(harmonic)
-        real, imaginary = np.real(rows.data), np.imag(rows.data)
-        parts = [(cosine, cosine, real)]
+        real: Any = np.real(rows.data)
+        imaginary: Any = np.imag(rows.data)
+        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
         if harmonic:
             sine = basis.component(harmonic, sine=True)
             parts += [(sine, sine, real)]
