@@ -20,6 +20,7 @@ from symhbm.model import (
     Structure,
     bladed_disk,
     contact_pairs,
+    next_sector,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -38,7 +39,6 @@ from symhbm.model.contacts import (
     Switch,
     UnilateralSpring,
     VariableLoadFriction,
-    next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
 from symhbm.peaks import peak_curve, sensitivity

@@ -7,13 +7,14 @@ from symhbm.balance.contacts import BalancedContacts, BalancedGroup
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
-from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
+from symhbm.balance.harmonic_balance import MANY, HarmonicBalance, advise_condensing, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
 from symhbm.balance.unknowns import UnknownLayout
 
 __all__ = [
+    "MANY",
     "BalancedContacts",
     "BalancedGroup",
     "ContactStates",
@@ -24,6 +25,7 @@ __all__ = [
     "SecondOrder",
     "SwitchingAngles",
     "UnknownLayout",
+    "advise_condensing",
     "by_row",
     "check_each",
     "check_mean",

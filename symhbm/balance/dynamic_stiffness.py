@@ -5,9 +5,10 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, Structure, static_force
+from symhbm.model import Excitation, HarmonicForce, Structure, static_force
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6
@@ -151,6 +152,72 @@ class DynamicStiffness:
             jacobian=jacobian,
             by_parameter=contacts.by_parameter + slopes.ravel(),
         )
+
+    def losses(self, unknowns: FloatArray, frequency: float) -> FloatArray:
+        """Forces (n_dof, n_components) [N] of all that does work over a cycle."""
+        size = self._structure.n_dof
+        x = unknowns.reshape(size, -1)
+        result = np.zeros_like(x)
+        for n, at, *_ in self.parts:
+            stiffness = self._felt(n, frequency)[0][:, :size]
+            result[:, at] = _real((stiffness - stiffness.conj().T) / 2 @ _complex(x[:, at]), n)
+        return result
+
+    def curvature(
+        self, unknowns: FloatArray, frequency: float, amplitude: float, multipliers: FloatArray
+    ) -> tuple[FloatArray, float, float]:
+        """Second derivatives of the forces, weighted by ``multipliers`` (n_unknowns,).
+
+        By the frequency and the unknowns (n_unknowns,), twice by the frequency, and by the
+        frequency and the amplitude.
+        """
+        size, shape = self._structure.n_dof, (self._structure.n_dof, self._basis.n_components)
+        x, weights = unknowns.reshape(shape), multipliers.reshape(shape)
+        mixed, twice, with_amplitude = np.zeros(shape), 0.0, 0.0
+        for n, at, _, share in self.parts:
+            if n == 0:
+                continue
+            bend = self._structure.forces_curvature(n, frequency)
+            slope = self._felt(n, frequency)[1]
+            # Of a + i b, the sum of products of coefficients is the real part of one product.
+            weight = _complex(weights[:, at]).conj()
+            mixed[:, at] = _real((weight @ slope[:, :size]).conj(), n)
+            moving = np.concatenate([_complex(x[:, at]), -amplitude * share])
+            twice += float((weight @ (bend.conj() @ moving)).real)
+            with_amplitude -= float((weight @ (slope[:, size:] @ share)).real)
+        return mixed.ravel(), twice, with_amplitude
+
+    def modal_force(self, amplitude: float) -> Excitation:
+        """The force on what is kept and on the modes inside."""
+        size, known = self._structure.n_dof, self._structure.modal.forces
+
+        def spread(own: NDArray, share: NDArray) -> NDArray:
+            return np.pad(own, (0, len(known) - size)) + known @ share
+
+        oscillating = {n: spread(own, share) for n, _, own, share in self.parts if n}
+        mean = spread(*(part[:, 0] for part in self._load))
+        return HarmonicForce(
+            {n: np.real(force) for n, force in oscillating.items()},
+            {n: np.imag(force) for n, force in oscillating.items()},
+            amplitude,
+            mean if mean.any() else None,
+        )
+
+    def with_modes(self, unknowns: FloatArray, frequency: float, amplitude: float) -> FloatArray:
+        """The motion of what is kept and of the modes inside, which follow it (n_all,) [m]."""
+        size, modal = self._structure.n_dof, self._structure.modal
+        x = unknowns.reshape(size, -1)
+        result = np.zeros((len(modal.mass), x.shape[1]))
+        result[:size] = x
+        inner, outer = modal[:3], slice(size, None)
+        stiffness, damping, mass = (matrix[outer] for matrix in inner)
+        for n, at, _, share in self.parts:
+            s = n * frequency
+            rows = stiffness - 1j * s * damping - s**2 * mass
+            load = amplitude * share if n else amplitude * share + self._load[1][:, 0]
+            push = modal.forces[outer] @ load - rows[:, :size] @ _complex(x[:, at])
+            result[outer, at] = _real(np.linalg.solve(rows[:, size:], push), n)
+        return result.ravel()
 
     def amplification(self, unknowns: FloatArray, frequency: float, amplitude: float) -> float:
         """Largest inertia force over the largest exciting force (0 without one).

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Iterable
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -28,6 +29,8 @@ from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
+MANY = 400
+"""Unknowns from which second derivatives and stability take minutes, or are not computed."""
 _FEW = 4
 """Degrees of freedom for each one that contacts touch, from which condensing is worth it."""
 
@@ -292,6 +295,27 @@ class HarmonicBalance:
         """Copy with other harmonics, compiled once for all copies of this problem."""
         return self._copy(basis=FourierBasis(harmonics), linear=None)
 
+    def with_model(self, model: Structure) -> "HarmonicBalance":
+        """Copy with another description of the same structure and contacts."""
+        return self._copy(model=model)
+
+    @cached_property
+    def in_modes(self) -> "HarmonicBalance | None":
+        """The same problem by matrices, of a condensed structure with the modes inside.
+
+        None of a structure without matrices, or where those of the modes are large.
+        """
+        if self.structure is None:
+            return self
+        if self.model.modal is None:
+            return None
+        return self._copy(
+            model=self.model.modal.model(self.model),
+            excitation=self.structure.modal_force(self.excitation.amplitude),
+            shared=self._once(("in modes",), dict),
+            linear=None,
+        )
+
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
         return self._copy(symmetry=symmetry)
@@ -479,11 +503,11 @@ class HarmonicBalance:
 def _advise(model: Model) -> None:
     """Say of a large structure with few contacts that it is better condensed."""
     entries = int(model.stiffness_matrix.nnz)
-    touched = len(model.touched)
-    if entries <= LARGE or _FEW * touched > model.n_dof:
+    if entries <= LARGE or not _has_few_contacts(model):
         return
     warnings.warn(
-        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch {touched}, "
+        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch "
+        f"{len(model.touched)}, "
         f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
         "excitation, frequency, harmonics, dofs=...) gives the same responses of what contacts "
@@ -492,9 +516,30 @@ def _advise(model: Model) -> None:
     )
 
 
-def check_problem(problem: object, whole: bool = False) -> None:
-    """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed."""
+def _has_few_contacts(model: Structure) -> bool:
+    return _FEW * len(model.touched) <= model.n_dof
+
+
+def advise_condensing(problem: HarmonicBalance, what: str, option: str = "") -> None:
+    """Say of a problem of many unknowns ``what`` a condensed structure is better for."""
+    model = problem.model
+    if not model.has_matrices or problem.n_unknowns <= MANY or not _has_few_contacts(model):
+        return
+    warnings.warn(
+        f"{what} for {problem.n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
+        f"freedom that contacts touch are enough: symhbm.condense(model, excitation, frequency, "
+        f"harmonics, dofs=...{option})",
+        stacklevel=3,
+    )
+
+
+def check_problem(problem: object, whole: bool = False, bends: bool = False) -> None:
+    """Raise TypeError unless it is a HarmonicBalance, of a ``whole`` structure where needed.
+
+    One that ``bends`` has matrices, or a dynamic stiffness with second derivatives.
+    """
     if not isinstance(problem, HarmonicBalance):
         raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
-    if whole and not problem.model.has_matrices:
+    known = problem.model.has_matrices or (bends and problem.model.bends)
+    if (whole or bends) and not known:
         raise TypeError(f"problem: {problem.model.WITHOUT_MATRICES}")

@@ -1,7 +1,8 @@
 """The equations to second order: by unknowns, frequency and any parameters, exactly.
 
 At fixed events of the contacts CasADi differentiates the balance weighted by multipliers. The
-events move with motion, frequency and parameters; what that adds each contact law tells.
+events move with motion, frequency and parameters; what that adds each contact law tells. A
+structure without matrices adds its own: its dynamic stiffness bends with the frequency.
 """
 
 from collections.abc import Sequence
@@ -10,11 +11,12 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy.sparse as sp
 
 from symhbm.balance.equations import BalancedGroup, identifier
 from symhbm.balance.evaluation import Evaluation
-from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.numerics import Assembly, Compiled, FloatArray, constant
+from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
+from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, FloatArray, constant
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,8 @@ class SecondOrder:
 
     ``names`` are those of the parameters that are variables: their values at each blade or contact
     that is balanced, one name after the other; ``places`` tells where each is among the variables.
-    Raises ValueError for friction over samples, which is piecewise linear.
+    Raises ValueError for friction over samples, which is piecewise linear, and TypeError for a
+    structure that does not tell the second derivative of its dynamic stiffness.
     """
 
     def __init__(self, problem: HarmonicBalance, names: Sequence[str] = ()):
@@ -52,7 +55,8 @@ class SecondOrder:
             )
         for name in names:
             problem.derivative(name)  # compiles its contacts, though they do nothing so far
-        self._balance = problem.residual
+        check_problem(problem, bends=True)
+        self._balance = problem.compiled[0].residual
         symbol = {
             name: ca.SX.sym(name, self._balance.sparsity_in(name))
             for name in self._balance.name_in()
@@ -100,7 +104,7 @@ class SecondOrder:
         of contacts; ``evaluation`` is that of the balance there, in
         these states, where it is known.
         """
-        if problem.residual is not self._balance:
+        if problem.compiled[0].residual is not self._balance:
             raise ValueError(
                 "problem: expected the one these equations were built from, or a copy of it by "
                 "with_parameters"
@@ -128,7 +132,33 @@ class SecondOrder:
         jacobian, hessian = (
             assemble(values) for assemble, values in zip(self._assemblies, found, strict=True)
         )
+        if problem.structure is not None:
+            bend = problem.structure.curvature(
+                unknowns, frequency, problem.excitation.amplitude, multipliers
+            )
+            jacobian = self._with_structure(jacobian, evaluation)
+            hessian = hessian + self._of_structure(*bend)
         return Expansion(evaluation, jacobian, hessian)
+
+    def _with_structure(self, jacobian: Any, evaluation: Evaluation) -> Any:
+        """The derivatives with those of a structure without matrices by unknowns and frequency."""
+        first = np.column_stack([evaluation.jacobian, evaluation.by_parameter])
+        others = jacobian[:, first.shape[1] :]
+        return (
+            sp.hstack([first, others], "csc") if sp.issparse(others) else np.hstack([first, others])
+        )
+
+    def _of_structure(self, mixed: FloatArray, twice: float, with_amplitude: float) -> Any:
+        """Second derivatives of a structure without matrices, see `DynamicStiffness.curvature`."""
+        unit, row = np.zeros((2, self.n_variables))
+        at = len(mixed)
+        unit[at], row[:at], row[at] = 1.0, mixed, twice / 2
+        if "force_amplitude" in self.places:
+            row[self.places["force_amplitude"]] = with_amplitude
+        if self.n_variables > DENSE_LIMIT:
+            product = sp.csc_array(unit[:, None]) @ sp.csc_array(row[None])
+            return product + product.T
+        return np.outer(unit, row) + np.outer(row, unit)
 
     def _event_variables(
         self, problem: HarmonicBalance, group: BalancedGroup, symbol: dict[str, Any], variables: Any

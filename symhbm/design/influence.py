@@ -25,7 +25,7 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
     for k, (case, followed) in enumerate(zip(active.cases, active.maxima, strict=True)):
         response = cases.response(case)
         problem = response.at(active.x)
-        key = id(problem.residual)
+        key = id(problem.compiled[0].residual)
         if key not in compiled:
             compiled[key] = SecondOrder(problem, names)
         second_order = compiled[key]

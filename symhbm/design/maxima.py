@@ -68,7 +68,7 @@ class Response:
         # Sectors that are alike at a design of different variables are alike at every design.
         self._problem = sector_of(variables.problem(problem, variables.apart))
         shared = {} if compiled is None else compiled
-        key = id(self._problem.residual)
+        key = id(self._problem.compiled[0].residual)
         if key not in shared:
             shared[key] = SecondOrder(self._problem, variables.names)
         self._second_order = shared[key]

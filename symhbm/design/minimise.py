@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.design import arguments
 from symhbm.design.cases import Bands, Cases, Work
@@ -126,7 +126,8 @@ def minimise_peak(
     >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)
     """
-    check_problem(problem, whole=True)
+    check_problem(problem, bends=True)
+    advise_condensing(problem, "second derivatives take minutes")
     check_executor(executor)
     if problem.samples is not None:
         raise ValueError(
@@ -151,6 +152,7 @@ def minimise_peak(
     if frequency is None:
         frequency = _resonances(problem, sweep, variables)
     bands = arguments.read_bands(frequency, sweep)
+    problem.model.check_frequencies("frequency", _hull(bands))
     moving = {*variables.names, *sweep.values}
     warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
     if n_starts is not None:

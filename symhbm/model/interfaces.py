@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.contacts import next_sector
 from symhbm.model.files import read_columns
 from symhbm.model.matrices import Model
-from symhbm.model.places import Places
+from symhbm.model.places import Places, next_sector
 from symhbm.numerics import FloatArray, check
 
 _SHARE = 0.1

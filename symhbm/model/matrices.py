@@ -144,10 +144,10 @@ class Model(Structure):
         return self.stiffness_matrix
 
     def __reduce__(self):
-        return _restored, ({k: v for k, v in vars(self).items() if k not in CACHED},)
+        return restored, ({k: v for k, v in vars(self).items() if k not in CACHED},)
 
 
-def _restored(values: dict[str, Any]) -> Model:
+def restored(values: dict[str, Any]) -> Model:
     """The model that was pickled: it was checked when it was made, but its arrays are writable."""
     for value in values.values():
         array = value.data if sp.issparse(value) else value

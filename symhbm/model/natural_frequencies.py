@@ -1,5 +1,6 @@
 """The band of frequencies that holds all resonances of a structure."""
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,8 +23,18 @@ def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
     """Band [Hz] from below all natural frequencies without contacts to above all with them stuck.
 
     ``models`` are of one structure with different parameters, the band holds the resonances of all.
+    A condensed one has the band that it was condensed for.
     Raises ValueError for a structure without a natural frequency, or with a motion without inertia.
     """
+    if models[0].frequency is not None:
+        return models[0].frequency
+    if models[0].n_dof > DENSE_LIMIT:
+        warnings.warn(
+            f"frequency=None: a band that holds all of more than {models[0].n_dof:,} resonances "
+            "takes long to follow; give a band in Hz, and condense the structure for it by "
+            "symhbm.condense",
+            stacklevel=4,
+        )
     lowest, highest = zip(*map(_extremes, models), strict=True)
     return float(_BELOW * min(lowest)), float(_ABOVE * max(highest))
 

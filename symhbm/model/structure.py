@@ -19,18 +19,18 @@ from symhbm.model.contact_groups import SHORT, grouped
 from symhbm.model.contacts import (
     Ends,
     Group,
-    NextSector,
     Parameter,
     SpringSliders,
     weights_of,
 )
+from symhbm.model.excitation import Excitation, check_whole
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
     dims_of,
     records_by_name,
 )
-from symhbm.model.places import Place, check_places, number_of
+from symhbm.model.places import NextSector, Place, check_places, number_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -151,6 +151,10 @@ class Structure(ABC):
         "parameters with over= of frf, or describe it by a Model"
     )
     """What is said where mass, damping and stiffness matrices are needed."""
+    frequency: Any = None
+    """Band [Hz] that it is made for, None for any."""
+    harmonics: Any = None
+    """Harmonics that it is made for, None for any."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
     places: Any = None
@@ -414,8 +418,9 @@ class Structure(ABC):
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""
         return sp.kron(self.directions, sp.eye_array(basis.n_components))
 
-    def under(self, excitation: Any) -> Structure:
-        """This structure as an excitation moves it; ValueError for one that does not fit."""
+    def under(self, excitation: Excitation) -> Structure:
+        """The structure as an excitation moves it; ValueError for one that does not fit."""
+        check_whole(excitation)
         return self
 
     @property
@@ -478,6 +483,11 @@ class Structure(ABC):
         return False
 
     @property
+    def bends(self) -> bool:
+        """Whether `forces_curvature` is known: maxima over the frequency can be followed."""
+        return False
+
+    @property
     def n_whole(self) -> int:
         """Number of degrees of freedom that forces may act on."""
         return self.n_dof
@@ -485,6 +495,16 @@ class Structure(ABC):
     @property
     def kept(self) -> NDArray[np.intp] | None:
         """Numbers of the degrees of freedom in the structure this one was made from, if any."""
+        return None
+
+    @property
+    def numbers(self) -> FloatArray | None:
+        """What archives hold of a structure beside its description, (n,)."""
+        return None
+
+    @property
+    def modal(self) -> Any:
+        """Matrices of what is condensed, in coordinates of its modes, None without."""
         return None
 
     @property
@@ -520,6 +540,10 @@ class Structure(ABC):
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]``, forces by motions and by force patterns, and its derivative by frequency."""
         return self.dynamic_stiffness(harmonic, frequency)
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of `linear_forces` by the frequency."""
+        raise TypeError(f"dynamic_stiffness: {self.WITHOUT_MATRICES}")
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int | None:
         """Number of natural frequencies below a harmonic, with springs at the contacts.

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
 from symhbm.model import natural_band, warn_of_doubts
 from symhbm.numerics import check
@@ -103,7 +103,8 @@ def peak_curve(
     >>> curve.minimum_normal_load.values.round(6)
     array([3.088579])
     """
-    check_problem(problem, whole=True)
+    check_problem(problem, bends=True)
+    advise_condensing(problem, "second derivatives take minutes")
     bound = check_parameter(problem, parameter)
     parameter = problem.parameter_name(parameter)
     ends = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")
@@ -121,6 +122,7 @@ def peak_curve(
     first, last = (_with_value(problem, parameter, index, value) for value in (low, high))
     bands = _bands(frequency, first, last)
     limits = float(np.min(bands)), float(np.max(bands))
+    problem.model.check_frequencies("frequency", limits)
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, executor, progress) as surveyor:

@@ -20,7 +20,7 @@ from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
-from symhbm.response.accuracy import BranchPart, Refinement, Solution, joined, status_of
+from symhbm.response.accuracy import BranchPart, Refinement, Solution, advice, joined, status_of
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
 from symhbm.results import Request, tables
 
@@ -117,13 +117,24 @@ class _Curve:
         status = status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
         if status != Status.REACHED_END:
             return status
-        errors = [solution.error for several in self.solutions_at for solution in several]
-        if any(error > (accuracy or np.inf) for error in errors):
+        if any(error > (accuracy or np.inf) for error in self._grid_errors):
             return Status.ACCURACY_NOT_REACHED
         solved = points["converged"]
         if "n_solutions" in points:
             solved = solved | (np.arange(solved.shape[1]) >= points["n_solutions"][:, None])
         return status if solved.all() else Status.POINTS_MISSING
+
+    @property
+    def _grid_errors(self) -> list[float]:
+        return [solution.error for several in self.solutions_at for solution in several]
+
+    def _advice(self) -> str:
+        """What to condense a structure for whose responses are not as accurate as asked for."""
+        errors = [solution.error for solution in self.solutions] + self._grid_errors
+        errors += [error for part in self.parts for error in part.peak_errors]
+        assert self.request.accuracy is not None
+        worst = float(np.nanmax(errors))
+        return advice(self._problem(self.highest_level), worst, self.request.accuracy)
 
     def table(self) -> Table:
         """All results as arrays."""
@@ -146,6 +157,8 @@ class _Curve:
         )
         ended = self.status(points)
         status = str(ended)
+        if ended == Status.ACCURACY_NOT_REACHED:
+            status += self._advice()
         if request.angles is not None:
             share = covered([part.branch for part in self.parts], request.unit, request.band)
             counts["angles_share"] = share

@@ -60,27 +60,28 @@ _SPRING_SHARE = 1e-6
 
 
 def point_figures(
-    stored: dict[str, Any], problem: HarmonicBalance, larger: HarmonicBalance, omega: float
+    stored: dict[str, Any], problem: HarmonicBalance, larger: HarmonicBalance | None, omega: float
 ) -> dict[str, float]:
     """All figures but the exact difference of one point at the angular frequency ``omega``.
 
     ``stored`` holds its variables by the names of the dataset, as far as they are there; with a
     ``dof``, the amplitude is that of one degree of freedom. ``larger`` is the same problem with the
-    harmonics of `larger_set`.
+    harmonics of `larger_set`, None where its structure has no more.
     """
     coefficient, basis = stored["coefficient"], problem.basis
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
     evaluation = problem.evaluate(unknowns, omega)
-    embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
     point = unknowns[None], np.array([omega]), evaluation.states
     results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
     marched, scale = _marched(problem, unknowns, omega, results)
     dissipation = stored.get("dissipation", marched)
     figures = {
         "residual_stored": evaluation.norm,
-        "residual_larger": larger.evaluate(embedded, omega).norm,
         "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
     }
+    if larger is not None:
+        embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
+        figures["residual_larger"] = larger.evaluate(embedded, omega).norm
     if stored.keys() >= {*CONTACT}:
         mismatch = _contact_mismatch(problem, evaluation, results, stored, marched, scale)
         figures["contact_mismatch"] = mismatch
@@ -102,15 +103,21 @@ def _energy_error(
     dissipation: FloatArray,
     magnitude: float,
 ) -> float:
-    """Work of the force minus the energy dissipated, over the sum of absolute work terms."""
+    """Work of the force minus the energy dissipated, over the sum of absolute work terms.
+
+    Of a condensed structure, work on what is kept, and what goes from there into the inside.
+    """
     model, basis = problem.model, problem.basis
     x = problem.layout.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
     rate = x @ basis.derivative_matrix.T / basis.norm
-    force = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
-    # Springs do work around a cycle where their matrix is not symmetric.
-    skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
-    viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
+    force = problem.force(omega)
+    if problem.structure is not None:
+        viscous = problem.structure.losses(unknowns, omega)
+    else:
+        # Springs do work around a cycle where their matrix is not symmetric.
+        skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
+        viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
     dissipated = float(np.sum(viscous * rate)) + dissipation.sum()
     largest = np.abs(force * rate).sum() + np.abs(viscous * rate).sum() + np.abs(dissipation).sum()
     largest += _FORCE_SHARE * magnitude * np.abs(rate).sum()

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Sector, force_coefficients
+from symhbm.model import Model, Sector, force_coefficients
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
 from symhbm.numerics import (
     RADIANS,
@@ -18,7 +18,9 @@ from symhbm.numerics import (
 from symhbm.results import check_dataset, meaning, of_places
 
 
-def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
+def recover(
+    problem: HarmonicBalance, point: xr.Dataset, structure: Model | None = None
+) -> xr.Dataset:
     """Response of all degrees of freedom of a condensed structure at one point of a result.
 
     Each harmonic takes one direct factorisation of the interior, which the kept degrees of freedom
@@ -32,6 +34,8 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
         One point of a result of `frf`, `follow` or `solve`, ``response.isel(point=3)``, or one
         of its peaks, ``response.drop_dims("point").isel(peak=0)``. Swept parameters have their
         values at this point.
+    structure
+        The whole structure, for a problem rebuilt from an archive, which holds a checksum of it.
 
     Returns
     -------
@@ -45,7 +49,8 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     TypeError, ValueError
-        If the problem is not condensed, if the dataset is not one point or has no solution, and if
+        If the problem is not condensed, or was rebuilt and lacks the whole structure, if that is
+        another one, if the dataset is not one point or has no solution, and if
         a harmonic of the force resonates with the interior while the kept degrees of freedom are
         fixed.
     """
@@ -53,6 +58,8 @@ def recover(problem: HarmonicBalance, point: xr.Dataset) -> xr.Dataset:
     if not isinstance(problem.model, CondensedModel):
         raise TypeError("problem: expected one of a condensed structure; others have all responses")
     check_dataset("point", point)
+    if structure is not None:
+        problem = problem.with_model(problem.model.of_structure(structure))
     unknowns, frequency = _unknowns(problem, point)
     stored = {
         name: point[name].values

@@ -10,7 +10,7 @@ from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Stat
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
 from symhbm.numerics import RADIANS, check
-from symhbm.response.accuracy import Refinement, Solution, check_accuracy
+from symhbm.response.accuracy import Refinement, Solution, advice, check_accuracy
 from symhbm.response.describe import describe, unsolved
 from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
@@ -98,7 +98,7 @@ def solve(
         point["highest_harmonic"] = np.int32(problem.basis.highest)
         point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
         if status == Status.SUCCESS and error > accuracy:
-            status = Status.ACCURACY_NOT_REACHED
+            status = Status.ACCURACY_NOT_REACHED + advice(problem, error, accuracy)
     result = schema.label_point(problem, frequency, point, str(status), accuracy)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

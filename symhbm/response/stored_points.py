@@ -124,6 +124,10 @@ class StoredPoints:
     def available(self) -> list[str]:
         """Names of the figures that can be computed."""
         names = [name for name, figure in FIGURES.items() if {*figure.needs} <= self.stored.keys()]
+        if self._larger(self.problem.harmonics) is None:
+            names.remove("residual_larger")
+        if not self.problem.model.has_matrices and "exact_difference" in names:
+            names.remove("exact_difference")
         return [n for n in names if n != "angles_difference" or self.description.angles]
 
     @property
@@ -159,8 +163,10 @@ class StoredPoints:
         try:
             with np.errstate(all="ignore"):
                 problem, omega = self.problem_at(index)
-                sets = harmonics, larger_set(harmonics)
-                same, larger = (self._with(problem, some) for some in sets)
+                same, more = self._with(problem, harmonics), self._larger(harmonics)
+                larger = None if more is None else self._with(problem, more)
+                if "residual_larger" not in figures:
+                    larger = None
                 figures |= point_figures(stored, same, larger, omega)
                 if "angles_difference" in figures:
                     figures["angles_difference"] = self._angles_difference(stored, same, omega)
@@ -188,6 +194,12 @@ class StoredPoints:
         if self._highest is None or self._highest[index] not in harmonics:
             return harmonics
         return tuple(n for n in harmonics if n <= self._highest[index])
+
+    def _larger(self, harmonics: tuple[int, ...]) -> tuple[int, ...] | None:
+        """A larger set, of harmonics that the structure is made for; None without any."""
+        known = self.problem.model.harmonics
+        larger = tuple(n for n in larger_set(harmonics) if known is None or n in known)
+        return None if larger == harmonics else larger
 
     def _with(self, problem: HarmonicBalance, harmonics: tuple[int, ...]) -> HarmonicBalance:
         """The problem with other harmonics."""

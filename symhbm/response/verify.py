@@ -17,6 +17,11 @@ from symhbm.response.stored_points import StoredPoints, missing, not_checked, ve
 from symhbm.results import Description
 from symhbm.workers import progress_bar
 
+_WITHOUT_EXACT = (
+    "not against the exact motion: the structure is condensed to the harmonics of its responses; "
+    "symhbm.craig_bampton reduces it to one that has exact motions"
+)
+
 
 def verify(
     dataset: xr.Dataset,
@@ -42,7 +47,8 @@ def verify(
     exact
         Number of points compared with their exact periodic motion (up to a second each): those of
         the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
-        springs it is the motion closest to the stored response.
+        springs it is the motion closest to the stored response. Condensed structures have none,
+        which `summary` tells.
     laws
         Contact laws of your own that it was computed with, as of `rebuild`.
     progress
@@ -101,8 +107,8 @@ def verify(
                 for name, value in group.figures(index).items():
                     figures[name][index] = value
                 bar.update()
-        scores = results[f"{compared.prefix}residual_larger"][1], compared.amplitude
-        for index in compared.ranked(chosen[0], scores)[:n_wanted]:
+        larger = results.get(f"{compared.prefix}residual_larger", (compared, compared.amplitude))[1]
+        for index in compared.ranked(chosen[0], (larger, compared.amplitude))[:n_wanted]:
             difference = compared.exact_difference(index)
             results[f"{compared.prefix}exact_difference"][1][index] = difference
             n_failed += bool(np.isnan(difference))
@@ -118,6 +124,7 @@ def verify(
         "n_peaks": n_checked.get("peak_", 0),
         "n_exact": n_wanted - n_failed,
         "n_exact_failed": n_failed,
+        "without_exact": None if groups[0].problem.model.has_matrices else _WITHOUT_EXACT,
         "missing": missing(dataset),
         "figures": worst,
     }
@@ -187,6 +194,8 @@ def summary(dataset: xr.Dataset) -> str:
         lines += peaks
     else:
         lines.append(f"{peaks[0]}, {exact}")
+    if report.get("without_exact"):
+        lines.append(report["without_exact"])
     for by_keep, reason in ((True, "left out by keep="), (False, "not in the dataset")):
         absent, left_out = report.get("missing", []), Description(dataset).left_out
         names = [name for name in absent if (name in left_out) == by_keep]

@@ -23,6 +23,7 @@ from symhbm.model import (
     described,
     is_pattern,
 )
+from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import (
     ContactLaw,
     Contacts,
@@ -52,6 +53,8 @@ DRAWN = "drawn"
 LABELS = ("dof", "contact", "harmonic", "component")
 OF_STRUCTURE = "structure_dof"
 """Coordinate of condensed structures: which degrees of freedom are kept."""
+NUMBERS = "condensed_numbers"
+"""Variable of condensed structures: their poles, residues and all else that makes them again."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
@@ -183,6 +186,10 @@ def with_provenance(
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
+        if problem.model.numbers is not None:
+            long_name = "condensed structure, as the problem lays it out"
+            attributes = {"long_name": long_name, "units": "1"}
+            variables[NUMBERS] = (("condensed_number",), problem.model.numbers, attributes)
     elif problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             variables |= _sparse(name, getattr(problem.model, name))
@@ -230,6 +237,7 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
     return (
         problem.model.description()
         | _groups(problem.model)
+        | _in_waves(problem)
         | {
             "harmonics": list(problem.harmonics),
             "samples": problem.samples,
@@ -239,6 +247,30 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "excitation": problem.excitation.description(),
         }
     )
+
+
+def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
+    """Displacements of contacts of a sector of a disk by the motion that is stored, by harmonic.
+
+    ``{number along dof: (real, imaginary part of its weight)}`` of each, for ``a - i b``.
+    """
+    model = problem.model
+    if model.nodal_diameters is None:
+        return {}
+    by_harmonic = {}
+    for harmonic in problem.harmonics:
+        rows = [
+            {dof: [complex(w).real, complex(w).imag] for dof, w in zip(each, weights, strict=True)}
+            for each, weights in zip(*_lists(model.directions_in(harmonic)), strict=True)
+        ]
+        by_harmonic[harmonic] = rows
+    return {"displacements": by_harmonic, "order": problem.excitation.parameters["engine_order"]}
+
+
+def _lists(matrix: Any) -> tuple[Any, Any]:
+    """Columns and values of the rows of a sparse matrix."""
+    lists = matrix.tolil()
+    return lists.rows, lists.data
 
 
 def _groups(model: Structure) -> dict[str, Any]:
@@ -300,12 +332,15 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         contacts = _contacts_of(dataset, description["groups"], varied, laws)
         names = ()
     nominal = {name: _nominal(dataset, name, varied) for name in names}
-    if lumped:
-        matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
+    if metadata.condensed is not None:
+        model = _condensed(dataset, description, contacts, nominal)
     else:
-        matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
-    places = places_of(dataset)
-    model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
+        if lumped:
+            matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
+        else:
+            matrices = [_matrix(dataset, name, description["n_dof"]) for name in MATRICES]
+        places = places_of(dataset)
+        model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
@@ -324,6 +359,20 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         values[... if index is None else index] = dataset[moving].values
         chosen[moving] = values
     return problem.with_parameters(**chosen)
+
+
+def _condensed(
+    dataset: xr.Dataset, description: dict[str, Any], contacts: Any, nominal: dict[str, Any]
+) -> CondensedModel:
+    if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
+        raise NotRebuiltError(
+            "of a condensed structure that is not in it, as those of earlier versions and sectors "
+            "of disks are not; condense the structure again, or compute on with the problem that "
+            "gave this dataset"
+        )
+    numbers = dataset[NUMBERS].values
+    told, places = description["condensed"], places_of(dataset)
+    return CondensedModel.from_stored(told, numbers, contacts, places, **nominal)
 
 
 def _contacts_of(

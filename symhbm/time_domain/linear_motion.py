@@ -29,6 +29,8 @@ _REACH = 2.0
 """Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
 _CLOSEST = 2.0**-46
 """Share of a cell below which an interval with several zeros is not halved."""
+_MOST = 2_000
+"""Degrees of freedom whose series in one state of the contacts takes 2 GB."""
 _KEPT_NUMBERS = 3e7
 """Most numbers in the series that are kept for the next march."""
 
@@ -90,6 +92,12 @@ class LinearMotion:
     def __init__(self, problem: HarmonicBalance, frequency: float):
         model = problem.model
         self._check_contacts(problem)
+        if model.n_dof > _MOST:
+            raise ValueError(
+                f"problem: expected at most {_MOST:,} degrees of freedom for motions in time, "
+                f"whose series take gigabytes, got {model.n_dof:,}; reduce the structure by "
+                "symhbm.craig_bampton"
+            )
         self.frequency = frequency
         self.n_dof, self.n_contacts = model.n_dof, model.n_contacts
         self.mass, self.damping, self.stiffness = (

@@ -11,14 +11,13 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.balance import MANY, Evaluation, HarmonicBalance, advise_condensing
+from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.time_domain.floquet import moving_loads, multipliers
 from symhbm.time_domain.linear_motion import curved
 
-LARGEST_SIZE = 400
-"""Number of unknowns above which exponents cost more than the branch."""
 NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""
 _TIE = 0.01
@@ -26,14 +25,27 @@ _TIE = 0.01
 
 
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
-    """Whether stability is asked for; ValueError for a condensed structure, which lacks masses."""
+    """Whether stability is asked for; ValueError for a structure of which it cannot be told."""
     wanted = check.flag("stability", stability)
-    if wanted and not problem.model.has_matrices:
+    model = problem.model
+    if wanted and model.kept is not None and model.modal is None:
+        raise ValueError(
+            f"stability=True: expected False for a condensed sector of a disk, and for a structure "
+            f"condensed with more than {LARGEST_MODAL} degrees of freedom and modes inside; "
+            "condense it over a narrower band, or reduce it by symhbm.craig_bampton"
+        )
+    if wanted and model.kept is not None and not model.modal.between:
+        raise ValueError(
+            "stability=True: expected False for a structure that is exact at its harmonics alone, "
+            "perturbations oscillate between them; condense it with stability=True"
+        )
+    if wanted and model.kept is None and not model.has_matrices:
         raise ValueError(
             "stability=True: expected False for a structure without matrices; responses of "
-            "friction with damping are stable, for cubic springs use a whole structure, "
-            "of a condensed one the attribute structure of its model"
+            "friction with damping are stable, for other contacts describe it by a Model"
         )
+    if wanted:
+        advise_condensing(problem, "stability is not computed", ", stability=True")
     return wanted
 
 
@@ -43,21 +55,39 @@ def growth_rate(
     """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
 
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
-    or too stiff, for condensed ones, without a mass matrix that can be inverted, and with contacts
-    that are neither smooth nor sliders.
+    or too stiff, without a mass matrix that can be inverted, and with contacts that are neither
+    smooth nor sliders.
+
+    A condensed structure has the exponents of its matrices with the modes inside, whose condensed
+    stiffness is the sum over poles itself: what Hill's method asks of perturbations,
+    ``Z(lambda + i n omega)``, made linear without loss. They are those of the whole structure for
+    perturbations that oscillate below the highest harmonic of the band, as it was condensed for
+    stability; NaN where it was not.
     """
-    if problem.n_unknowns > LARGEST_SIZE or not problem.model.has_matrices:
+    whole, modal = problem.in_modes, problem.model.modal
+    between = problem.model.has_matrices or (modal is not None and modal.between)
+    if problem.n_unknowns > MANY or whole is None or not between:
         return np.nan
     if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
         return np.nan
     try:
         jacobian = _jacobian(problem, evaluation, frequency)
-        if _slides(problem, evaluation, frequency):
-            values = multipliers(problem, frequency, unknowns)
+        slides = _slides(problem, evaluation, frequency)
+        if problem.structure is not None:
+            amplitude = problem.excitation.amplitude
+            unknowns = problem.structure.with_modes(unknowns, frequency, amplitude)
+        if slides or whole.n_unknowns > MANY:
+            values = multipliers(whole, frequency, unknowns)
+            # The determinant of what is condensed has the sign of that of all.
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 return float(np.log(largest) * frequency / (2 * np.pi))
-        return _by_hill(problem, frequency, jacobian, _damping(problem, frequency, unknowns))
+            if whole.n_unknowns > MANY:
+                return np.nan
+        if whole is not problem:
+            evaluation = whole.evaluate(unknowns, frequency, states=evaluation.states)
+            jacobian = _jacobian(whole, evaluation, frequency)
+        return _by_hill(whole, frequency, jacobian, _damping(whole, frequency, unknowns))
     except (ArithmeticError, np.linalg.LinAlgError):
         return np.nan
 

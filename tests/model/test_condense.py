@@ -174,6 +174,9 @@ def test_a_band_function_is_the_sum_of_its_poles():
         between = (whole(s + step) - whole(s - step)) / (2 * step)
         # Differences next to poles of the width 0.001 s.
         np.testing.assert_allclose(slope, between, rtol=1e-4)
+        if 6 < s < 50:
+            bend = (fast(s + step)[1] - fast(s - step)[1]) / (2 * step)
+            np.testing.assert_allclose(fast.curvature(s), bend, rtol=1e-3)
     with pytest.raises(ArithmeticError, match="outside the band"):
         fast(50.1)
 
@@ -314,8 +317,6 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
     sh.frf(problem, (8, 9), over=over, archive=path, progress=False).close()
     assert sh.load(path).equals(response)
     assert response.structure_dof.values.tolist() == problem.model.dofs.tolist()
-    with pytest.raises(sh.ArchiveError, match="condense the structure again"):
-        sh.rebuild(response)
     stiffer = sh.HarmonicBalance(problems("proportional")[1].model, problem.excitation)
     with pytest.raises(sh.ArchiveError, match="different in condensed"):
         sh.frf(stiffer, (8, 9), over=over, archive=path, progress=False)
@@ -327,12 +328,20 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
         (lambda p: sh.frf(p, (6, 9)), ValueError, r"frequency=.*7 to 12.5 Hz"),
         (lambda p: sh.solve(p, 20.0), ValueError, r"frequency=20.0: .* condense it"),
         (lambda p: sh.follow(p, "normal_load", (1, 2), frequency=3), ValueError, "7 to 12.5"),
-        (lambda p: sh.frf(p, (8, 9), accuracy=1e-2), ValueError, "accuracy=0.01: expected None"),
-        (lambda p: sh.frf(p, (8, 9), stability=True), ValueError, "stability=True"),
+        (lambda p: sh.frf(p, (8, 9), accuracy=1e-2), ValueError, r"harmonics=\(1, 3, 5\) at least"),
+        (lambda p: sh.frf(p, (8, 9), stability=True), ValueError, "condense it with stability="),
         (lambda p: sh.frf(p, (8, 9), over={"mass": [1]}), KeyError, "'mass' is no parameter"),
-        (lambda p: sh.periodic_motion(p, 8.0), TypeError, "expected one of a whole structure"),
-        (lambda p: sh.peak_curve(p, "normal_load", (1, 2)), TypeError, "whole structure"),
-        (lambda p: sh.minimise_peak(p, "normal_load", (1, 2)), TypeError, "whole structure"),
+        (lambda p: sh.periodic_motion(p, 8.0), TypeError, "symhbm.craig_bampton reduces"),
+        (
+            lambda p: sh.peak_curve(p, "normal_load", (1, 2), frequency=(5, 8)),
+            ValueError,
+            "7 to 12.5",
+        ),
+        (
+            lambda p: sh.minimise_peak(p, "normal_load", (1, 2), frequency=(5, 8)),
+            ValueError,
+            "7 to 12.5",
+        ),
         (lambda p: sh.SwitchingAngles(p), TypeError, "no such CasADi function"),
         (lambda p: p.derivative("frequency"), TypeError, "use evaluate"),
         (lambda p: p.model.mass_matrix, TypeError, "attribute structure"),

@@ -9,6 +9,8 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.balance import harmonic_balance
+from symhbm.model import natural_band
+from symhbm.time_domain import linear_motion
 
 
 def banded(n, half_width, n_contacts=2):
@@ -51,6 +53,31 @@ def test_a_curve_of_a_sparse_structure_takes_seconds():
     assert seconds(lambda: found.append(sh.frf(problem, (4, 5), progress=False))) < 2.5
     assert found[0].status == "the end of the band was reached"
     assert found[0].n_events > 0
+
+
+def test_what_takes_minutes_is_told_of_condense(monkeypatch):
+    problem = sh.HarmonicBalance(banded(60, 2), sh.PointForce(0, amplitude=10.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sh.solve(problem, 4.5, stability=True)
+    monkeypatch.setattr(harmonic_balance, "MANY", 100)
+    with pytest.warns(UserWarning, match=r"120 unknowns; .* 2 degrees .*\(.*stability=True\)"):
+        sh.solve(problem, 4.5, stability=True)
+    for verb in (sh.peak_curve, sh.minimise_peak):
+        with (
+            pytest.warns(UserWarning, match=r"derivatives take minutes for 120 .*condense\("),
+            pytest.raises(TypeError, match="at most"),
+        ):
+            verb(problem, "normal_load", (1, 2), throw="at most")
+    with pytest.warns(UserWarning, match="frequency=None: a band that holds all of .* 501 reso"):
+        natural_band([banded(501, 1)])
+
+
+def test_exact_motions_of_large_structures_name_the_other_reduction(monkeypatch):
+    monkeypatch.setattr(linear_motion, "_MOST", 30)
+    problem = sh.HarmonicBalance(banded(31, 2), sh.PointForce(0))
+    with pytest.raises(ValueError, match=r"at most 30 degrees of freedom.*symhbm\.craig_bampton"):
+        sh.periodic_motion(problem, 4.5)
 
 
 def test_a_large_structure_is_told_of_condense(monkeypatch):

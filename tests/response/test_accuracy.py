@@ -114,7 +114,7 @@ def test_the_path_is_one_curve():
     """Parts with different harmonics meet without a gap, peaks and events are told once."""
     problem, accuracy = blade(1), 1e-3
     path = sh.frf(problem, (10, 30), accuracy=accuracy)
-    many = sh.frf(sh.HarmonicBalance(problem.model, problem.excitation, range(1, 24, 2)), (10, 30))
+    many = sh.frf(sh.HarmonicBalance(problem.model, problem.excitation, range(1, 34, 2)), (10, 30))
     assert np.all(np.diff(path.frequency) > 0)
     assert path.frequency[0] == 10
     assert path.frequency[-1] == 30
@@ -252,3 +252,58 @@ def test_sampled_friction_has_another_error():
     sampled = sh.HarmonicBalance(blade(1).model, blade(1).excitation, (1,), samples=64)
     with pytest.raises(ValueError, match="samples=64"):
         sh.frf(sampled, (10, 30), accuracy=1e-3)
+
+
+def chain(n=12):
+    """Masses on springs with two contacts and a free end, which is driven."""
+    ones = np.ones(n)
+    stiffness = 4e3 * (np.diag(2 * ones) - np.diag(ones[1:], 1) - np.diag(ones[1:], -1))
+    stiffness[-1, -1] /= 2
+    return sh.Model(
+        np.eye(n),
+        0.3 * np.eye(n) + 1e-4 * stiffness,
+        stiffness,
+        contacts=[(4,), (7, 9)],
+        contact_stiffness=[3e3, 2e3],
+        friction_coefficient=0.5,
+        normal_load=[1.0, 0.5],
+    )
+
+
+def condensed_chain(harmonics):
+    force = sh.PointForce(11, amplitude=3.0)
+    small = sh.condense(chain(), force, (0.6, 2.2), harmonics, dofs=range(8, 12), progress=False)
+    return sh.HarmonicBalance(small, force)
+
+
+def test_a_condensed_structure_has_the_accuracy_of_the_whole():
+    small = condensed_chain(range(1, 34, 2))
+    whole = sh.HarmonicBalance(chain(), small.excitation)
+    both = [sh.frf(p, (0.8, 1.6), accuracy=2e-2, progress=False) for p in (whole, small)]
+    assert both[0].status == both[1].status == "the end of the band was reached"
+    assert both[1].highest_harmonic.max() > 1
+    assert both[1].truncation_error.max() <= 2e-2
+    # Each within its accuracy of the exact response, at the peak of the same free end.
+    heights = [b.peak_amplitude.max().item() for b in both]
+    np.testing.assert_allclose(heights[1], heights[0], rtol=2e-2)
+    verified = sh.verify(both[1], progress=False)
+    assert '"passed": true' in verified.attrs["verification"]
+    assert sh.rebuild(both[1]).harmonics == tuple(both[1].harmonic.values)
+    # One harmonic alone is not as accurate.
+    coarse = sh.frf(small, (0.8, 1.6), progress=False).peak_amplitude.max().item()
+    assert abs(coarse / heights[1] - 1) > 1e-4
+
+
+def test_a_condensed_structure_says_which_harmonics_it_lacks():
+    for verb in (sh.frf, sh.solve):
+        with pytest.raises(ValueError, match=r"condensed for harmonics=\(1, 3, 5\) at least"):
+            verb(condensed_chain((1, 3)), (0.8, 1.6) if verb is sh.frf else 1.1, accuracy=1e-2)
+    few = condensed_chain((1, 3, 5))
+    with pytest.warns(RuntimeWarning, match="not as accurate|not every response") as told:
+        response = sh.frf(few, (0.8, 1.6), accuracy=1e-3, progress=False)
+    assert "condense the structure for more harmonics, about harmonics=(1, 3, 5," in str(
+        told[0].message
+    )
+    assert response.highest_harmonic.max() == 1
+    point = sh.solve(few, 1.1, accuracy=1e-3)
+    assert "about harmonics=(1, 3, 5," in str(point.status.item())

@@ -2,10 +2,12 @@
 
 from symhbm.model.condensation.condense import condense
 from symhbm.model.condensation.condensed_model import CondensedModel
+from symhbm.model.condensation.modal import LARGEST_MODAL
 from symhbm.model.condensation.partition import LONG, dynamic_stiffness, factorised, refined
 from symhbm.model.condensation.pole_residue import OUTSIDE, PoleResidueFunction
 
 __all__ = [
+    "LARGEST_MODAL",
     "LONG",
     "OUTSIDE",
     "CondensedModel",

@@ -12,7 +12,7 @@ from symhbm.model.condensation.condensed_model import CondensedModel, CondensedS
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
-from symhbm.model.excitation import Excitation, check_excitation, static_force
+from symhbm.model.excitation import Excitation, check_excitation, check_whole, static_force
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
@@ -22,6 +22,8 @@ _SOUND = 1e-6
 """Relative error of responses without a warning: matrices are not more exact."""
 _NOTHING = 1e-2
 """Relative error above which responses are useless."""
+_AT_REST = 1e-2
+"""Share of the lowest frequency below which motions are static."""
 
 
 def condense(
@@ -32,6 +34,8 @@ def condense(
     *,
     dofs: Iterable[Place] = (),
     tolerance: float | None = None,
+    stability: bool = False,
+    progress: bool = True,
 ) -> CondensedModel:
     """Condense a structure to its contacts: all that is linear is eliminated, exactly.
 
@@ -58,6 +62,11 @@ def condense(
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
         warns above 1e-6.
+    stability
+        Make it exact between the harmonics too, from rest to the highest: perturbations oscillate
+        there, so that ``stability`` of `frf` is known. It takes more factorisations.
+    progress
+        Show a bar when it takes longer than a few seconds.
 
     Returns
     -------
@@ -121,27 +130,46 @@ def condense(
     if edges.shape != (2,) or edges[0] == edges[1]:
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
+    stability, progress = check.flag("stability", stability), check.flag("progress", progress)
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
     excitations = _excitations(model, excitation)
     if isinstance(model, Sector):
-        condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs))
+        if stability:
+            raise ValueError("stability=True: expected False for a sector of a disk")
+        condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs), progress)
         _check_error(condensed.certificate, tolerance)
         return condensed
+    for force in excitations:
+        check_whole(force)
     warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
     patterns = _patterns(model, excitations, basis, masters)
     others = np.setdiff1d(np.arange(model.n_dof), masters)
     interior = Interior(model, masters, patterns[others])
     bands = [CondensedModel.band(n, band) for n in basis.harmonics if n]
+    if stability:
+        bands += _between(bands)
     touched = model.directions[:, masters].toarray()
     springs = (touched.T * model.stuck_springs) @ touched
-    reduced, certificate = reduce(interior, bands, springs)
+    reduced, certificate = reduce(interior, bands, springs, progress)
     _check_error(certificate, tolerance)
     condensed = CondensedStiffness(
-        reduced.whole, reduced.undamped, interior.at_rest, reduced.fixed_frequencies, patterns
+        reduced.whole,
+        reduced.undamped,
+        interior.at_rest,
+        reduced.fixed_frequencies,
+        patterns,
+        None if reduced.modal is None else reduced.modal._replace(between=stability),
     )
     return CondensedModel(model, masters, band, basis.harmonics, condensed, certificate)
+
+
+def _between(bands: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What lies between ascending bands [rad/s], and from next to nothing to the first."""
+    ends = [_AT_REST * bands[0][0], *(high for _, high in bands)]
+    starts = [low for low, _ in bands]
+    return [(end, start) for end, start in zip(ends, starts, strict=False) if end < start]
 
 
 def _check_error(certificate: Certificate, tolerance: float | None) -> None:

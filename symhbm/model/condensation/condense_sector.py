@@ -30,6 +30,7 @@ def condense_sector(
     band: tuple[float, float],
     basis: FourierBasis,
     dofs: NDArray[np.intp],
+    progress: bool = False,
 ) -> CondensedSector:
     """Condense a sector to ``dofs``, see `symhbm.condense`.
 
@@ -41,7 +42,7 @@ def condense_sector(
     found, certificates = {}, {}
     for n, wave in sorted(_waves(sector, excitations, band, basis).items()):
         matrices = sector.matrices(n)
-        forces = np.column_stack(wave.forces)
+        forces = np.column_stack([np.zeros((sector.n_dof, 0)), *wave.forces])
         if not np.iscomplexobj(matrices.stiffness_matrix):
             forces = np.hstack([forces.real, forces.imag])
         patterns = orthonormal(forces, place)
@@ -49,7 +50,7 @@ def condense_sector(
         if wave.bands:
             touched = sector.directions_of(n)[:, place].toarray()
             springs = (touched.conj().T * sector.stuck_springs) @ touched
-            reduced, certificates[n] = reduce(interior, wave.bands, springs)
+            reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)
         found[n] = CondensedStiffness(
@@ -62,7 +63,7 @@ def condense_sector(
 
 def orthonormal(shapes: NDArray, masters: NDArray[np.intp]) -> NDArray:
     """Orthonormal force patterns (n_dof, n_patterns) of forces, 0 where kept."""
-    size = np.abs(shapes).max(axis=0)
+    size = np.abs(shapes).max(axis=0, initial=0.0)
     shapes = shapes[:, size > 0] / size[size > 0]
     shapes[masters] = 0.0
     q, r, _ = qr(shapes, mode="economic", pivoting=True)  # type: ignore
@@ -76,7 +77,7 @@ def _waves(
     basis: FourierBasis,
 ) -> dict[int, _Wave]:
     """By nodal diameters 0 to N / 2, what is asked of each wave."""
-    found: dict[int, _Wave] = {}
+    found = {0: _Wave([], [])}  # where it stands in the mean
     for force in excitations:
         bound = sector.in_wave(sector_order(force, sector.n_sectors))
         shapes = basis.by_harmonic(force.shape(sector.n_whole, basis))

@@ -8,17 +8,20 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
+from symhbm.model.condensation.stored import digest_of, from_numbers, to_numbers
 from symhbm.model.contacts import renumbered
-from symhbm.model.matrices import Model
+from symhbm.model.matrices import Model, restored
 from symhbm.model.places import Place
-from symhbm.model.structure import NearModes, Structure
+from symhbm.model.structure import CACHED, NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
+_MATRICES = "mass_matrix", "damping_matrix", "stiffness_matrix"
 
 
 class CondensedStiffness(NamedTuple):
@@ -27,7 +30,8 @@ class CondensedStiffness(NamedTuple):
     ``matrix``, ``[Z, G]`` (n_dof, n_dof + n_patterns): forces by motions, and by force patterns;
     ``undamped``, Z (n_dof, n_dof) without damping; ``static``, ``[Z, G]`` at rest;
     ``fixed_frequencies`` (n,) fixed-interface natural frequencies [rad/s]; ``patterns``
-    (n_dof of the structure, n_patterns), orthonormal, 0 where kept.
+    (n_dof of the structure, n_patterns), orthonormal, 0 where kept; ``modal``, the same by matrices
+    for motions in time, None where they are large.
     """
 
     matrix: PoleSum
@@ -35,6 +39,7 @@ class CondensedStiffness(NamedTuple):
     static: FloatArray
     fixed_frequencies: FloatArray
     patterns: NDArray
+    modal: ModalMatrices | None = None
 
     @property
     def fixed_widths(self) -> FloatArray:
@@ -45,8 +50,23 @@ class CondensedStiffness(NamedTuple):
 
     def conjugate(self) -> "CondensedStiffness":
         """That of the wave of the other sense, whose matrices are conjugate."""
-        parts = (part.conjugate() for part in (self.matrix, self.undamped, self.static))
-        return CondensedStiffness(*parts, self.fixed_frequencies, self.patterns.conj())
+        return self._replace(
+            matrix=self.matrix.conjugate(),
+            undamped=self.undamped.conjugate(),
+            static=self.static.conjugate(),
+            patterns=self.patterns.conj(),
+            modal=None,
+        )
+
+
+class _Stored(NamedTuple):
+    """What archives hold of a condensed structure."""
+
+    condensed: CondensedStiffness
+    certificate: Certificate
+
+
+_RECORDS = Certificate, CondensedStiffness, ModalMatrices, PoleSum, _Stored
 
 
 class CondensedModel(Structure):
@@ -67,9 +87,9 @@ class CondensedModel(Structure):
     """
 
     WITHOUT_MATRICES = (
-        "expected one of a whole structure, this is condensed and has no matrices; use a "
-        "HarmonicBalance of the attribute structure of its model, or sweep parameters of the "
-        "condensed one with over= of frf"
+        "expected one of a structure with matrices, this is condensed, exactly over its band "
+        "alone; symhbm.craig_bampton reduces the whole structure to one with matrices, and a "
+        "HarmonicBalance of the attribute structure of its model is of the whole one"
     )
     dofs: NDArray[np.intp]
     frequency: tuple[float, float]
@@ -93,11 +113,22 @@ class CondensedModel(Structure):
         attributes["contacts"] = renumbered(structure.contacts, position.__getitem__)
         attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
-        attributes |= dict(
-            dofs=dofs, frequency=frequency, harmonics=harmonics, certificate=certificate
-        )
         attributes["places"] = None if structure.places is None else structure.places.of(dofs)
-        attributes |= dict(condensed=condensed, lumped=False, _structure=structure)
+        self._store(**attributes, _structure=structure)
+        # The layout in memory decides how sums are rounded: it is that of what archives hold.
+        stored = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
+        self._set_condensed(dofs, frequency, harmonics, stored)
+
+    def _set_condensed(
+        self,
+        dofs: NDArray[np.intp],
+        frequency: tuple[float, float],
+        harmonics: tuple[int, ...],
+        stored: _Stored,
+    ) -> None:
+        attributes: dict[str, Any] = dict(dofs=dofs, frequency=frequency, harmonics=harmonics)
+        condensed = stored.condensed
+        attributes |= stored._asdict() | dict(lumped=False)
         attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
         attributes["matrices"] = {
@@ -108,11 +139,35 @@ class CondensedModel(Structure):
         }
         self._store(**attributes)
 
+    @classmethod
+    def from_stored(
+        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, places: Any, **values: Any
+    ) -> "CondensedModel":
+        """The condensed structure that a `description` has ``told``, without the whole one.
+
+        ``contacts``, ``places`` and ``values`` of parameters are as of a `Model`, of the degrees of
+        freedom that are kept. Raises ValueError where `numbers` or description are damaged.
+        """
+        given = {name: value for name, value in told.items() if name != "numbers"}
+        if digest_of(numbers, given) != told["numbers"]:
+            raise ValueError("the condensed structure is not as it was stored")
+        stored = from_numbers(numbers, told["layout"], _RECORDS)
+        model = object.__new__(cls)
+        model._set_condensed(
+            np.array(told["dofs"], dtype=np.intp),
+            tuple(told["frequency"]),
+            tuple(told["harmonics"]),
+            stored,
+        )
+        model._store(_structure=None, _description=told, places=places)
+        model._set_contacts(contacts, **values)
+        return model
+
     condensed: CondensedStiffness
     fixed_widths: FloatArray
     matrices: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
-    _structure: Model
+    _structure: Model | None
 
     @staticmethod
     def band(harmonic: int, frequency: tuple[float, float]) -> tuple[float, float]:
@@ -122,12 +177,42 @@ class CondensedModel(Structure):
 
     @property
     def structure(self) -> Model:
-        """The whole structure, with the contact parameters as they are here."""
+        """The whole structure, with the contact parameters as they are here.
+
+        TypeError for one from an archive, which has a checksum of it alone; see `of_structure`.
+        """
+        if self._structure is None:
+            raise TypeError(
+                "structure: this condensed structure was rebuilt from an archive, which does not "
+                "hold the whole one; give it as structure= of symhbm.recover"
+            )
         return self._structure.with_parameters(**self.parameters)
+
+    def of_structure(self, structure: Model) -> "CondensedModel":
+        """The same with the whole structure that it was condensed from, given again.
+
+        TypeError unless it is a Model, ValueError where it is another one.
+        """
+        if not isinstance(structure, Model):
+            raise TypeError(f"structure={check.shown(structure)}: expected a Model")
+        same = structure.n_dof == self.n_whole
+        if not same or self._digest(structure) != self._description["matrices"]:
+            raise ValueError("structure: expected that which was condensed, its matrices differ")
+        number = self.dofs.tolist().__getitem__
+        whole: dict[str, Any] = {name: getattr(structure, name) for name in _MATRICES}
+        whole |= {name: getattr(self, name) for name in self.contact_parameters}
+        whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
+        whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
+        other = object.__new__(type(self))
+        other._store(**vars(self) | {"_structure": restored(whole)})
+        return other
 
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
-        return self._structure.number_of(place)
+        if self._structure is not None:
+            return self._structure.number_of(place)
+        number = super().number_of(place)
+        return int(self.dofs[number]) if isinstance(place, str) else number
 
     def with_contacts(self, **groups: Any) -> Self:
         """Raise TypeError: it is condensed to the contacts that it has."""
@@ -149,7 +234,7 @@ class CondensedModel(Structure):
     @property
     def n_whole(self) -> int:
         """Number of degrees of freedom of the whole structure."""
-        return self._structure.n_dof
+        return len(self.condensed.patterns)
 
     def description(self) -> dict[str, Any]:
         """Identification of a condensed structure for JSON."""
@@ -157,20 +242,36 @@ class CondensedModel(Structure):
 
     @cached_property
     def _description(self) -> dict[str, Any]:
-        model, patterns = self._structure, self.condensed.patterns
-        parts = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
-        digest = sha256(np.ascontiguousarray(patterns).tobytes())
-        for matrix in parts:
-            for array in (matrix.indptr, matrix.indices, matrix.data):
-                digest.update(np.ascontiguousarray(array).tobytes())
-        return {
+        numbers, layout = self._stored
+        assert self._structure is not None
+        told = {
             "n_dof": self.n_whole,
             "dofs": self.dofs.tolist(),
             "frequency": list(self.frequency),
             "harmonics": list(self.harmonics),
             "error": self.certificate.error,
-            "matrices": digest.hexdigest(),
+            "matrices": self._digest(self._structure),
+            "layout": layout,
         }
+        return told | {"numbers": digest_of(numbers, told)}
+
+    def _digest(self, structure: Model) -> str:
+        """Checksum of the matrices of the whole structure and of the known force patterns."""
+        digest = sha256(np.ascontiguousarray(self.condensed.patterns).tobytes())
+        for name in _MATRICES:
+            matrix = getattr(structure, name)
+            for array in (matrix.indptr, matrix.indices, matrix.data):
+                digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
+
+    @cached_property
+    def _stored(self) -> tuple[FloatArray, Any]:
+        return to_numbers(_Stored(self.condensed, self.certificate))
+
+    @property
+    def numbers(self) -> FloatArray | None:
+        """All numbers that `from_stored` needs, (n,)."""
+        return self._stored[0]
 
     def share(self, shape: FloatArray) -> FloatArray:
         """Coefficients (n_patterns, n) of force patterns (n_whole, n) by the known patterns.
@@ -212,6 +313,16 @@ class CondensedModel(Structure):
         return self.dofs
 
     @property
+    def bends(self) -> bool:
+        """That it does: its poles have all derivatives."""
+        return True
+
+    @property
+    def modal(self) -> ModalMatrices | None:
+        """Matrices of what is kept and of the modes inside, None where they are large."""
+        return self.condensed.modal
+
+    @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
         return self.condensed.undamped.polynomial[2].real
@@ -241,6 +352,12 @@ class CondensedModel(Structure):
         value, slope = self.matrices[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of `linear_forces` by the frequency, from the same poles."""
+        if harmonic == 0:
+            return np.zeros_like(self.linear_forces(0, frequency)[0])
+        return harmonic**2 * self.matrices[harmonic].curvature(harmonic * frequency)
+
     def split_force(
         self, shape: FloatArray, basis: FourierBasis
     ) -> list[tuple[FloatArray, FloatArray]]:
@@ -263,8 +380,7 @@ class CondensedModel(Structure):
         return modes_near(self, harmonic, frequency, springs, losses)
 
     def __reduce__(self) -> Any:
-        arguments = (self.dofs, self.frequency, self.harmonics, self.condensed, self.certificate)
-        return CondensedModel, (self.structure, *arguments)
+        return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "_stored"}},)
 
     def __repr__(self) -> str:
         low, high = self.frequency
@@ -275,3 +391,10 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def _restored(values: dict[str, Any]) -> CondensedModel:
+    """The condensed structure that was pickled."""
+    model = object.__new__(CondensedModel)
+    model._store(**values)
+    return model

@@ -79,11 +79,11 @@ class CondensedSector(CondensedModel):
         return self.waves[n] if 2 * n <= n_sectors else self.waves[n_sectors - n].conjugate()
 
     def under(self, excitation: Excitation) -> "CondensedSector":
-        """This sector as an engine order moves it; ValueError for one it was not condensed for."""
+        """The sector as an engine order moves it; ValueError for one it was not condensed for."""
         return self.in_wave(sector_order(excitation, self._structure.n_sectors))
 
     def in_wave(self, order: int) -> "CondensedSector":
-        """This sector under an engine order."""
+        """The sector under an engine order."""
         if order == self._structure.order:
             return self
         sector = self._structure.in_wave(order)
@@ -173,6 +173,20 @@ class CondensedSector(CondensedModel):
             "error": self.certificate.error,
             "matrices": digest.hexdigest(),
         }
+
+    def of_structure(self, structure: Any) -> Any:
+        """Raise TypeError: a condensed sector has its sector."""
+        raise TypeError("structure: expected None for a condensed sector, which has its own")
+
+    @property
+    def numbers(self) -> None:
+        """None: archives do not hold the sector."""
+        return None
+
+    @property
+    def modal(self) -> None:
+        """None: each wave has matrices of its own."""
+        return None
 
     @property
     def inertia(self) -> FloatArray:

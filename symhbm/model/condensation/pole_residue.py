@@ -110,6 +110,8 @@ class PoleResidueFunction:
         # Real and imaginary parts side by side: the weights of the terms are real.
         both = np.stack([terms, slopes], axis=1).reshape(len(terms), -1)
         self.terms = both.view(float)
+        self._bends = np.zeros_like(terms)
+        self._bends[:-2] = chebyshev.chebder(terms, 2) / self.half**2
         self._last: tuple[float, tuple[ComplexArray, ComplexArray]] | None = None
 
     def __call__(self, s: float) -> tuple[ComplexArray, ComplexArray]:
@@ -120,14 +122,8 @@ class PoleResidueFunction:
         last = self._last
         if last is not None and last[0] == s:
             return last[1]
-        position, gap = (s - self.middle) / self.half, 1j * s - self.poles
-        if abs(position) > 1 + OUTSIDE:
-            raise ArithmeticError(f"{s / (2 * np.pi):g} Hz is outside the band of the condensation")
-        if not gap.all():
-            raise ZeroDivisionError(f"{s / (2 * np.pi):g} Hz is a resonance of the held structure")
-        weights = np.cos(np.arange(len(self.terms)) * np.arccos(np.clip(position, -1, 1)))
+        weights, inverse = self._weights(s)
         value, slope = (weights @ self.terms).view(complex).reshape(2, *self.shape)
-        inverse = 1 / gap
         factors = np.stack([inverse, -1j * inverse**2])
         near = (self.left * factors[:, None]).reshape(2 * self.shape[0], len(inverse)) @ self.right
         value += near[: self.shape[0]]
@@ -135,6 +131,22 @@ class PoleResidueFunction:
         # A point is evaluated several times.
         self._last = s, (value, slope)
         return value, slope
+
+    def curvature(self, s: float) -> ComplexArray:
+        """Second derivative by ``s`` [rad/s], (n_rows, n_columns); raises as a value does."""
+        weights, inverse = self._weights(s)
+        smooth = np.tensordot(weights, self._bends, 1)
+        return smooth - 2 * (self.left * inverse**3) @ self.right
+
+    def _weights(self, s: float) -> tuple[FloatArray, ComplexArray]:
+        """Weights (n_terms,) of the polynomial and ``1 / (i s - pole)`` (n_poles,)."""
+        position, gap = (s - self.middle) / self.half, 1j * s - self.poles
+        if abs(position) > 1 + OUTSIDE:
+            raise ArithmeticError(f"{s / (2 * np.pi):g} Hz is outside the band of the condensation")
+        if not gap.all():
+            raise ZeroDivisionError(f"{s / (2 * np.pi):g} Hz is a resonance of the held structure")
+        angles = np.arange(len(self.terms)) * np.arccos(np.clip(position, -1, 1))
+        return np.cos(angles), 1 / gap
 
 
 def _diagonal(coefficients: ComplexArray, poles: ComplexArray) -> ComplexArray:

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
+from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.partition import Interior, adjoint
 from symhbm.model.condensation.pole_residue import PoleSum, at
 from symhbm.numerics import ComplexArray, FloatArray
+from symhbm.workers import progress_bar
 
 AIM = 1e-11
 """Largest error of the responses of the masters."""
@@ -55,17 +57,22 @@ class Reduced(NamedTuple):
 
     ``whole``, the sum over its poles, ``[Z, G]`` as `Interior.solve`; ``lift`` (n_basis, n_poles),
     from its terms to the basis; ``undamped``, ``Z`` without damping and of symmetric matrices;
-    ``fixed_frequencies`` (n_basis,), natural frequencies of the interior [rad/s].
+    ``fixed_frequencies`` (n_basis,), natural frequencies of the interior [rad/s]; ``modal``, the
+    same by matrices, None where they are large.
     """
 
     whole: PoleSum
     lift: ComplexArray
     undamped: PoleSum
     fixed_frequencies: FloatArray
+    modal: ModalMatrices | None = None
 
 
 def reduce(
-    interior: Interior, bands: list[tuple[float, float]], springs: NDArray
+    interior: Interior,
+    bands: list[tuple[float, float]],
+    springs: NDArray,
+    progress: bool = False,
 ) -> tuple[Reduced, Certificate]:
     """Condensed stiffness of an interior over ``bands`` [rad/s], and its certificate.
 
@@ -77,8 +84,10 @@ def reduce(
     grid = np.unique(np.concatenate([np.linspace(*band, _GRID) for band in bands]))
     used = list(grid[[0, len(grid) // 2, len(grid) - 1]])
     basis = np.zeros((len(interior.others), 0), dtype=interior.dtype)
+    bar = progress_bar("factorisation", progress)
     for s in used:
         basis = _extended(basis, interior, interior.solve(s)[0], s)
+        bar.update()
     view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
     while len(checked) < _CONFIRMED:
@@ -87,6 +96,7 @@ def reduce(
         s = view.grid[np.argmax(np.where(np.isin(view.grid, used), -1.0, worst))]
         used.append(s)
         motion, exact = interior.solve(s)
+        bar.update()
         approximate = view.reduced.whole(s)
         error = max(_error(approximate, exact, state) for state in states)
         count += 1
@@ -102,6 +112,7 @@ def reduce(
             approximate, exact = approximate.conj(), exact.conj()
         bounds.append(_friction_bound(approximate, exact))
         checked.append(abs(s) / (2 * np.pi))
+    bar.close()
     certificate = Certificate(max(errors), max(bounds), np.array(checked), count, basis.shape[1])
     return view.reduced, certificate
 
@@ -197,7 +208,7 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
         squares, shapes = eigh(_hermitian(stiffness), _hermitian(mass))
     except np.linalg.LinAlgError:
         raise ValueError("mass_matrix: expected a positive definite matrix") from None
-    stiffness, damping, _ = adjoint(shapes) @ inside @ shapes
+    stiffness, damping, mass = adjoint(shapes) @ inside @ shapes
     if interior.symmetric:
         stiffness = np.diag(stiffness.diagonal())
     # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
@@ -210,9 +221,10 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
     lift = shapes @ (vectors[:size] / natural[:, None])
     right = (inputs @ adjoint(shapes)) @ push
     whole = PoleSum(masters.astype(complex), pull @ lift, right, poles)
-    return Reduced(
-        whole, lift, *_undamped(masters[:, :, : len(masters[0])], pull, push, squares, shapes)
-    )
+    inside = np.array([stiffness, damping, mass])
+    modal = ModalMatrices.of(masters, pull @ shapes, adjoint(shapes) @ push, inside)
+    own = masters[:, :, : len(masters[0])]
+    return Reduced(whole, lift, *_undamped(own, pull, push, squares, shapes), modal)
 
 
 def _undamped(

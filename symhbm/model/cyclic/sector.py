@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -21,6 +21,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
+from symhbm.model.places import NextSector
 from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check, negative_eigenvalues
 
@@ -207,7 +208,7 @@ class Sector(Structure):
         return self.interfaces.others
 
     def under(self, excitation: Excitation) -> Sector:
-        """This sector as an engine order moves it.
+        """The sector as an engine order moves it.
 
         Raises ValueError for any other force, and for a sector that is to be condensed.
         """
@@ -219,7 +220,7 @@ class Sector(Structure):
         return self.in_wave(sector_order(excitation, self.n_sectors))
 
     def in_wave(self, order: int) -> Sector:
-        """This sector under an engine order."""
+        """The sector under an engine order."""
         if order == self.order:
             return self
         other = object.__new__(type(self))

@@ -168,8 +168,8 @@ def check_geometry(
         )
     worst = int(np.argmax(off))
     raise ValueError(
-        f"right: expected the places of left turned by {360 / n_sectors:g} degrees about {axis}, in "
-        f"the same order; degree of freedom {int(right[worst])} is {off[worst]:.3g} m from there"
+        f"right: expected the places of left turned by {360 / n_sectors:g} degrees about {axis}, "
+        f"in the same order; degree of freedom {int(right[worst])} is {off[worst]:.3g} m from there"
     )
 
 

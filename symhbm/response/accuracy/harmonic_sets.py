@@ -17,7 +17,8 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
     """An accuracy as a float, or None.
 
     Raises ValueError or TypeError unless it is between 0 and 1, and for sampled friction, whose
-    error does not vanish with the harmonics.
+    error does not vanish with the harmonics, and a structure that knows too few harmonics to
+    estimate errors.
     """
     if accuracy is None:
         return None
@@ -29,10 +30,13 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
             f"accuracy={check.shown(accuracy)}: expected None for a structure without matrices; "
             "compare results of two sets of harmonics"
         )
-    if not problem.model.has_matrices:
+    sets = HarmonicSets(problem)
+    if sets.last < 0:
         raise ValueError(
-            f"accuracy={check.shown(accuracy)}: expected None for a condensed structure, which has "
-            "the harmonics it was condensed for; compare results of two sets of them"
+            f"accuracy={check.shown(accuracy)}: expected a structure condensed for "
+            f"harmonics={sets.harmonics(sets.larger(0))} at least, by which errors of "
+            f"{problem.harmonics} are estimated, got {problem.model.harmonics}; condense it for "
+            "them"
         )
     if problem.samples is not None:
         raise ValueError(
@@ -42,11 +46,24 @@ def check_accuracy(problem: HarmonicBalance, accuracy: float | None) -> float | 
     return value
 
 
+def advice(problem: HarmonicBalance, error: float, accuracy: float) -> str:
+    """What to condense a structure for where an error is larger than an accuracy, else empty."""
+    if problem.model.harmonics is None:
+        return ""
+    sets = HarmonicSets(problem)
+    # Errors fall with the cube of the highest harmonic.
+    factor = (error / accuracy) ** (1 / 3) if np.isfinite(error) else _LARGER
+    needed = sets.level(int(np.ceil(factor * sets.highest(0))))
+    harmonics = sets.harmonics(sets.larger(needed))
+    return f" (or condense the structure for more harmonics, about harmonics={harmonics})"
+
+
 class HarmonicSets:
     """Nested sets of harmonics by level.
 
     Level 0 has all harmonics of the kind of those of ``problem`` up to its highest: all multiples
-    of their common divisor, or the odd ones.
+    of their common divisor, or the odd ones. A condensed structure has no others than those that
+    it was condensed for.
     """
 
     def __init__(self, problem: HarmonicBalance):
@@ -54,6 +71,7 @@ class HarmonicSets:
         self._divisor = int(np.gcd.reduce(harmonics))
         self._step = self._divisor * (2 if 0 not in complete_harmonics(harmonics, 1) else 1)
         self._highest = [max(harmonics)]
+        self._known = problem.model.harmonics
 
     def harmonics(self, level: int) -> tuple[int, ...]:
         """The harmonics of a level."""
@@ -80,8 +98,13 @@ class HarmonicSets:
 
     @property
     def last(self) -> int:
-        """The highest level to be used."""
-        return max(0, self.level(HIGHEST * self._divisor + 1) - 1)
+        """The highest level to be used, -1 where the errors of none can be estimated."""
+        last = max(0, self.level(HIGHEST * self._divisor + 1) - 1)
+        while self._known is not None and last >= 0:
+            if {*self.harmonics(self.larger(last))} <= {*self._known}:
+                break
+            last -= 1
+        return last
 
     def expected(self, level: int, error: float, share: FloatArray, accuracy: float) -> int:
         """The lowest level whose error is expected to be within ``accuracy``.

@@ -23,7 +23,7 @@ _LEAST_DAMPING = 1e-300
 
 
 class Superharmonics(NamedTuple):
-    """Modes excited by truncated harmonics, arrays (n_harmonics, n_dof).
+    """Modes excited by truncated harmonics, arrays (n_harmonics, n_modes).
 
     ``detuning`` is the natural minus the exciting frequency [rad/s], ``response`` the largest
     displacement at resonance over a reference.
@@ -69,11 +69,11 @@ def _reaching(
     sets: HarmonicSets, level: int, problems: Sequence[HarmonicBalance], slowest: float
 ) -> np.ndarray:
     """Truncated harmonics below the highest natural frequency, at the ``slowest`` [rad/s]."""
-    if problems[0].n_dof > LARGEST_SIZE:
+    if _n_modes(problems[0]) > LARGEST_SIZE:
         return np.array([])
     beyond = np.array([n for n in sets.harmonics(sets.last) if n > sets.highest(level)])
     try:
-        stiffest = [max(reduced(p, int(n)).stiffest for p in problems) for n in beyond]
+        stiffest = [max(_reduced(p, n).stiffest for p in problems) for n in beyond]
     except np.linalg.LinAlgError:
         return np.array([])
     return beyond[beyond * slowest < np.array(stiffest)]
@@ -92,7 +92,7 @@ def superharmonics(
     ``references`` (n_dof,) [m]. All problems are of one structure. None if it is too large for its
     modes, or without inertia.
     """
-    if not problems or problems[0].n_dof > LARGEST_SIZE:
+    if not problems or _n_modes(problems[0]) > LARGEST_SIZE:
         return None
     sliders = [p.contacts.sliders(omega) for p, omega in zip(problems, frequencies, strict=True)]
     rows, n_rows = sliders[0].row, problems[0].layout.n_rows
@@ -111,11 +111,11 @@ def superharmonics(
     results = []
     by_point = zip(problems, frequencies, references, force, share, strict=True)
     for problem, omega, size, point_force, point_share in by_point:
-        detuning = np.empty((len(harmonics), problem.n_dof))
+        detuning = np.empty((len(harmonics), _n_modes(problem)))
         response = np.empty_like(detuning)
         for same_wave in (wave == w for w in np.unique(wave)):
             try:
-                structure = reduced(problem, int(harmonics[same_wave][0]))
+                structure = _reduced(problem, harmonics[same_wave][0])
             except np.linalg.LinAlgError:
                 return None
             natural, width, shape, modal_force = _modes(
@@ -124,9 +124,21 @@ def superharmonics(
             exciting = harmonics[same_wave, None] * omega
             resonant = modal_force / np.maximum(2 * exciting * width, _LEAST_DAMPING)
             detuning[same_wave] = natural - exciting
-            response[same_wave] = resonant * np.abs(shape / size[:, None]).max(axis=0)
+            motion = np.abs(shape[: problem.n_dof] / size[:, None])
+            response[same_wave] = resonant * motion.max(axis=0)
         results.append(Superharmonics(detuning, response))
     return results
+
+
+def _n_modes(problem: HarmonicBalance) -> int:
+    """Number of modes of a structure, too large where they are not known."""
+    modes = problem.in_modes
+    return LARGEST_SIZE + 1 if modes is None else modes.n_dof
+
+
+def _reduced(problem: HarmonicBalance, harmonic: np.integer) -> Reduced:
+    assert problem.in_modes is not None
+    return reduced(problem.in_modes, int(harmonic))
 
 
 def friction_beyond(

@@ -226,23 +226,18 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
             raise TypeError(f"laws: expected contact laws, got {check.shown(law)}")
     try:
         description = Description(dataset)
-        incomplete = description.condensed or description.structure
-        problem = None if incomplete else describe_problem(dataset, laws)
+        problem = None if description.structure else describe_problem(dataset, laws)
     except NotRebuiltError as error:
         raise ArchiveError(f"dataset: {error}") from error
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
-    if description.structure is not None:
+    if problem is None:
+        assert description.structure is not None
         raise ArchiveError(
             f"dataset: of a structure {description.structure['type']}, whose class is not in it; "
             "compute on with the problem that gave this dataset"
-        )
-    if problem is None:
-        raise ArchiveError(
-            "dataset: of a condensed structure, whose matrices are not in it; condense the "
-            "structure again, or compute on with the problem that gave this dataset"
         )
     return problem
 

@@ -1,0 +1,135 @@
+"""Archives of condensed structures: the problem to the bit, and nothing of what is damaged."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+from symhbm.response import ensemble
+from symhbm.response.verify import summary
+
+FORCE = sh.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
+
+
+def chain(stiffness=4e3):
+    ones = np.ones(30)
+    tied = stiffness * sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
+    slider = sh.Contacts(
+        sh.Coulomb(),
+        [(8,), {15: 1.0, 18: -0.5}],
+        contact_stiffness=2e3,
+        friction_coefficient=0.5,
+        normal_load=[1.0, 4.0],
+    )
+    stop = sh.Gap(normal=[(20,)], normal_stiffness=1e3, gap=5e-3)
+    contacts = {"slider": slider, "stop": stop}
+    return sh.Model(sp.eye_array(30), 0.3 * sp.eye_array(30), tied, contacts=contacts)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    small = sh.condense(chain(), FORCE, (1, 3), (0, 1, 2, 3), dofs=[29], progress=False)
+    return sh.HarmonicBalance(small, FORCE, (0, 1, 2))
+
+
+@pytest.fixture(scope="module")
+def response(problem):
+    over = {"normal_load": [2.0, 3.0]}
+    return sh.frf(problem, (1.8, 2.2), over=over, progress=False)
+
+
+@pytest.mark.parametrize("lazy", [False, True])
+def test_a_rebuilt_problem_is_the_same_to_the_bit(problem, response, tmp_path, lazy):
+    sh.save(response, tmp_path / "condensed.nc")
+    with sh.load(tmp_path / "condensed.nc", lazy=lazy) as stored:
+        again = sh.rebuild(stored.isel({"normal_load": 1}))
+    same = problem.with_parameters(**{"normal_load": 3.0})
+    assert repr(again.model) == repr(same.model)
+    assert again.model.description() == same.model.description()
+    unknowns = 1e-2 * np.random.default_rng(0).normal(size=same.n_unknowns)
+    for omega in 2 * np.pi * np.array([1.0, 1.77, 3.0]):
+        one, other = (p.evaluate(unknowns, omega) for p in (same, again))
+        np.testing.assert_array_equal(other.residual, one.residual)
+        np.testing.assert_array_equal(other.jacobian, one.jacobian)
+        np.testing.assert_array_equal(other.by_parameter, one.by_parameter)
+    for given, found in zip(same.model.certificate, again.model.certificate, strict=True):
+        np.testing.assert_array_equal(found, given)
+    for name, matrix in same.model.modal._asdict().items():
+        np.testing.assert_array_equal(getattr(again.model.modal, name), matrix)
+    curve = sh.frf(again, (1.8, 2.2), progress=False)
+    expected = response.isel({"normal_load": 1}).coefficient[: curve.sizes["point"]]
+    np.testing.assert_array_equal(curve.coefficient, expected)
+
+
+def test_what_is_stored_is_verified(response, tmp_path):
+    verified = sh.verify(response, progress=False)
+    assert verified.residual_stored.max() < 1e-10
+    assert verified.energy_error.max() < 1e-9
+    assert verified.residual_larger.max() > 1e-9  # harmonic 3, which it was condensed for
+    assert "exact_difference" not in verified
+    told = summary(verified)
+    assert "BROKEN" not in told
+    assert "symhbm.craig_bampton" in told
+    wrong = response.copy(deep=True)
+    wrong.coefficient[0, 3, 1, 1, 0] *= 1.001
+    caught = sh.verify(wrong, progress=False)
+    for name in ("residual_stored", "energy_error", "amplitude_mismatch"):
+        assert caught[name][0, 3] > 1e-6
+    assert "BROKEN" in summary(caught)
+
+
+def test_the_whole_structure_is_given_again_to_recover(problem, response):
+    point = response.isel({"normal_load": 0}).isel(point=2)
+    again = sh.rebuild(point)
+    with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
+        sh.recover(again, point)
+    found = sh.recover(again, point, structure=chain())
+    assert found.identical(sh.recover(problem, point))
+    assert found.residual_norm < 1e-12
+    with pytest.raises(ValueError, match="its matrices differ"):
+        sh.recover(again, point, structure=chain(4.1e3))
+    with pytest.raises(TypeError, match="structure=3: expected a Model"):
+        sh.recover(again, point, structure=3)
+
+
+@pytest.mark.parametrize("place", [0, 77, -1])
+def test_damaged_numbers_never_speak(response, place):
+    damaged = response.copy(deep=True)
+    value = damaged["condensed_numbers"].values[place]
+    damaged["condensed_numbers"].values[place] = np.nextafter(value, np.inf)
+    for verb in (sh.rebuild, sh.verify, sh.sensitivity):
+        with pytest.raises(sh.ArchiveError, match="not as it was stored"):
+            verb(damaged)
+
+
+def test_a_damaged_description_never_speaks(response):
+    for before, after in (
+        ('"frequency": [1.0, 3.0]', '"frequency": [1.0, 4.0]'),
+        ('"dofs": [8, 15', '"dofs": [9, 15'),
+        ('"kind": "c"', '"kind": "f"'),
+    ):
+        text = response.attrs["problem"]
+        assert before in text
+        damaged = response.assign_attrs(problem=text.replace(before, after, 1))
+        with pytest.raises(sh.ArchiveError):
+            sh.rebuild(damaged)
+    with pytest.raises(sh.ArchiveError, match="condense the structure again"):
+        sh.rebuild(response.drop_vars("condensed_numbers"))
+
+
+def test_a_run_that_was_interrupted_is_resumed(problem, tmp_path, monkeypatch):
+    path, over = tmp_path / "resumed.nc", {"normal_load": [2.0, 3.0, 4.0]}
+    original, calls = ensemble.compute_curve, []
+
+    def interrupted(*arguments):
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sh.frf(problem, (1.8, 2.2), over=over, archive=path, progress=False)
+    monkeypatch.undo()
+    with sh.resume(path, progress=False) as resumed:
+        assert resumed.identical(sh.frf(problem, (1.8, 2.2), over=over, progress=False))
