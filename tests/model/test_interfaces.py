@@ -132,6 +132,15 @@ def test_unmatched_nodes_are_told():
         sh.contact_pairs(model, np.arange(1, 13), np.arange(13, 24), tolerance=5e-5)
 
 
+def test_each_node_has_one_partner():
+    points = np.vstack([grid(), grid()[3:4] - 1e-5, grid(shift=1e-4)])
+    model = model_of(points)
+    left, right = np.arange(1, 14), np.arange(14, 26)
+    with pytest.warns(UserWarning, match=r"1 of 13 nodes of left \(the first: 13\)$"):
+        pairs = sh.contact_pairs(model, left, right, tolerance=5e-4)
+    assert pairs.nodes.tolist() == np.column_stack([left[:12], right]).tolist()
+
+
 def test_what_is_not_known_is_asked_for():
     together, _ = two_sides(gap=0.0)
     with pytest.raises(ValueError, match="both sides coincide"):
