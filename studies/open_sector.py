@@ -1,8 +1,8 @@
-"""An open sector of a bladed disk, by finite elements: a disk, a blade, all that real ones have.
+"""An open sector of a bladed disk, by finite elements: a disk and a blade.
 
 The disk reaches from 0.08 m, where it is clamped, to 0.20 m, the blade on the middle third of each
-sector to 0.28 m; both are 0.03 m thick, of steel, quadratic displacements in straight hexahedra. Directions are cartesian,
-the axis of the disk is z.
+sector to 0.28 m; both are 0.03 m thick, of steel. Displacements are quadratic in straight
+hexahedra, directions cartesian, and the axis of the disk is z.
 """
 
 from typing import Any, NamedTuple
@@ -14,6 +14,8 @@ from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+import symhbm as sh
+
 RADII = 0.08, 0.20, 0.28
 """Bore, rim of the disk and tip of the blade [m]."""
 THICKNESS = 0.03
@@ -22,37 +24,40 @@ COARSE, MIDDLE, FINE = (4, 3, 2, 4), (8, 6, 3, 8), (12, 9, 4, 14)
 """Elements of the disk along radius, circumference (a multiple of 3) and axis, and of the blade."""
 
 
-class Mesh(NamedTuple):
-    """A sector by its matrices, the bore being held.
+class OpenSector(NamedTuple):
+    """One sector: its ``structure`` with places, without damping, and its interfaces.
 
-    ``mass``, ``stiffness`` (n_dof, n_dof), sparse [kg, N/m]; ``node`` (n_dof,), ``direction``
-    (n_dof,) and ``coordinates`` (n_dof, 3) [m] of each degree of freedom; ``left`` and ``right``
-    (n,), its interfaces in the same order, right a turn of ``2 pi / n_sectors`` ahead about z;
-    ``n_all``, degrees of freedom with the bore.
+    ``left`` and ``right`` (n,) are degrees of freedom in the same order, right a turn of
+    ``2 pi / n_sectors`` ahead about z; ``n_all`` degrees of freedom with the bore, which is held.
     """
 
-    mass: Any
-    stiffness: Any
-    node: NDArray[np.intp]
-    direction: NDArray[np.str_]
-    coordinates: NDArray[np.float64]
+    structure: sh.Model
     left: NDArray[np.intp]
     right: NDArray[np.intp]
     n_sectors: int
     n_all: int
 
+    @property
+    def disk(self) -> sh.Sector:
+        """The disk of such sectors."""
+        return sh.Sector(self.structure, self.left, self.right, self.n_sectors, rotation="z")
+
+    def damped(self, share: float) -> "OpenSector":
+        """The same with a damping matrix that is a ``share`` [s] of the stiffness matrix."""
+        model = self.structure
+        stiffness = model.stiffness_matrix
+        damped = sh.Model(model.mass_matrix, share * stiffness, stiffness, places=model.places)
+        return self._replace(structure=damped)
+
     def near(self, radius: float, angle: float, height: float) -> int:
         """Number of the node nearest to a place: radius [m], angle [rad] from the middle, z [m]."""
+        places = self.structure.places
         place = radius * np.cos(angle), radius * np.sin(angle), height
-        return int(self.node[np.argmin(np.linalg.norm(self.coordinates - place, axis=1))])
-
-    def dof(self, node: int, direction: str) -> int:
-        """The degree of freedom of a node along ``"x"``, ``"y"`` or ``"z"``."""
-        return int(np.flatnonzero((self.node == node) & (self.direction == direction))[0])
+        return int(places.node[np.argmin(np.linalg.norm(places.coordinates - place, axis=1))])
 
 
-def sector_mesh(grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 24) -> Mesh:
-    """Matrices and places of one sector on a ``grid``, as `COARSE`."""
+def open_sector(grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 24) -> OpenSector:
+    """One sector of steel on a ``grid``, as `COARSE`."""
     n_radius, n_angle, n_height, n_blade = grid
     half = np.pi / n_sectors
     radius = np.concatenate(
@@ -72,7 +77,7 @@ def sector_mesh(grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 24) -
     return _parted(mass, stiffness, basis, n_sectors)
 
 
-def _parted(mass: Any, stiffness: Any, basis: Basis, n_sectors: int) -> Mesh:
+def _parted(mass: Any, stiffness: Any, basis: Basis, n_sectors: int) -> OpenSector:
     """The sector without the bore, its interfaces found by their coordinates."""
     n_all = basis.N
     node, way = np.zeros((2, n_all), dtype=np.intp)
@@ -92,4 +97,6 @@ def _parted(mass: Any, stiffness: Any, basis: Basis, n_sectors: int) -> Mesh:
         ends.append(found[np.lexsort(keys)])
     mass, stiffness = (sp.csc_array(m)[free][:, free] for m in (mass, stiffness))
     names = np.array(["x", "y", "z"])[way[free]]
-    return Mesh(mass, stiffness, node[free], names, coordinates[free], *ends, n_sectors, n_all)
+    places = sh.Places(node[free], names, coordinates[free])
+    structure = sh.Model(mass, 0 * stiffness, stiffness, places=places)
+    return OpenSector(structure, ends[0], ends[1], n_sectors, n_all)

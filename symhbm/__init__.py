@@ -18,6 +18,7 @@ from symhbm.model import (
     StaticLoad,
     Structure,
     bladed_disk,
+    next_sector,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -36,9 +37,9 @@ from symhbm.model.contacts import (
     Switch,
     UnilateralSpring,
     VariableLoadFriction,
-    next_sector,
 )
 from symhbm.model.files import read_structure, save_structure
+from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     follow,
@@ -63,6 +64,7 @@ __version__ = version("symhbm")
 __all__ = [
     "ArchiveError",
     "ContactLaw",
+    "ContactPairs",
     "Contacts",
     "Coulomb",
     "CubicSpring",
@@ -90,6 +92,7 @@ __all__ = [
     "VariableLoadFriction",
     "bladed_disk",
     "condense",
+    "contact_pairs",
     "follow",
     "frf",
     "load",

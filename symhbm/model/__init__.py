@@ -27,7 +27,7 @@ from symhbm.model.parameters import (
     is_pattern,
     records_by_name,
 )
-from symhbm.model.places import Place, Places, number_of
+from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
@@ -68,6 +68,7 @@ __all__ = [
     "is_pattern",
     "natural_band",
     "natural_modes_of",
+    "next_sector",
     "number_of",
     "positive_definite",
     "records_by_name",

@@ -5,11 +5,12 @@ Harmonic balance takes degrees of freedom without inertia, as lumped masses leav
 divides by the mass matrix: `positive_definite` factorises it or says so.
 """
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import ArpackNoConvergence, eigsh, splu
 
 from symhbm.numerics import FloatArray
 
@@ -19,6 +20,8 @@ _SINGULAR = 1e-10
 _NO_PIVOT = 1e-14
 """Square of a pivot, relative to the diagonal, that is 0 but for round-off."""
 _DENSE = 500
+_LARGE = 50_000
+"""Size from which factors take much longer than the lowest eigenvalue to a few digits."""
 
 
 def check_semidefinite(mass: Any) -> None:
@@ -58,6 +61,11 @@ def _is_semidefinite(scaled: Any) -> bool:
     size = scaled.shape[0]
     if size <= _DENSE:
         return bool(np.linalg.eigvalsh(scaled.toarray())[0] >= -_SINGULAR * size)
+    if size > _LARGE:
+        start = np.random.default_rng(0).normal(size=size)
+        with suppress(ArpackNoConvergence):
+            [lowest] = eigsh(scaled, 1, which="SA", tol=1e-2, v0=start, return_eigenvectors=False)  # type: ignore
+            return bool(lowest >= -_SINGULAR * size)
     shifted = (scaled + _SINGULAR * size * sp.eye_array(size)).tocsc()
     # Pivots on the diagonal have the signs of the eigenvalues.
     factors = splu(

@@ -209,6 +209,37 @@ class Places:
         return replace(self, label=label)
 
 
+@dataclass(frozen=True, repr=False)
+class NextSector:
+    """A degree of freedom of the next sector of a disk, see `next_sector`."""
+
+    place: Any
+
+    def __repr__(self) -> str:
+        return f"next_sector({self.place!r})"
+
+
+def next_sector(place: Any) -> NextSector:
+    """A place of the next sector of a disk, for the contacts of a `symhbm.Sector`.
+
+    ``place`` is what the degree of freedom is called in this sector. Its motion is told in the axes
+    of this sector: where directions are cartesian, along those of the first one.
+
+    Examples
+    --------
+    A contact between a place of each sector and another one of the next:
+
+    >>> import symhbm as sh
+    >>> shroud = sh.Friction(
+    ...     tangential=(3, sh.next_sector(5)),
+    ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=10,
+    ... )
+    """
+    if isinstance(place, NextSector):
+        raise TypeError(f"place={place!r}: expected a place of this sector")
+    return NextSector(check_place("place", place))
+
+
 def check_places(given: Any, n_dof: int) -> Places | None:
     """The table of places of ``n_dof`` degrees of freedom, from `Places` or its columns by name."""
     if isinstance(given, Mapping):

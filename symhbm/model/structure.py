@@ -19,18 +19,18 @@ from symhbm.model.contact_groups import SHORT, grouped
 from symhbm.model.contacts import (
     Ends,
     Group,
-    NextSector,
     Parameter,
     SpringSliders,
     weights_of,
 )
+from symhbm.model.excitation import Excitation, check_whole
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
     dims_of,
     records_by_name,
 )
-from symhbm.model.places import Place, check_places, number_of
+from symhbm.model.places import NextSector, Place, check_places, number_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -418,8 +418,9 @@ class Structure(ABC):
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""
         return sp.kron(self.directions, sp.eye_array(basis.n_components))
 
-    def under(self, excitation: Any) -> Structure:
-        """This structure as an excitation moves it; ValueError for one that does not fit."""
+    def under(self, excitation: Excitation) -> Structure:
+        """The structure as an excitation moves it; ValueError for one that does not fit."""
+        check_whole(excitation)
         return self
 
     @property

@@ -1,6 +1,6 @@
 """Figures from datasets, and drawings of models."""
 
-from symhbm.plot.contact import hysteresis, normal_force, states
+from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import response
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
@@ -14,6 +14,7 @@ __all__ = [
     "STYLE",
     "SYMBOLS",
     "blades",
+    "contact_map",
     "disk",
     "envelope",
     "hysteresis",

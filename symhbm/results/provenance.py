@@ -240,6 +240,7 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
     return (
         problem.model.description()
         | _groups(problem.model)
+        | _in_waves(problem)
         | {
             "harmonics": list(problem.harmonics),
             "samples": problem.samples,
@@ -249,6 +250,30 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "excitation": problem.excitation.description(),
         }
     )
+
+
+def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
+    """Displacements of contacts of a sector of a disk by the motion that is stored, by harmonic.
+
+    ``{number along dof: (real, imaginary part of its weight)}`` of each, for ``a - i b``.
+    """
+    model = problem.model
+    if model.nodal_diameters is None:
+        return {}
+    by_harmonic = {}
+    for harmonic in problem.harmonics:
+        rows = [
+            {dof: [complex(w).real, complex(w).imag] for dof, w in zip(each, weights, strict=True)}
+            for each, weights in zip(*_lists(model.directions_in(harmonic)), strict=True)
+        ]
+        by_harmonic[harmonic] = rows
+    return {"displacements": by_harmonic, "order": problem.excitation.parameters["engine_order"]}
+
+
+def _lists(matrix: Any) -> tuple[Any, Any]:
+    """Columns and values of the rows of a sparse matrix."""
+    lists = matrix.tolil()
+    return lists.rows, lists.data
 
 
 def _groups(model: Structure) -> dict[str, Any]:

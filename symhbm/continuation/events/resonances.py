@@ -30,6 +30,10 @@ _NOT_EXCITED = 1e-9
 """Resonant response, relative to the response, up to which a mode counts as not excited."""
 
 
+_NONE = 1e100, 1.0, False, False
+"""What stands for a mode where another harmonic has more, in the order of `Modes`."""
+
+
 class Modes(NamedTuple):
     """Modes by harmonic at one point, arrays (n_harmonics, n_dof).
 
@@ -78,7 +82,15 @@ def modes(
         near = np.ones(len(natural), dtype=bool)
         by_harmonic.append((natural - n * frequency, width, excited, near))
     exciting = frequency * np.array(harmonics)[:, None]
-    return Modes(exciting, *(np.array(parts) for parts in zip(*by_harmonic, strict=True)))
+    most = max(len(parts[0]) for parts in by_harmonic)
+    each = [
+        [
+            np.pad(part, (0, most - len(part)), constant_values=none)
+            for part, none in zip(parts, _NONE, strict=True)
+        ]
+        for parts in by_harmonic
+    ]
+    return Modes(exciting, *(np.array(parts) for parts in zip(*each, strict=True)))
 
 
 def _without_matrices(

@@ -12,7 +12,7 @@ from symhbm.model.condensation.condensed_model import CondensedModel, CondensedS
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
-from symhbm.model.excitation import Excitation, check_excitation, static_force
+from symhbm.model.excitation import Excitation, check_excitation, check_whole, static_force
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
@@ -140,6 +140,8 @@ def condense(
         condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs), progress)
         _check_error(condensed.certificate, tolerance)
         return condensed
+    for force in excitations:
+        check_whole(force)
     warn_of_doubts(model, band, basis.harmonics)
     masters = _kept(model, dofs)
     patterns = _patterns(model, excitations, basis, masters)

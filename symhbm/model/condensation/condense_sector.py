@@ -42,7 +42,7 @@ def condense_sector(
     found, certificates = {}, {}
     for n, wave in sorted(_waves(sector, excitations, band, basis).items()):
         matrices = sector.matrices(n)
-        forces = np.column_stack(wave.forces)
+        forces = np.column_stack([np.zeros((sector.n_dof, 0)), *wave.forces])
         if not np.iscomplexobj(matrices.stiffness_matrix):
             forces = np.hstack([forces.real, forces.imag])
         patterns = orthonormal(forces, place)
@@ -63,7 +63,7 @@ def condense_sector(
 
 def orthonormal(shapes: NDArray, masters: NDArray[np.intp]) -> NDArray:
     """Orthonormal force patterns (n_dof, n_patterns) of forces, 0 where kept."""
-    size = np.abs(shapes).max(axis=0)
+    size = np.abs(shapes).max(axis=0, initial=0.0)
     shapes = shapes[:, size > 0] / size[size > 0]
     shapes[masters] = 0.0
     q, r, _ = qr(shapes, mode="economic", pivoting=True)  # type: ignore
@@ -77,7 +77,7 @@ def _waves(
     basis: FourierBasis,
 ) -> dict[int, _Wave]:
     """By nodal diameters 0 to N / 2, what is asked of each wave."""
-    found: dict[int, _Wave] = {}
+    found = {0: _Wave([], [])}  # where it stands in the mean
     for force in excitations:
         bound = sector.in_wave(sector_order(force, sector.n_sectors))
         shapes = basis.by_harmonic(force.shape(sector.n_whole, basis))
@@ -96,7 +96,11 @@ def _waves(
 
 def _at_rest(interior: Interior) -> Reduced:
     """Nothing but what is known at rest, of a wave that no harmonic moves in."""
-    n, nothing = len(interior.masters), np.zeros(0)
-    shapes = (3, n, interior.n_columns), (3, n, 0), (3, 0, interior.n_columns)
-    sums = PoleSum(*(np.zeros(shape, dtype=complex) for shape in shapes), nothing.astype(complex))
-    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, nothing)
+    n, columns = len(interior.masters), interior.n_columns
+    sums = PoleSum(
+        polynomial=np.zeros((3, n, columns), dtype=complex),
+        left=np.zeros((3, n, 0), dtype=complex),
+        right=np.zeros((3, 0, columns), dtype=complex),
+        poles=np.zeros(0, dtype=complex),
+    )
+    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, np.zeros(0))

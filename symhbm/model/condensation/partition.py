@@ -42,15 +42,16 @@ def factorised(matrix: Any) -> Any:
     return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
 
 
-def refined(factors: Any, exact: Any, right: Any) -> Any:
+def refined(factors: Any, exact: Any, right: Any, trans: str = "N") -> Any:
     """Solution (n, n_columns) of ``exact @ x = right`` from `factorised` rounded equations.
 
-    In the precision of the residuals, which is that of ``exact`` and ``right``.
+    In the precision of the residuals, which is that of ``exact`` and ``right``. With ``trans="H"``
+    the factors are those of the adjoint equations.
     """
     dtype = complex if np.iscomplexobj(exact) else float
-    solution = factors.solve(right.astype(dtype)).astype(exact.dtype)
+    solution = factors.solve(right.astype(dtype), trans).astype(exact.dtype)
     for _ in range(_REFINEMENTS):
-        correction = factors.solve((right - exact @ solution).astype(dtype))
+        correction = factors.solve((right - exact @ solution).astype(dtype), trans)
         solution += correction
         size = np.linalg.norm(solution.astype(dtype), axis=0)
         if not np.any(np.linalg.norm(correction, axis=0) > _REFINED * size):
@@ -81,6 +82,8 @@ class Interior:
         self.symmetric = all(_symmetric(matrix) for matrix in whole)
         self.dtype = np.result_type(float, *whole)
         self.damped = bool(whole[1].count_nonzero())
+        self._factors: tuple[float, Any] = 0.0, None
+        """Those of the last frequency [rad/s]: they solve the adjoint equations, at minus it."""
         motion, at_rest = self.solve(0.0)
         static = motion[:, : len(masters)]
         stiffness = self._inside[0]
@@ -108,14 +111,21 @@ class Interior:
         inside = inside.astype(np.result_type(inside, inwards))
         motion = np.full((len(self.others), self.n_columns), np.nan, inside.dtype)
         feel = np.full((len(self.masters), self.n_columns), np.nan, inside.dtype)
-        try:
-            factors = factorised(inside.astype(complex if np.iscomplexobj(inside) else float))
-        except RuntimeError:
-            return motion, feel
+        trans = "H" if self.symmetric and s and self._factors[0] == -s else "N"
+        if trans == "N":
+            self._factors = 0.0, None  # memory for the next ones
+            try:
+                factors = factorised(inside.astype(complex if np.iscomplexobj(inside) else float))
+            except RuntimeError:
+                return motion, feel
+            if self.dtype == complex:
+                self._factors = s, factors
+        else:
+            factors = self._factors[1]
         for first in range(0, self.n_columns, _COLUMNS):
             chosen = slice(first, first + _COLUMNS)
             block = np.hstack([-inwards[:, chosen].toarray(), self._forces_of(chosen)])
-            motion[:, chosen] = refined(factors, inside, block)
+            motion[:, chosen] = refined(factors, inside, block, trans)
         n = len(self.masters)
         felt = outwards @ motion
         feel[:, :n], feel[:, n:] = felt[:, :n] + kept, -felt[:, n:]

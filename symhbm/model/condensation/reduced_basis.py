@@ -188,7 +188,7 @@ def _extended(basis: NDArray, interior: Interior, motion: NDArray, s: float) -> 
     size = np.linalg.norm(motion, axis=0)
     motion /= np.where(size > 0, size, 1.0)
     splits = np.iscomplexobj(motion) and not np.iscomplexobj(basis)
-    added = np.hstack([motion.real, motion.imag]) if splits else motion
+    added = np.hstack([np.real(motion), np.imag(motion)]) if splits else motion
     transposed = adjoint(basis)
     for _ in range(2):
         added -= basis @ (transposed @ added)

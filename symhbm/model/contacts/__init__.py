@@ -12,11 +12,9 @@ from symhbm.model.contacts.coulomb import (
 from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.directions import (
     Ends,
-    NextSector,
     Weights,
     check_directions,
     from_stored,
-    next_sector,
     renumbered,
     to_stored,
     weights_of,
@@ -57,7 +55,6 @@ __all__ = [
     "Located",
     "Loop",
     "MemorylessLaw",
-    "NextSector",
     "NormalLaw",
     "Parameter",
     "PlanarFriction",
@@ -76,7 +73,6 @@ __all__ = [
     "located_of",
     "loops_near_limit",
     "named",
-    "next_sector",
     "on_loop",
     "renumbered",
     "stick_intervals",

@@ -11,44 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from symhbm.model.places import Place, check_place
+from symhbm.model.places import NextSector, Place, check_place
 from symhbm.numerics import check
 
 _AS_WRITTEN = (
     "expected (first, second), as in [(0, 1)] or [('tip:y', 'shroud:y')], or (dof,) for a contact "
     "to the ground, or weights, as in [{0: 1.0, 1: -0.5}]"
 )
-
-
-@dataclass(frozen=True, repr=False)
-class NextSector:
-    """A degree of freedom of the next sector of a disk, see `next_sector`."""
-
-    place: Any
-
-    def __repr__(self) -> str:
-        return f"next_sector({self.place!r})"
-
-
-def next_sector(place: Any) -> NextSector:
-    """A place of the next sector of a disk, for the contacts of a `symhbm.Sector`.
-
-    ``place`` is what the degree of freedom is called in this sector. Its motion is told in the axes
-    of this sector: where directions are cartesian, along those of the first one.
-
-    Examples
-    --------
-    A contact between a place of each sector and another one of the next:
-
-    >>> import symhbm as sh
-    >>> shroud = sh.Friction(
-    ...     tangential=(3, sh.next_sector(5)),
-    ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=10,
-    ... )
-    """
-    if isinstance(place, NextSector):
-        raise TypeError(f"place={place!r}: expected a place of this sector")
-    return NextSector(_place("place", place))
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from symhbm.model.contacts import Contacts, NextSector
+from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -21,6 +21,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.matrices import Model
+from symhbm.model.places import NextSector
 from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check, negative_eigenvalues
 
@@ -120,7 +121,7 @@ class Sector(Structure):
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
         places = structure.places
-        ends = [_numbers(structure, *given) for given in (("left", left), ("right", right))]
+        ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
         _check_ends(*ends)
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)
@@ -207,7 +208,7 @@ class Sector(Structure):
         return self.interfaces.others
 
     def under(self, excitation: Excitation) -> Sector:
-        """This sector as an engine order moves it.
+        """The sector as an engine order moves it.
 
         Raises ValueError for any other force, and for a sector that is to be condensed.
         """
@@ -219,7 +220,7 @@ class Sector(Structure):
         return self.in_wave(sector_order(excitation, self.n_sectors))
 
     def in_wave(self, order: int) -> Sector:
-        """This sector under an engine order."""
+        """The sector under an engine order."""
         if order == self.order:
             return self
         other = object.__new__(type(self))
@@ -310,6 +311,15 @@ class Sector(Structure):
         s = harmonic * frequency
         mass, damping, stiffness = self._dense(self.wave(harmonic))[:3]
         return stiffness + 1j * s * damping - s**2 * mass, harmonic * (1j * damping - 2 * s * mass)
+
+    @property
+    def bends(self) -> bool:
+        """That it does: its dynamic stiffness is a polynomial of the frequency."""
+        return True
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of the dynamic stiffness by the frequency."""
+        return -2 * harmonic**2 * self._dense(self.wave(harmonic))[0]
 
     def _dense(self, nodal_diameter: int) -> tuple[ComplexArray, ...]:
         """Mass, damping and stiffness matrices of a wave, and directions, as arrays."""

@@ -7,7 +7,13 @@ from symhbm.model.excitation.excitation import (
     force_coefficients,
     static_force,
 )
-from symhbm.model.excitation.forces import EngineOrder, HarmonicForce, PointForce, sector_order
+from symhbm.model.excitation.forces import (
+    EngineOrder,
+    HarmonicForce,
+    PointForce,
+    check_whole,
+    sector_order,
+)
 from symhbm.model.excitation.static_load import StaticLoad
 from symhbm.model.excitation.stored import described
 
@@ -19,6 +25,7 @@ __all__ = [
     "PointForce",
     "StaticLoad",
     "check_excitation",
+    "check_whole",
     "described",
     "force_coefficients",
     "sector_order",

@@ -228,3 +228,13 @@ def sector_order(force: Excitation, n_sectors: int) -> int:
             f"of the {n_sectors} sectors"
         )
     return orders.pop()
+
+
+def check_whole(force: Excitation) -> None:
+    """Raise ValueError for the pattern of one sector: there it acts, and not on a whole disk."""
+    for part in force.parts if isinstance(force, ForceSum) else (force,):
+        if isinstance(part, EngineOrder) and part.pattern is not None:
+            raise ValueError(
+                "excitation: pattern is the force on one sector of a symhbm.Sector, expected None "
+                "for a whole structure, with blades=..., or a symhbm.HarmonicForce"
+            )

@@ -2,5 +2,6 @@
 
 from symhbm.model.files.hdf5 import save_structure
 from symhbm.model.files.read import read_structure
+from symhbm.model.files.table import read_columns
 
-__all__ = ["read_structure", "save_structure"]
+__all__ = ["read_columns", "read_structure", "save_structure"]

@@ -32,7 +32,7 @@ def read_places(given: Any, known: Places | None, n_dof: int) -> Places | None:
     if given is None:
         return known
     if isinstance(given, (str, os.PathLike)):
-        given = _columns(Path(given))
+        given = read_columns(given)
     elif isinstance(given, Mapping):
         given = {str(name): np.asarray(column) for name, column in given.items()}
     if not isinstance(given, dict):
@@ -42,6 +42,8 @@ def read_places(given: Any, known: Places | None, n_dof: int) -> Places | None:
         check.known(name, allowed, "column of places")
     if "node" not in given:
         raise ValueError("places: expected the column 'node'")
+    if "label" in given and np.asarray(given["label"]).dtype.kind == "f":
+        raise ValueError("places: expected labels that are no numbers")
     columns = dict(given)
     axes = [columns.pop(axis) for axis in "xyz" if axis in columns]
     if axes:
@@ -49,7 +51,8 @@ def read_places(given: Any, known: Places | None, n_dof: int) -> Places | None:
             raise ValueError("places: expected the columns x, y and z, all of them")
         columns["coordinates"] = np.column_stack(axes)
     if "direction" in columns:
-        words = [str(word).strip().lower() for word in columns["direction"]]
+        given_words = np.asarray(columns["direction"]).tolist()
+        words = [f"{w:g}" if isinstance(w, float) else str(w).strip().lower() for w in given_words]
         columns["direction"] = np.array([_WORDS.get(word, word) for word in words])
         return check_places(columns, n_dof)
     return _of_nodes(columns, known, n_dof)
@@ -79,19 +82,26 @@ def _of_nodes(columns: dict[str, Any], known: Places | None, n_dof: int) -> Plac
     return Places(node=node[at], direction=direction, **rest_of)
 
 
-def _columns(path: Path) -> dict[str, np.ndarray]:
-    """Columns of a file of comma-separated values with a line of names."""
-    with told(path, "table of places"), path.open(newline="", encoding="utf-8-sig") as file:
+def read_columns(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """Columns by name of a file of comma-separated values, numbers where all of a column are.
+
+    Raises FileNotFoundError or ValueError for a file that is none, in one line.
+    """
+    path = Path(path)
+    with told(path, "table"), path.open(newline="", encoding="utf-8-sig") as file:
         lines = csv.reader(line for line in file if line.strip() and not line.startswith("#"))
-        names = [name.strip().lower() for name in next(lines)]
+        names = [name.strip().lower() for name in next(lines, [])]
         rows = [[cell.strip() for cell in row] for row in lines]
-        if "node" not in names or not rows:
-            raise ValueError("expected a line with names, node among them, and lines below")
+        if not rows or len(set(names)) < len(names):
+            raise ValueError("expected a line with different names, and lines below it")
         if any(len(row) != len(names) for row in rows):
             raise ValueError(f"expected {len(names)} values in each line")
-        columns = dict(zip(names, zip(*rows, strict=True), strict=True))
-        numbers = {"node", "x", "y", "z"} & {*columns}
-        return {
-            name: np.array(column, dtype=float if name in numbers else str)
-            for name, column in columns.items()
-        }
+        columns = zip(*rows, strict=True)
+        return {name: _numbers(column) for name, column in zip(names, columns, strict=True)}
+
+
+def _numbers(column: tuple[str, ...]) -> np.ndarray:
+    try:
+        return np.array(column, dtype=float)
+    except ValueError:
+        return np.array(column)

@@ -32,6 +32,12 @@ _AFTER = {
 """What a contact does after an event of a stored motion; after closing the next event tells."""
 
 
+class _Waves(NamedTuple):
+    """A displacement of a sector of a disk: complex weights of degrees of freedom by harmonic."""
+
+    weights: dict[int, dict[int, complex]]
+
+
 class Contact(NamedTuple):
     """One contact of a dataset: its law and where that has its parameters and displacements.
 
@@ -44,7 +50,7 @@ class Contact(NamedTuple):
     number: int
     within: int
     parameters: dict[str, str]
-    directions: list[Ends]
+    directions: list[Ends] | list[_Waves]
 
     def of_group(self, value: xr.DataArray) -> xr.DataArray:
         """A parameter of this contact, of that of all contacts of its group."""
@@ -53,7 +59,10 @@ class Contact(NamedTuple):
 
     def relative(self, values: xr.DataArray) -> list[xr.DataArray]:
         """Its displacements, of those of all degrees of freedom."""
-        return [_weighted(values, ends) for ends in self.directions]
+        return [
+            _in_waves(values, ends) if isinstance(ends, _Waves) else _weighted(values, ends)
+            for ends in self.directions
+        ]
 
 
 class Histories(NamedTuple):
@@ -90,8 +99,32 @@ def contact_of(dataset: xr.Dataset, contact: int) -> Contact:
             f"{groups[name]['law']} in the group {name!r}"
         )
     called = named({group: each["parameters"] for group, each in groups.items()})[name]
-    ends = [from_stored(each[within]) for each in groups[name]["pairs"]]
+    pairs = groups[name]["pairs"]
+    if "displacements" in about:
+        before = [len(each["pairs"]) * len(each["pairs"][0]) for each in groups.values()]
+        first = sum(before[: [*groups].index(name)]) + within * len(pairs)
+        waves = _waves_of(dataset, about, range(first, first + len(pairs)))
+        return Contact(law, name, contact, within, called, waves)
+    ends = [from_stored(each[within]) for each in pairs]
     return Contact(law, name, contact, within, called, ends)
+
+
+def _waves_of(dataset: xr.Dataset, about: dict[str, Any], rows: range) -> list[_Waves]:
+    """Displacements of a sector; ValueError for a dataset of another engine order."""
+    if np.any(dataset["engine_order"].values != about["order"]):
+        raise ValueError(
+            f"engine_order: expected {about['order']}, for which the dataset knows the motion of "
+            "contacts; compute the others by themselves"
+        )
+    return [
+        _Waves(
+            {
+                int(harmonic): {int(dof): complex(*w) for dof, w in each[row].items()}
+                for harmonic, each in about["displacements"].items()
+            }
+        )
+        for row in rows
+    ]
 
 
 def histories(dataset: xr.Dataset, contact: Contact) -> Histories:
@@ -101,6 +134,21 @@ def histories(dataset: xr.Dataset, contact: Contact) -> Histories:
         return Histories({(): _stored(dataset, contact)}, dataset, [], contact)
     check_variables(dataset, "coefficient", "harmonic")
     return _of_motions(dataset, contact)
+
+
+def _in_waves(values: xr.DataArray, waves: _Waves) -> xr.DataArray:
+    """A displacement of a sector, harmonic by harmonic."""
+    phasors = values.sel(component="cos") - 1j * values.sel(component="sin")
+    each = [
+        sum(
+            weight * phasors.sel(harmonic=harmonic).isel(dof=dof, drop=True)
+            for dof, weight in weights.items()
+        )
+        for harmonic, weights in waves.weights.items()
+    ]
+    moved = xr.concat(each, values["harmonic"])
+    parts = xr.concat([moved.real, -moved.imag], values["component"])
+    return parts.transpose(*(dim for dim in values.dims if dim != "dof"))
 
 
 def _weighted(values: xr.DataArray, ends: Ends) -> xr.DataArray:

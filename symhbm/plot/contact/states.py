@@ -27,7 +27,7 @@ from symhbm.plot.drawing import (
 
 MOST_ROWS = 40
 """Most rows of contacts and parameter sets: more cannot be told apart."""
-_LOOKS: dict[int, tuple[Any, str]] = {
+LOOKS: dict[int, tuple[Any, str]] = {
     Behaviour.STICKS: ("#2f5d8a", "sticks"),
     Behaviour.SLIPS: ("#f0a030", "slips"),
     Behaviour.OPENS: ("#b03a5b", "opens"),
@@ -126,7 +126,7 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
             ax.set_xscale("log")
         ax.set_xlim(values.min(), values.max())
         ax.set_xlabel(axis_label(dataset, parameter.name))
-        looks = [_LOOKS[state] for state in sorted(seen & {*_LOOKS} | {Behaviour.STICKS})]
+        looks = [LOOKS[state] for state in sorted(seen & {*LOOKS} | {Behaviour.STICKS})]
         handles = [Patch(color=color, label=label) for color, label in looks]
         ax.legend(handles=handles, **OUTSIDE)
     return figure_of(ax)
@@ -198,12 +198,12 @@ def _draw(ax: Axes, run: _Run, bottom: float, height: float) -> None:
         (Behaviour.STICKS, Behaviour.SLIPS, Behaviour.NEVER_TOUCHES), pairwise(levels), strict=True
     ):
         edges = (bottom + np.clip(level, 0, 1) * (top - bottom) for level in pair)
-        look: Any = dict(color=_LOOKS[state][0], linewidth=0, alpha=0.55)
+        look: Any = dict(color=LOOKS[state][0], linewidth=0, alpha=0.55)
         ax.fill_between(run.value, *edges, where=known, **look)
     for state, (low, high) in zip(run.state.tolist(), pairwise(_borders(run)), strict=True):
         if state >= 0 and high > low:
             strip = [low, high], bottom + 0.03 * height + (1 - _STRIP) * height, bottom + height
-            ax.fill_between(*strip, color=_LOOKS[state][0], linewidth=0)
+            ax.fill_between(*strip, color=LOOKS[state][0], linewidth=0)
 
 
 def _borders(run: _Run) -> FloatArray:

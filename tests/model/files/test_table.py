@@ -29,6 +29,13 @@ def test_a_line_per_degree_of_freedom(tmp_path):
     np.testing.assert_array_equal(model.places.coordinates, rods.places().coordinates)
 
 
+def test_directions_by_number(tmp_path):
+    table = tmp_path / "places.csv"
+    lines = [f"{node},{way}" for node in rods.NODES for way in (1, 2, 3)]
+    table.write_text("\n".join(["node,direction", *lines]))
+    assert rods.read(write(tmp_path), places=table).number_of("13:z") == 11
+
+
 @pytest.mark.parametrize("table", [dict(node=rods.NODES), "node\n3\n5\n8\n13\n"])
 def test_a_line_per_node(tmp_path, table):
     if isinstance(table, str):
@@ -43,9 +50,9 @@ def test_a_line_per_node(tmp_path, table):
     ("text", "words"),
     [
         ("node,x\n1,2\n", "columns x, y and z"),
-        ("x,y,z\n1,2,3\n", "node among them"),
+        ("x,y,z\n1,2,3\n", "the column 'node'"),
         ("node,direction\n1,x\n2\n", "expected 2 values in each line"),
-        ("node,direction\n1,x\nb,y\n", "no table of places"),
+        ("node,direction\n1,x\nb,y\n", "node=.*expected real numbers"),
         ("node,direction\n1,up\n", "direction='up'"),
         ("node,direction\n1,x\n", "expected 12"),
         ("node\n1\n2\n3\n4\n5\n", "not 1, 2, 3 or 6"),
@@ -55,7 +62,7 @@ def test_a_line_per_node(tmp_path, table):
 def test_tables_that_are_none(tmp_path, text, words):
     table = tmp_path / "places.csv"
     table.write_text(text)
-    with pytest.raises(ValueError, match=words) as caught:
+    with pytest.raises((TypeError, ValueError), match=words) as caught:
         sh.read_structure(write(tmp_path), places=table)
     assert "\n" not in str(caught.value)
 

@@ -1,0 +1,157 @@
+"""Sectors condensed wave by wave: exact against all equations, and as the whole ring moves."""
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from rings import assembled
+from scipy.sparse.linalg import spsolve
+from sectors import random_disk, wave, with_friction
+
+import symhbm as sh
+
+open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
+
+HARMONICS = (0, 1, 2, 3)
+
+
+def damped_disk(grid, n_sectors=24, opens=False):
+    """A shroud at the tip to the next blade, and a damper between platform and rim."""
+    sector = open_sector.open_sector(grid, n_sectors).damped(2e-6)
+    _, rim, tip = open_sector.RADII
+    half = open_sector.THICKNESS / 2
+    one, other = (sector.near(tip, side * 0.3, half) for side in (1, -1))
+    edge = sector.near(rim, np.pi / n_sectors, 0.0)  # on the interface that is eliminated
+    foot = sector.near((rim + tip) / 2, 0.0, half)
+    shroud = dict(tangential=(f"{one}:y", sh.next_sector(f"{other}:y")), friction_coefficient=0.3)
+    if opens:
+        shroud |= dict(normal=(f"{one}:x", sh.next_sector(f"{other}:x")), normal_stiffness=2e7)
+    disk = sector.disk.with_contacts(
+        shroud=sh.Friction(**shroud, contact_stiffness=3e7, normal_load=40.0),
+        damper=sh.Friction(
+            tangential=[(f"{foot}:z", f"{edge}:z"), (f"{foot}:y", f"{edge}:y")],
+            contact_stiffness=1e7, friction_coefficient=0.3, normal_load=20.0,
+        ),
+    )  # fmt: skip
+    return disk, f"{one}:z", {f"{one}:z": 900.0, f"{foot}:y": 400j, f"{edge}:x": 90.0}
+
+
+def direct(disk, n, s, force):
+    """Response of all degrees of freedom that are not right to a force, by one factorisation."""
+    mass, damping, stiffness = disk.matrices(n)
+    return spsolve(sp.csc_array(stiffness + 1j * s * damping - s**2 * mass, dtype=complex), force)
+
+
+@pytest.mark.parametrize("order", [3, 21, 0])
+def test_condensed_stiffness_is_that_of_all_equations(order):
+    """At frequencies that it was not made from, of both senses of one wave, and of none."""
+    disk, tip, pattern = damped_disk((2, 3, 1, 2))
+    force = sh.EngineOrder(order, pattern={1: pattern, 2: pattern})
+    small = sh.condense(disk, force, (800, 2200), (1, 2), dofs=[tip])
+    assert small.certificate.error < 1e-9
+    assert small.certificate.friction_bound < 1e-7
+    problem = sh.HarmonicBalance(small, force, (1, 2))
+    masters = np.searchsorted(disk.kept, small.dofs)
+    shape = force.placed(disk.number_of).shape(disk.n_whole, problem.basis)
+    for hertz in (843.21, 1257.3, 1311.7, 2093.9):
+        for harmonic in (1, 2):
+            n, s = small.wave(harmonic), 2 * np.pi * hertz * harmonic
+            cosine = 2 * harmonic - 2
+            push = disk.folded(shape[:, cosine] - 1j * shape[:, cosine + 1], n)
+            exact = direct(disk, n, s, push)[masters]
+            load = problem.force(2 * np.pi * hertz)[:, cosine : cosine + 2] @ [1, -1j]
+            stiffness, slope = small.dynamic_stiffness(harmonic, s / harmonic)
+            assert np.linalg.norm(np.linalg.solve(stiffness, load) - exact) < 1e-8 * np.linalg.norm(
+                exact
+            )
+            ahead, behind = (
+                small.dynamic_stiffness(harmonic, s / harmonic + d)[0] for d in (0.1, -0.1)
+            )
+            assert np.allclose(
+                (ahead - behind) / 0.2, slope, rtol=1e-5, atol=1e-4 * abs(slope).max()
+            )
+
+
+@pytest.mark.parametrize("opens", [False, True])
+def test_responses_are_those_of_the_sector(opens):
+    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=6, opens=opens)
+    force = sh.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    small = sh.condense(disk, force, (2000, 9000), (0, 1, 2), dofs=[tip])
+    condensed = sh.HarmonicBalance(small, force, (0, 1, 2))
+    point = sh.solve(condensed, 4100.0)
+    assert (point.contact_state.values > 0).any()
+    one = sh.solve(sh.HarmonicBalance(disk, force, (0, 1, 2)), 4100.0)
+    size = abs(one.coefficient).max().item()
+    kept = np.searchsorted(disk.kept, small.dofs)
+    assert abs(one.coefficient.values[kept] - point.coefficient.values).max() < 1e-9 * size
+    everywhere = sh.recover(condensed, point)
+    assert everywhere.residual_norm < 1e-10
+    whole = everywhere.coefficient.values
+    assert abs(whole[disk.kept] - one.coefficient.values).max() < 1e-9 * size
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:a structure of 1,944")  # it is large on purpose
+@pytest.mark.parametrize("opens", [False, True])
+def test_responses_are_those_of_the_ring_of_twelve(opens):
+    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12, opens=opens)
+    force = sh.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    small = sh.condense(disk, force, (2000, 9000), HARMONICS, dofs=[tip])
+    condensed = sh.HarmonicBalance(small, force, HARMONICS)
+    point = sh.solve(condensed, 4100.0)
+    assert (point.contact_state.values > 0).any()
+    everywhere = sh.recover(condensed, point)
+    ring = assembled(disk, force.placed(disk.number_of))
+    motion = sh.solve(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), 4100.0).coefficient
+    size = abs(motion).max().item()
+    for j in (0, 2, 11):
+        of_sector = np.tensordot(ring.motions[j].toarray(), motion.values, 1)
+        told = sh.sector_response(everywhere, j).coefficient.values
+        assert abs(of_sector - told).max() < 1e-9 * size
+
+
+def test_peaks_are_those_of_the_sector():
+    """The largest response of what is kept is largest by all equations, and lower beside."""
+    disk = with_friction(random_disk(12, True, n_inner=4))
+    force = wave(5, disk)
+    small = sh.condense(disk, force, (20, 32), HARMONICS)
+    curve = sh.frf(sh.HarmonicBalance(small, force, HARMONICS), (20, 32), progress=False)
+    problem = sh.HarmonicBalance(disk, force, HARMONICS)
+    kept = np.searchsorted(disk.kept, small.dofs)
+    assert curve.n_peaks > 0
+    peaks = zip(curve.peak_frequency.values, curve.peak_amplitude.values, strict=True)
+    for hertz, amplitude in peaks:
+        levels = [
+            sh.solve(problem, hertz * share).amplitude.values[kept].max()
+            for share in (1 - 1e-4, 1, 1 + 1e-4)
+        ]
+        assert levels[1] == pytest.approx(amplitude, rel=1e-9)
+        assert levels[1] > max(levels[0], levels[2])
+
+
+def test_several_engine_orders_and_copies():
+    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12)
+    forces = [sh.EngineOrder(order, pattern=pattern) for order in (2, 10, 5)]
+    small = sh.condense(disk, forces, (2000, 6000), (0, 1), dofs=[tip])
+    assert sorted(small.waves) == [0, 2, 5]
+    problems = [sh.HarmonicBalance(small, force, (0, 1)) for force in forces]
+    points = [sh.solve(problem, 3000.0) for problem in problems]
+    again = sh.solve(pickle.loads(pickle.dumps(problems[1])), 3000.0)
+    assert np.array_equal(again.coefficient, points[1].coefficient)
+    alone = sh.condense(disk, forces[1], (2000, 6000), (0, 1), dofs=[tip])
+    single = sh.solve(sh.HarmonicBalance(alone, forces[1], (0, 1)), 3000.0)
+    assert np.allclose(
+        single.coefficient, points[1].coefficient, rtol=0, atol=1e-9 * single.amplitude.max().item()
+    )
+    assert (
+        abs(points[0].coefficient - points[1].coefficient).max() > 1e-3 * points[0].amplitude.max()
+    )
+    with pytest.raises(ValueError, match="does not know engine order 3"):
+        sh.HarmonicBalance(small, sh.EngineOrder(3, pattern=pattern), (0, 1))
+    with pytest.raises(ValueError, match="does not know this force"):
+        sh.HarmonicBalance(small, sh.EngineOrder(2, pattern={50: 1.0}), (0, 1))
+    with pytest.raises(ValueError, match="not right"):
+        sh.condense(disk, forces, (2000, 6000), dofs=[int(disk.interfaces.right[0])])
+    with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
+        sh.condense(disk, sh.PointForce(), (2000, 6000))

@@ -1,0 +1,133 @@
+"""Natural frequencies and modes of structures and of the waves of disks."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from rings import assembled
+from scipy.linalg import eigh
+
+import symhbm as sh
+from symhbm.model import natural_modes
+
+open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
+
+BLISK = {
+    0: "88.26374399 249.31165161 619.34330474",
+    1: "169.3441295 335.56537939 619.82021678",
+    3: "193.0496227 615.15017797 810.0067968",
+    12: "195.67605066 617.32579659 2062.97567761",
+}
+"""Of Laxalde, Thouverez, Sinou and Lombard (2007), as printed for it [Hz]."""
+DISK = {
+    open_sector.COARSE: {
+        0: (904.601, 1706.458),
+        1: (894.001, 1876.713),
+        2: (967.929, 1932.847),
+        3: (1263.404, 1939.198),
+        6: (1936.558, 2142.468),
+        12: (1932.608, 2494.626),
+    },
+    open_sector.MIDDLE: {0: (899.672, 1664.253), 12: (1870.348, 2452.627)},
+    open_sector.FINE: {0: (898.401, 1653.615), 3: (1253.740, 1858.586), 12: (1854.601, 2443.023)},
+}
+SIZES = {open_sector.COARSE: (1305, 135), open_sector.MIDDLE: (6321, 357)}
+SIZES[open_sector.FINE] = 18117, 675
+
+
+def blisk_sector():
+    """Disk, lower and upper mass of a blade, and the disk of the next sector."""
+    stiffness = np.zeros((4, 4))
+    for i, j, k in ((0, None, 6e5), (0, 1, 1e6), (1, 2, 2e6), (0, 3, 5e7)):
+        way = np.zeros(4)
+        way[i] = 1
+        if j is not None:
+            way[j] = -1
+        stiffness += k * np.outer(way, way)
+    mass = np.diag([1.2, 0.35, 0.25, 0])
+    return sh.Sector(sh.Model(mass, 0 * mass, stiffness), left=[0], right=[3], n_sectors=24)
+
+
+@pytest.mark.parametrize("n", BLISK)
+def test_blisk_of_three_masses_a_sector_to_every_digit(n):
+    found = sh.natural_modes(blisk_sector(), n).frequency.values
+    for value, printed in zip(found, BLISK[n].split(), strict=True):
+        assert f"{value:.{len(printed.partition('.')[2])}f}" == printed
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        open_sector.COARSE,
+        pytest.param(open_sector.MIDDLE, marks=pytest.mark.slow),
+        pytest.param(open_sector.FINE, marks=pytest.mark.slow),
+    ],
+)
+def test_disk_of_finite_elements(grid):
+    sector = open_sector.open_sector(grid)
+    assert sector.n_all == SIZES[grid][0]
+    on_bore = (2 * grid[2] + 1) * 3
+    assert len(sector.left) == SIZES[grid][1] - on_bore
+    for n, frequencies in DISK[grid].items():
+        found = sh.natural_modes(sector.disk, n, count=2).frequency.values
+        assert found.round(3).tolist() == [*frequencies]
+
+
+def test_a_whole_ring_has_the_frequencies_of_all_waves():
+    """Both by dense matrices, the ring assembled from its sectors in common axes."""
+    sector = open_sector.open_sector((1, 3, 1, 1), n_sectors=6)
+    modes = sh.natural_modes(sector.disk, count=sector.disk.n_dof)
+    counts = [1, 2, 2, 1]
+    waves = np.concatenate([np.repeat(f, c) for f, c in zip(modes.frequency, counts, strict=True)])
+    ring = assembled(sector.disk)
+    squares = eigh(*(getattr(ring.model, f"{n}_matrix").toarray() for n in ("stiffness", "mass")))
+    whole = np.sqrt(squares[0]) / (2 * np.pi)
+    assert len(whole) == 6 * sector.disk.n_dof
+    assert abs(np.sort(waves) / whole - 1).max() < 1e-11
+
+
+def test_modes_are_of_unit_mass_and_sparse_ones_those_of_dense_matrices(monkeypatch):
+    sector = open_sector.open_sector((2, 3, 1, 2))
+    disk = sector.disk
+    dense = sh.natural_modes(disk, 5, count=4)
+    monkeypatch.setattr(natural_modes, "DENSE_LIMIT", 10)
+    sparse = sh.natural_modes(disk, 5, count=4)
+    assert abs(sparse.frequency / dense.frequency - 1).max() < 1e-10
+    shapes = [(m.mode_shape[..., 0] - 1j * m.mode_shape[..., 1]).values.T for m in (dense, sparse)]
+    mass = sector.structure.mass_matrix
+    products = shapes[0].conj().T @ mass @ shapes[1]
+    assert np.allclose(abs(products), np.eye(4), atol=1e-7)
+    turned = disk.interfaces.rotation[sector.left] @ shapes[0] * np.exp(-2j * np.pi * 5 / 24)
+    assert abs(shapes[0][sector.right] - turned).max() < 1e-12 * abs(turned).max()
+
+
+def test_models_and_stuck_contacts():
+    n = 600
+    stiffness = 1e4 * sp.diags_array(
+        [2 * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]
+    )
+    chain = sh.Model(
+        sp.eye_array(n), 0 * stiffness, stiffness, contacts=[(300,)],
+        contact_stiffness=1e6, friction_coefficient=0.3, normal_load=1,
+    )  # fmt: skip
+    free = 2 * 100 * np.sin(np.pi * np.arange(1, 4) / (2 * (n + 1))) / (2 * np.pi)
+    found = sh.natural_modes(chain, count=3)
+    assert np.allclose(found.frequency, free, rtol=1e-9)
+    assert found.mode_shape.sizes == {"mode": 3, "dof": n, "component": 2}
+    assert not found.mode_shape[..., 1].any()
+    stuck = sh.natural_modes(chain, count=3, stuck=True).frequency.values
+    assert stuck[0] > 1.9 * free[0]
+    assert stuck[1] == pytest.approx(free[1], rel=5e-3)
+
+
+def test_what_is_no_wave_says_so():
+    disk = blisk_sector()
+    with pytest.raises(ValueError, match=r"nodal_diameter=13: expected an integer from 0 to 12"):
+        sh.natural_modes(disk, 13)
+    with pytest.raises(ValueError, match=r"nodal_diameter=2: expected None, a whole"):
+        sh.natural_modes(disk.structure, 2)
+    with pytest.raises(ValueError, match=r"count=4: expected an integer from 1 to 3"):
+        sh.natural_modes(disk, 2, count=4)
+    with pytest.raises(ValueError, match="positive definite"):
+        sh.natural_modes(disk.structure)
+    several = sh.natural_modes(disk, [1, 12], count=1)
+    assert several.frequency.values.round(3).ravel().tolist() == [169.344, 195.676]

@@ -1,0 +1,236 @@
+"""Tuned responses of disks from one sector, held against the assembled ring of all of them."""
+
+import pickle
+from importlib import import_module
+
+import numpy as np
+import pytest
+from rings import assembled
+from sectors import FRICTION, random_disk, wave, with_friction, with_opening
+
+import symhbm as sh
+from symhbm.numerics import unknowns_of
+
+histories = import_module("symhbm.plot.contact.histories")
+
+HARMONICS = (0, 1, 2, 3)
+
+
+def of_places(disk, ring, coefficients, sector):
+    """Motion of a sector from that of the ring, of what is not right."""
+    return np.tensordot(ring.motions[sector].toarray(), coefficients, 1)[disk.kept]
+
+
+@pytest.mark.parametrize("contacts", [with_friction, with_opening])
+@pytest.mark.parametrize(("cartesian", "order"), [(True, 2), (True, 4), (False, 2), (False, 3)])
+def test_a_sector_moves_as_the_whole_ring(contacts, cartesian, order):
+    """Orders of both senses, and one that stands; any sector from the first."""
+    disk = contacts(random_disk(6, cartesian, n_inner=1))
+    force = wave(order, disk)
+    ring = assembled(disk, force)
+    whole = sh.HarmonicBalance(ring.model, ring.force, HARMONICS)
+    first = sh.solve(sh.HarmonicBalance(disk, force, HARMONICS), 24.0)
+    everywhere = sh.solve(whole, 24.0).coefficient.values
+    assert (first.contact_state.values > 0).any()
+    size = abs(everywhere).max()
+    for sector in (0, 1, 4):
+        of_sector = sh.sector_response(first, sector).coefficient.values
+        assert abs(of_places(disk, ring, everywhere, sector) - of_sector).max() < 1e-9 * size
+    opposite = sh.solve(sh.HarmonicBalance(disk, wave(6 - order, disk), HARMONICS), 24.0)
+    if order != 3:
+        assert abs(opposite.coefficient - first.coefficient).max() > 1e-2 * size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contacts", [with_friction, with_opening])
+def test_peaks_are_those_of_the_ring_of_twelve(contacts):
+    disk = contacts(random_disk(12, True))
+    force = wave(5, disk)
+    ring = assembled(disk, force)
+    band = 20.0, 32.0
+    one = sh.frf(sh.HarmonicBalance(disk, force, HARMONICS), band)
+    whole = sh.frf(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), band)
+    assert one.n_peaks > 0
+    assert np.allclose(one.peak_frequency, whole.peak_frequency, rtol=1e-9)
+    assert np.allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
+
+
+def test_contacts_of_one_interface_are_the_same_left_and_right():
+    """A place on the cut belongs to both sectors: told from either, it is one contact."""
+    disk = random_disk(6, True)
+    force, last = wave(2, disk), disk.n_whole - 1
+    found = []
+    for pair in ((last, 5), (sh.next_sector(2), 5)):  # along the axis, which is not turned
+        rub = sh.Friction(tangential=[pair], **FRICTION)
+        problem = sh.HarmonicBalance(disk.with_contacts(rub=rub), force, HARMONICS)
+        found.append(sh.solve(problem, 24.0))
+    assert found[0].contact_state.item() == 1
+    assert np.allclose(found[0].coefficient, found[1].coefficient, rtol=1e-12, atol=0)
+
+
+def test_axes_of_the_cylinder_give_what_cartesian_ones_give():
+    """The same disk in both: directions of a node turned with its sector."""
+    n_sectors, angle = 12, 2 * np.pi / 12
+    mass, k, c = np.diag([1.0, 1.0, 0, 0]), 3e4, 2.0
+    radial = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    link = np.array([[2e4, 5e3], [5e3, 1e4]])
+    both = np.block([[link + k * np.eye(2), -link], [-link, link]])
+    cylinder = sh.Sector(
+        sh.Model(mass, c * mass, both), left=[0, 1], right=[2, 3], n_sectors=n_sectors
+    )
+    spread = np.block([[np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), radial]])
+    places = sh.Places(
+        [1, 1, 2, 2], [*"xyxy"],
+        [[1, 0, 0]] * 2 + [[np.cos(angle), np.sin(angle), 0]] * 2, ["tip", "tip", "", ""],
+    )  # fmt: skip
+    turned = sh.Model(mass, c * mass, spread @ both @ spread.T, places=places)
+    cartesian = sh.Sector(turned, ["1:x", "1:y"], ["2:x", "2:y"], n_sectors, rotation="z")
+    for n in range(7):
+        given = [sh.natural_modes(disk, n).frequency.values for disk in (cylinder, cartesian)]
+        assert given[0] == pytest.approx(given[1], rel=1e-12)
+    # "y" of the next tip in the axes of this sector, by its own radial and tangential directions.
+    weights = {1: 1.0, sh.next_sector(0): -radial[1, 0], sh.next_sector(1): -radial[1, 1]}
+    first = cylinder.with_contacts(rub=sh.Friction(tangential=weights, **FRICTION))
+    pair = ("tip:y", sh.next_sector("tip:y"))
+    second = cartesian.with_contacts(rub=sh.Friction(tangential=pair, **FRICTION))
+    forces = ({0: 1.0, 1: 2j}, {"tip:x": 1.0, "tip:y": 2j})
+    points = [
+        sh.solve(sh.HarmonicBalance(disk, sh.EngineOrder(3, 5.0, pattern=pattern), (1, 3)), 30.0)
+        for disk, pattern in zip((first, second), forces, strict=True)
+    ]
+    assert points[0].contact_state.item() == 1
+    assert np.allclose(points[0].coefficient, points[1].coefficient, rtol=0, atol=1e-15)
+    assert points[1].label.values.tolist() == ["tip", "tip"]
+
+
+def test_another_engine_order_and_copies():
+    disk = with_friction(random_disk(6, True))
+    problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
+    moved = problem.with_parameters(engine_order=1, normal_load=1.0)
+    again = sh.HarmonicBalance(disk.with_parameters(normal_load=1.0), wave(1, disk), HARMONICS)
+    points = [sh.solve(each, 24.0) for each in (moved, again, pickle.loads(pickle.dumps(again)))]
+    assert points[0].identical(points[1]) or np.allclose(
+        points[0].coefficient, points[1].coefficient, rtol=1e-12, atol=0
+    )
+    assert np.array_equal(points[1].coefficient, points[2].coefficient)
+    swept = sh.frf(problem, (22, 26), over={"engine_order": [1, 2, 7]})
+    assert np.allclose(*swept.amplitude.sel(engine_order=[1, 7]).dropna("point"), rtol=1e-12)
+    with pytest.raises(ValueError, match="engine order"):
+        disk.dynamic_stiffness(1, 10.0)
+
+
+def test_narrow_resonances_are_counted_wave_by_wave():
+    disk = with_friction(random_disk(6, True)).in_wave(2)
+    springs = np.full(4, 3e3)
+    for harmonic in (1, 2, 3):
+        n = disk.wave(harmonic)
+        mass, _, stiffness = (m.toarray() for m in disk.matrices(n))
+        rows = disk.directions_of(n).toarray()
+        whole = stiffness + rows.conj().T @ (springs[:, None] * rows)
+        natural = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, whole)).real)
+        for s in (60.0, 150.0, 400.0):
+            below = disk.modes_below(harmonic, s / harmonic, springs)
+            assert below == np.count_nonzero(natural < s)
+            near = disk.modes_near(harmonic, s / harmonic, springs, 0 * springs)
+            assert np.allclose(np.sort(natural), near.detuning + s, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "said"),
+    [
+        (lambda m: sh.Sector(m, [0], [1, 2], 6), ValueError, "as many degrees of freedom"),
+        (lambda m: sh.Sector(m, [0, 0], [1, 2], 6), ValueError, "each degree of freedom once"),
+        (lambda m: sh.Sector(m, [0], [1], 1), ValueError, "n_sectors=1"),
+        (lambda m: sh.Sector(m, [0], [1], 6, "z"), ValueError, "places"),
+        (lambda m: sh.Sector(m, [0], [1], 6, "w"), ValueError, "rotation='w'"),
+        (lambda m: sh.Sector(m, [0], [9], 6), ValueError, "0 to 3"),
+        (lambda m: sh.Sector(m, ["a:x"], [1], 6), KeyError, "no place"),
+        (lambda m: sh.Sector(np.eye(3), [0], [1], 6), TypeError, "Model of one sector"),
+        (lambda m: m.with_contacts(a=sh.Gap(normal=(0, sh.next_sector(0)), normal_stiffness=1.0,
+                                            gap=1.0)), TypeError, "only a symhbm.Sector"),
+        (lambda m: sh.next_sector(sh.next_sector(1)), TypeError, "this sector"),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.EngineOrder(2)), ValueError, "pattern="),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.PointForce()), ValueError, "EngineOrder"),
+        (lambda m: sh.HarmonicBalance(sector(m), two_orders()), ValueError, "one engine order"),
+        (lambda m: sh.HarmonicBalance(m, sh.EngineOrder(2, pattern={0: 1})), ValueError, "Sector"),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.EngineOrder(2, pattern=[1, 2])), ValueError,
+         "pattern: expected 4 values"),
+        (lambda m: sh.EngineOrder(2, pattern={0: "a"}), TypeError, "a complex number"),
+        (lambda m: sh.EngineOrder(2, pattern={0: np.nan}), ValueError, "finite"),
+        (lambda m: sh.EngineOrder(2, blades=[1], pattern={0: 1}), ValueError, "blades=None"),
+        (lambda m: sh.periodic_motion(sh.HarmonicBalance(sector(m), one_order()), 5.0), TypeError,
+         "craig_bampton"),
+        (lambda m: sh.sector_response(sh.solve(sh.HarmonicBalance(sector(m), one_order()), 5.0), 6),
+         ValueError, "sector=6"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_says_so(make, error, said):
+    model = sh.Model(np.eye(4), 0.1 * np.eye(4), 1e3 * np.diag([1.0, 2, 3, 4]))
+    with pytest.raises(error, match=said):
+        make(model)
+
+
+def sector(model):
+    return sh.Sector(model, [0], [1], 6)
+
+
+def one_order():
+    return sh.EngineOrder(2, pattern={0: 1.0})
+
+
+def two_orders():
+    return one_order() + sh.EngineOrder(3, pattern={0: 1.0})
+
+
+def test_interfaces_that_do_not_fit_are_refused():
+    disk = random_disk(6, True)
+    model, ends = disk.structure, disk.interfaces
+    with pytest.raises(ValueError, match="exchange the two"):
+        sh.Sector(model, ends.right, ends.left, 6, rotation="z")
+    with pytest.raises(ValueError, match=r"turned by 51\.4"):
+        sh.Sector(model, ends.left, ends.right, 7, rotation="z")
+    with pytest.raises(ValueError, match="same order"):
+        sh.Sector(model, ends.left, ends.right[::-1], 6, rotation="z")
+    with pytest.raises(ValueError, match="rotation=None: expected the axis"):
+        sh.Sector(model, ends.left, ends.right, 6)
+
+
+def test_a_large_sector_asks_to_be_condensed():
+    n = 400
+    model = sh.Model(np.eye(n), np.eye(n), 1e3 * np.eye(n))
+    with pytest.raises(ValueError, match=r"399 degrees of freedom .* symhbm.condense\(sector"):
+        sh.HarmonicBalance(sh.Sector(model, [0], [1], 6), one_order())
+
+
+def test_archives_and_loops_of_contacts(tmp_path):
+    """What is drawn of a contact is its motion, its phases from harmonic to harmonic included."""
+    disk = with_opening(random_disk(6, True))
+    problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
+    sh.save(sh.solve(problem, 24.0), tmp_path / "point.nc")
+    point = sh.load(tmp_path / "point.nc")
+    with pytest.raises(sh.ArchiveError, match="of a structure Sector, whose class is not in it"):
+        sh.rebuild(point)
+    given = point.coefficient.transpose("dof", "harmonic", "component").values
+    moves = problem.layout.relative(unknowns_of(problem.basis, HARMONICS, given))
+    for contact, rows in enumerate(disk.contact_rows):
+        told = histories.contact_of(point, contact).relative(point.coefficient)
+        for row, motion in zip(rows, told, strict=True):
+            parts = motion.transpose("harmonic", "component").values.ravel()[[0, *range(2, 8)]]
+            assert np.allclose(parts, moves[row], rtol=0, atol=1e-14 * abs(moves[row]).max())
+    sh.plot.hysteresis(point, contact=0)
+    with pytest.raises(ValueError, match="engine_order: expected 2"):
+        sh.plot.hysteresis(point.assign(engine_order=1), contact=0)
+
+
+def test_peaks_are_followed_over_parameters():
+    """By second derivatives, which the contacts' phases from wave to wave enter."""
+    disk = with_friction(random_disk(6, True))
+    force = wave(2, disk)
+    small = sh.condense(disk, force, (18, 33), HARMONICS, progress=False)
+    for model in (disk, small):
+        problem = sh.HarmonicBalance(model, force, HARMONICS)
+        curve = sh.peak_curve(
+            problem, "normal_load", (1.5, 2.5), [2.0], frequency=(20, 31), progress=False
+        )
+        peak = sh.frf(problem, (20, 31), progress=False).peak_amplitude.max().item()
+        assert curve.peak_amplitude.sel(normal_load=2.0).item() == pytest.approx(peak, rel=1e-9)

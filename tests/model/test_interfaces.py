@@ -1,0 +1,254 @@
+"""Pairs of nodes: matched by coordinates, normals, areas, directions, values of a table."""
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+
+AXES = "xyz"
+THICKNESS = 0.01
+
+
+def model_of(points, directions=AXES, label=None):
+    """A model of nodes at points (n, 3), 1 and on, each with a mass in all directions."""
+    n, m = len(points), len(directions)
+    places = sh.Places(
+        np.repeat(np.arange(1, n + 1), m),
+        np.tile(list(directions), n),
+        np.repeat(points, m, axis=0),
+        None if label is None else np.repeat(label, m),
+    )
+    one = np.eye(n * m)
+    return sh.Model(one, one, 1e4 * one, places=places)
+
+
+def grid(n_x=4, n_y=3, size=(0.03, 0.02), shift=0.0):
+    """Points of a rectangle in the plane z = shift, moved a little within it."""
+    x, y = np.meshgrid(np.linspace(0, size[0], n_x), np.linspace(0, size[1], n_y))
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, shift)])
+
+
+def two_sides(gap=1e-4, order=None):
+    """Two rectangles above each other, the second one in another order."""
+    first, second = grid(), grid(shift=gap)
+    order = np.random.default_rng(2).permutation(len(second)) if order is None else order
+    label = ["lower"] * len(first) + ["upper"] * len(second)
+    return model_of(np.vstack([first, second[order]]), label=label), order
+
+
+def turned(points, axis, angle):
+    rotation = np.eye(3)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    rotation[[i, j], [i, j]] = np.cos(angle)
+    rotation[i, j], rotation[j, i] = -np.sin(angle), np.sin(angle)
+    return points @ rotation.T
+
+
+def test_nodes_are_paired_by_coordinates():
+    model, order = two_sides()
+    pairs = sh.contact_pairs(model, "lower", "upper")
+    assert len(pairs) == 12
+    expected = 13 + np.argsort(order)
+    assert pairs.nodes.tolist() == np.column_stack([np.arange(1, 13), expected]).tolist()
+    np.testing.assert_allclose(pairs.coordinates[:, 2], 0.5e-4)
+    np.testing.assert_allclose(pairs.gap, 1e-4)
+    np.testing.assert_allclose(pairs.axes[:, 2], np.tile([0, 0, 1.0], (12, 1)), atol=1e-12)
+    assert pairs.normal[0] == {"1:z": 1.0, f"{expected[0]}:z": -1.0}
+    by_number = sh.contact_pairs(model, np.arange(12, 0, -1), np.arange(13, 25))
+    assert by_number.nodes[:, 0].tolist() == [*range(12, 0, -1)]
+
+
+def test_axes_are_right_handed_and_close_contacts():
+    model, _ = two_sides()
+    pairs = sh.contact_pairs(model, "upper", "lower", tangential=[1, 1, 0])
+    np.testing.assert_allclose(
+        pairs.axes @ pairs.axes.transpose(0, 2, 1), [np.eye(3)] * 12, atol=1e-15
+    )
+    np.testing.assert_allclose(np.linalg.det(pairs.axes), 1.0)
+    np.testing.assert_allclose(pairs.axes[:, 0], [[0.5**0.5, 0.5**0.5, 0]] * 12, atol=1e-15)
+    group = sh.Friction(
+        tangential=pairs.tangential,
+        across=pairs.across,
+        normal=pairs.normal,
+        contact_stiffness=1e12 * pairs.area,
+        normal_stiffness=2e12 * pairs.area,
+        friction_coefficient=0.3,
+        normal_load=1e6 * pairs.area,
+    )
+    joined = model.with_contacts(joint=group)
+    assert joined.n_contacts == 12
+    # The upper side moves down by 1: all contacts close by 1, and none slides.
+    motion = np.where(joined.places.direction == "z", joined.places.label == "upper", False) * -1.0
+    displacements = (joined.directions @ motion).reshape(12, 3)
+    np.testing.assert_allclose(displacements, np.tile([0, 0, 1.0], (12, 1)), atol=1e-15)
+    np.testing.assert_allclose(joined.contact_coordinates, pairs.coordinates)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+def test_areas_sum_to_that_of_the_interface(jitter):
+    points = grid(5, 4)
+    inside = (points[:, 0] % 0.03 > 0) & (points[:, 1] % 0.02 > 0)
+    points[inside, :2] += jitter * 0.005 * np.random.default_rng(1).normal(size=(inside.sum(), 2))
+    points = turned(points, 0, 0.7)
+    model = model_of(np.vstack([points, points]))
+    half = len(points)
+    left, right = np.arange(1, half + 1), np.arange(half + 1, 2 * half + 1)
+    pairs = sh.contact_pairs(model, left, right, normal=turned(np.array([0, 0, 1.0]), 0, 0.7))
+    assert pairs.area.sum() == pytest.approx(6e-4, rel=1e-12)
+    assert pairs.area.min() > 0
+    if not jitter:  # a node of the grid has a quarter of each cell it is a corner of
+        cell = 6e-4 / 12
+        corners = np.array([[1, 2, 2, 2, 1], [2, 4, 4, 4, 2], [2, 4, 4, 4, 2], [1, 2, 2, 2, 1]])
+        np.testing.assert_allclose(pairs.area, cell * corners.ravel() / 4, rtol=1e-10)
+    scaled = sh.contact_pairs(model, left, right, normal=[0, -0.6, 0.8], area=3e-4)
+    assert scaled.area.sum() == pytest.approx(3e-4)
+    given = sh.contact_pairs(model, left, right, normal=[0, 0, 1], area=1e-6 * left)
+    np.testing.assert_allclose(given.area, 1e-6 * left)
+
+
+def test_normals_of_a_curved_surface():
+    angle, height = np.meshgrid(np.linspace(-0.4, 0.4, 9), np.linspace(0, 0.05, 4))
+    angle, height = angle.ravel(), height.ravel()
+    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    inner = 0.1 * radial + height[:, None] * [0, 0, 1]
+    model = model_of(np.vstack([inner, inner + 1e-4 * radial]))
+    pairs = sh.contact_pairs(model, np.arange(1, 37), np.arange(37, 73))
+    cosine = np.einsum("ij,ij->i", pairs.axes[:, 2], radial)
+    assert cosine.min() > np.cos(0.01)
+    arc = 0.8 * 0.1 * 0.05
+    assert pairs.area.sum() == pytest.approx(arc, rel=3e-3)
+
+
+def test_unmatched_nodes_are_told():
+    points = np.vstack([grid(), grid(shift=1e-4)[:-2], [[1.0, 0, 0]]])
+    model = model_of(points)
+    with pytest.warns(
+        UserWarning,
+        match=r"2 of 12 nodes of left \(the first: 11\) and 1 of 11 nodes of right .*: 23\)",
+    ):
+        pairs = sh.contact_pairs(model, np.arange(1, 13), np.arange(13, 24))
+    assert len(pairs) == 10
+    with pytest.raises(ValueError, match=r"expected pairs within it .* 0\.0001 m apart"):
+        sh.contact_pairs(model, np.arange(1, 13), np.arange(13, 24), tolerance=5e-5)
+
+
+def test_what_is_not_known_is_asked_for():
+    together, _ = two_sides(gap=0.0)
+    with pytest.raises(ValueError, match="both sides coincide"):
+        sh.contact_pairs(together, "lower", "upper")
+    line = np.column_stack([np.linspace(0, 1, 5), np.zeros(5), np.zeros(5)])
+    row = model_of(np.vstack([line, line + np.array([0, 0, 1e-3])]))
+    left, right = np.arange(1, 6), np.arange(6, 11)
+    with pytest.raises(ValueError, match="not on one line"):
+        sh.contact_pairs(row, left, right)
+    with pytest.raises(ValueError, match="area=None: expected areas"):
+        sh.contact_pairs(row, left, right, normal=[0, 0, 1])
+    assert len(sh.contact_pairs(row, left, right, normal=[0, 0, 2], area=np.ones(5))) == 5
+    with pytest.raises(ValueError, match="normal nowhere"):
+        sh.contact_pairs(row, left, right, normal=[0, 0, 1], area=1.0, tangential=[0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        (dict(left="upside"), KeyError, "left: upside is no node.*nearest"),
+        (dict(left=[1, 99]), KeyError, "left: 99 is no node"),
+        (dict(left=[1, 1]), ValueError, "each node once"),
+        (dict(normal=[0, 0]), ValueError, r"shape \(3,\) or \(12, 3\)"),
+        (dict(normal=[0, 0, 0]), ValueError, "not 0"),
+        (dict(area=[1.0, 2.0]), ValueError, "one number or 12"),
+        (dict(area=-1.0), ValueError, "> 0"),
+        (dict(axis="w"), ValueError, "axis='w'"),
+        (dict(n_sectors=1), ValueError, "n_sectors=1"),
+        (dict(tolerance=0.0), ValueError, "tolerance"),
+        (dict(model=sh.Model([[1]], [[1]], [[1]])), ValueError, "places with coordinates"),
+        (dict(model=3), TypeError, "Model with places"),
+    ],
+)
+def test_bad_arguments(options, error, words):
+    model, _ = two_sides()
+    with pytest.raises(error, match=words):
+        sh.contact_pairs(**(dict(model=model, left="lower", right="upper") | options))
+
+
+N_SECTORS = 12
+
+
+def blade(directions):
+    """Both sides of a sector of twelve, between which the next sector lies turned about z."""
+    radius, height = np.meshgrid([0.2, 0.22, 0.24], [0.0, 0.02, 0.05])
+    side = np.column_stack([radius.ravel(), 0 * radius.ravel(), height.ravel()])
+    angle = np.pi / N_SECTORS
+    points = np.vstack([turned(side, 2, angle), turned(side, 2, -angle)])
+    return model_of(points, directions, ["high"] * 9 + ["low"] * 9)
+
+
+def test_pairs_across_the_boundary_of_sectors_are_told_in_these_axes():
+    model = blade(AXES)
+    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS)
+    angle = np.pi / N_SECTORS
+    tangential = np.array([-np.sin(angle), np.cos(angle), 0])
+    np.testing.assert_allclose(pairs.axes[:, 2], [tangential] * 9, atol=1e-12)
+    np.testing.assert_allclose(pairs.gap, 0, atol=1e-15)
+    assert pairs.area.sum() == pytest.approx(0.04 * 0.05)
+    weights = {repr(place): weight for place, weight in pairs.normal[0].items()}
+    expected = {"'1:x'": tangential[0], "'1:y'": tangential[1]}
+    expected |= {"next_sector('10:x')": -tangential[0], "next_sector('10:y')": -tangential[1]}
+    assert weights == pytest.approx(expected)
+
+
+def test_cylindrical_directions_are_those_of_each_node():
+    ways = ["radial", "tangential", "axial"]
+    pairs = sh.contact_pairs(blade(ways), "high", "low", n_sectors=N_SECTORS, tangential=[0, 0, 1])
+    assert {repr(p): w for p, w in pairs.normal[0].items()} == pytest.approx(
+        {"'1:tangential'": 1.0, "next_sector('10:tangential')": -1.0}
+    )
+    assert {repr(p): w for p, w in pairs.tangential[4].items()} == pytest.approx(
+        {"'5:axial'": 1.0, "next_sector('14:axial')": -1.0}
+    )
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_any_axis_turns_sectors(axis):
+    about = AXES.index(axis)
+    order = np.roll(np.arange(3), about - 2)
+    plain = blade(AXES)
+    points = plain.places.coordinates[::3][:, np.argsort((np.arange(3) + about - 2) % 3)]
+    label = ["high"] * 9 + ["low"] * 9
+    assert order.size == 3
+    pairs = sh.contact_pairs(
+        model_of(points, AXES, label), "high", "low", n_sectors=N_SECTORS, axis=axis
+    )
+    assert len(pairs) == 9
+    assert pairs.area.sum() == pytest.approx(0.04 * 0.05)
+
+
+def test_values_of_a_static_analysis(tmp_path):
+    model, _ = two_sides()
+    pairs = sh.contact_pairs(model, "lower", "upper")
+    points = 1e3 * grid()[::-1]
+    table = tmp_path / "static.csv"
+    lines = [f"{x},{y},{z},{x + 10 * y},open" for x, y, z in points]
+    table.write_text("\n".join(["X, Y, Z, pressure, status", *lines]))
+    values = pairs.nearest(table, length=1e-3)
+    np.testing.assert_allclose(values["pressure"], 1e3 * (grid()[:, 0] + 10 * grid()[:, 1]))
+    assert values["status"].tolist() == ["open"] * 12
+    columns = dict(zip(AXES, points.T / 1e3, strict=True)) | dict(gap=np.arange(12))
+    assert pairs.nearest(columns)["gap"].tolist() == [*range(11, -1, -1)]
+    with pytest.raises(ValueError, match="length= is the unit"):
+        pairs.nearest(table)
+    with pytest.raises(ValueError, match="columns x, y, z"):
+        pairs.nearest({"x": [1.0]})
+    with pytest.raises(ValueError, match="within 1e-06 m"):
+        pairs.nearest(table, 1e-6, length=1e-3)
+
+
+def test_structures_in_a_plane_have_one_tangential_direction():
+    line = np.column_stack([np.zeros(3), np.arange(3.0), np.zeros(3)])
+    model = model_of(np.vstack([line, line]), "xy")
+    left, right = [1, 2, 3], [4, 5, 6]
+    pairs = sh.contact_pairs(model, left, right, normal=[1, 0, 0], area=[1e-4] * 3)
+    assert pairs.tangential[1] == {"2:y": 1.0, "5:y": -1.0}
+    assert pairs.across == []
+    with pytest.raises(ValueError, match="normal: expected displacements"):
+        sh.contact_pairs(model, left, right, normal=[0, 0, 1], area=[1e-4] * 3)
