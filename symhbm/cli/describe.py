@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import PARAMETERS
-from symhbm.results import DRAWN, MATRICES, VARIABLES, Description
+from symhbm.results import DRAWN, OF_MODEL, VARIABLES, Description
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -184,7 +184,7 @@ def _others(dataset: xr.Dataset) -> Lines:
     described = {*VARIABLES, *PARAMETERS, "harmonic", "component", "dof", "contact"}
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in PARAMETERS}
     described |= {f"{name}_nominal" for name in PARAMETERS}
-    described |= {f"{name}_{part}" for name in MATRICES for part in ("row", "column", "value")}
+    described |= {*OF_MODEL}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

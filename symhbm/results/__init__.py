@@ -7,7 +7,7 @@ from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
-    MATRICES,
+    OF_MODEL,
     SCHEMA_VERSION,
     law_of_library,
     with_provenance,
@@ -30,7 +30,7 @@ from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 __all__ = [
     "DRAWN",
     "LARGEST_OF",
-    "MATRICES",
+    "OF_MODEL",
     "OF_PEAKS",
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",

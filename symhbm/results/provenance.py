@@ -68,6 +68,9 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+_ENTRIES = ("row", "column", "value")
+OF_MODEL = (*(f"{name}_{part}" for name in MATRICES for part in _ENTRIES), NUMBERS)
+"""Variables that hold what vibrates."""
 _LAWS: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
@@ -213,7 +216,7 @@ def with_provenance(
         if problem.model.numbers is not None:
             long_name = "condensed structure, as the problem lays it out"
             attributes = {"long_name": long_name, "units": "1"}
-            variables[NUMBERS] = (("condensed_number",), problem.model.numbers, attributes)
+            variables[NUMBERS] = (("condensed_entry",), problem.model.numbers, attributes)
     if problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             part = problem.model.constant_part(name.removesuffix("_matrix"))

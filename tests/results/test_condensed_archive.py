@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from click.testing import CliRunner
 
 import symhbm as sh
+from symhbm.cli import main
 from symhbm.response import ensemble
 from symhbm.response.verify import summary
 
@@ -133,3 +135,14 @@ def test_a_run_that_was_interrupted_is_resumed(problem, tmp_path, monkeypatch):
     monkeypatch.undo()
     with sh.resume(path, progress=False) as resumed:
         assert resumed.identical(sh.frf(problem, (1.8, 2.2), over=over, progress=False))
+
+
+def test_statistics_and_texts_of_condensed_structures(problem, tmp_path):
+    draws = sh.mistuning.explicit(problem, normal_load=[[1.0, 4.0], [2.0, 3.0]])
+    ensemble = sh.frf(problem, (1.8, 2.2), at=[1.9, 2.1], over=draws, progress=False)
+    envelope = sh.statistics.envelope(ensemble.isel(solution=0))
+    assert sh.rebuild(envelope).model.description() == problem.model.description()
+    sh.save(ensemble, tmp_path / "ensemble.nc")
+    told = CliRunner().invoke(main, ["info", str(tmp_path / "ensemble.nc")]).output
+    assert "5 degrees of freedom kept of 30" in told
+    assert "condensed_numbers" not in told

@@ -80,6 +80,30 @@ def test_folds_of_a_smooth_law_change_stability():
         assert curves[1].stability[i - 1] != curves[1].stability[i + 1]
 
 
+def test_modes_are_exact_between_the_harmonics():
+    model, force = chain(FRICTION), sh.PointForce(39, amplitude=40.0)
+    errors = []
+    for stability in (True, False):
+        small = sh.condense(model, force, (1.9, 2.1), (1, 9), stability=stability, progress=False)
+        inside, n = small.modal, small.n_dof
+        others, worst = np.setdiff1d(np.arange(model.n_dof), small.dofs), 0.0
+        for s in 2 * np.pi * np.array([0.3, 4.1, 9.3, 14.9]):
+            whole = model.dynamic_stiffness(1, s)[0]
+            reduced = inside.stiffness + 1j * s * inside.damping - s**2 * inside.mass
+            exact, found = (
+                part[np.ix_(a, a)]
+                - part[np.ix_(a, b)] @ np.linalg.solve(part[np.ix_(b, b)], part[np.ix_(b, a)])
+                for part, a, b in (
+                    (whole, small.dofs, others),
+                    (reduced, np.arange(n), np.arange(n, len(reduced))),
+                )
+            )
+            worst = max(worst, np.abs(found - exact).max() / np.abs(exact).max())
+        errors.append(worst)
+    assert errors[0] < 1e-9
+    assert errors[1] > 1e3 * errors[0]
+
+
 def test_what_the_modes_do_not_tell_is_refused(monkeypatch):
     model, force = chain(FRICTION), sh.PointForce(39, amplitude=40.0)
     small = sh.condense(model, force, BAND, progress=False)

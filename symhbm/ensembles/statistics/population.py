@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.numerics import check
-from symhbm.results import MATRICES, Description, without
+from symhbm.results import OF_MODEL, Description, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
 """Bytes of a variable that are read at a time: bounded memory."""
-_ENTRIES = ("row", "column", "value")
 
 
 def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, str]:
@@ -56,8 +55,7 @@ def slices(size: int, item_bytes: int, most: int = BLOCK) -> Iterator[slice]:
 
 def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
     """The parameters and the problem behind a dataset, without those along some dimensions."""
-    stems = [*Description(dataset).records]
-    stems += [f"{name}_{part}" for name in MATRICES for part in _ENTRIES]
+    stems = [*Description(dataset).records, *OF_MODEL]
     names = [name for stem in stems for name in (stem, f"{stem}_nominal")]
     chosen = [
         name
