@@ -12,10 +12,11 @@ from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
+from symhbm.model.low_rank import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.structure import AT_REST, NearModes, Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, LowRankSum, check
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
