@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.contact_states import ContactStates
@@ -25,7 +26,7 @@ from symhbm.model import (
     find_symmetry,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
-from symhbm.numerics import FloatArray, FourierBasis, LowRankSum, check, check_harmonics
+from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
@@ -507,7 +508,7 @@ class HarmonicBalance:
 
 def _check_entries(model: Model) -> None:
     """Raise TypeError for a large structure whose damping is of low rank: no matrix to compile."""
-    if isinstance(model.damping_matrix, LowRankSum):
+    if not sp.issparse(model.damping_matrix):
         raise TypeError(
             f"model: expected one with damping as a sparse matrix, the modal damping of "
             f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "

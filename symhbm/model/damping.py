@@ -14,7 +14,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.eigenmodes import lowest_modes
-from symhbm.numerics import DENSE_LIMIT, LowRankSum, check
+from symhbm.model.low_rank import LowRankSum
+from symhbm.numerics import DENSE_LIMIT, check
 
 
 class Damping(ABC):
@@ -27,7 +28,7 @@ class Damping(ABC):
     def matrix(self, mass: Any, stiffness: Any) -> Any:
         """The damping matrix [N s/m] of a structure of sparse ``mass`` and ``stiffness``.
 
-        Sparse (n_dof, n_dof), or a `symhbm.numerics.LowRankSum` of many degrees of freedom. Complex
+        Sparse (n_dof, n_dof), or a `LowRankSum` of many degrees of freedom. Complex
         Hermitian matrices, those of a sector for one nodal diameter, give one of their kind.
         """
 

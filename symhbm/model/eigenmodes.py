@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from symhbm.model.low_rank import LowRankSum
 from symhbm.numerics import DENSE_LIMIT, FloatArray
 
 _BELOW = 1e-9
@@ -44,7 +45,12 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[F
 
 
 def gyroscopic_part(damping: Any) -> Any:
-    """What of a sparse damping matrix takes no power, None where that is round-off."""
+    """What of a damping matrix takes no power, None where that is round-off.
+
+    Factors of low rank are those of modes, which all take power.
+    """
+    if isinstance(damping, LowRankSum):
+        return None
     skew = (damping - damping.conj().T) / 2
     return skew if abs(skew).max() > _ROUND_OFF * abs(damping).max() else None
 

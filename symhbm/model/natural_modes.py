@@ -5,7 +5,7 @@ from scipy.sparse import diags_array
 
 from symhbm.model.eigenmodes import gyroscopic_part, lowest_gyroscopic, lowest_modes
 from symhbm.model.structure import Structure
-from symhbm.numerics import RADIANS, ComplexArray, FloatArray, LowRankSum
+from symhbm.numerics import RADIANS, ComplexArray, FloatArray
 
 
 def natural_modes_of(
@@ -22,7 +22,7 @@ def natural_modes_of(
         directions = structure.directions_of(nodal_diameter)
         springs = diags_array(structure.stuck_springs)
         stiffness = stiffness + directions.conj().T @ springs @ directions
-    gyroscopic = None if isinstance(damping, LowRankSum) else gyroscopic_part(damping)
+    gyroscopic = gyroscopic_part(damping)
     if gyroscopic is None:
         squares, shapes = lowest_modes(stiffness, mass, count)
         natural = np.sqrt(np.maximum(squares, 0.0))

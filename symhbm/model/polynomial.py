@@ -19,9 +19,6 @@ class PolynomialStructure(Structure):
     Models, what rotates, and sectors of both tell their `powers`.
     """
 
-    loss_factor: float = 0.0
-    """Share of the stiffness that is a loss in every harmonic above 0."""
-
     @abstractmethod
     def matrices_in(self, harmonic: int) -> Matrices:
         """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""

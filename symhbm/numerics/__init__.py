@@ -28,7 +28,6 @@ from symhbm.numerics.linear_algebra import (
     negative_eigenvalues,
     saddle,
 )
-from symhbm.numerics.low_rank import LowRankSum, solver_of_sum
 from symhbm.numerics.machine_code import native
 from symhbm.numerics.roots import MACHINE, Motions, monotone_root
 from symhbm.numerics.turning_points import (
@@ -52,7 +51,6 @@ __all__ = [
     "Factorisation",
     "FloatArray",
     "FourierBasis",
-    "LowRankSum",
     "Motions",
     "Table",
     "TurningPoints",
@@ -78,7 +76,6 @@ __all__ = [
     "points_in_cells",
     "relative_difference",
     "saddle",
-    "solver_of_sum",
     "sparsity_of",
     "turning_cells",
     "turning_hessian",

@@ -82,7 +82,7 @@ class Factorisation:
         self.sign = 0
         if sp.issparse(matrix):
             try:
-                # An ordering for symmetric patterns, which those of structures are but for a border.
+                # An ordering for symmetric patterns, as of structures, but for a border.
                 factors = splu(
                     sp.csc_matrix(matrix),
                     "MMD_AT_PLUS_A",

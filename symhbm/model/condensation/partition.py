@@ -13,9 +13,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
+from symhbm.model.low_rank import LowRankSum, solver_of_sum
 from symhbm.model.matrices import Model
 from symhbm.model.structure import Matrices
-from symhbm.numerics import ComplexArray, FloatArray, LowRankSum, solver_of_sum
+from symhbm.numerics import ComplexArray, FloatArray
 
 _COLUMNS = 32
 """Right-hand sides solved at once: little memory."""

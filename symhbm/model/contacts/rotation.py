@@ -61,7 +61,7 @@ class PressedCoulomb(Coulomb):
     100.5
     """
 
-    parameters: ClassVar = Coulomb.parameters | {LOAD: _RECORD}
+    parameters: ClassVar = {**Coulomb.parameters, LOAD: _RECORD}
 
     def __init__(self, engine_order: int = 1):
         self.engine_order = check.integer("engine_order", engine_order, 1)

@@ -62,8 +62,8 @@ class Influence:
         values = _complex("coefficients", [*coefficients.values()])
         omega = RADIANS * check.scalar("frequency", frequency, "positive")
         self.distances = np.array(distances, dtype=np.intp)
-        self.stiffness: FloatArray = values.real
-        self.damping: FloatArray = values.imag / omega
+        self.stiffness: Any = values.real
+        self.damping: Any = values.imag / omega
 
     @classmethod
     def by_nodal_diameter(cls, shape: Any, coefficients: Any, frequency: float) -> Self:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from symhbm.model.eigenmodes import lowest_modes
-from symhbm.numerics import FloatArray, LowRankSum
+from symhbm.model.low_rank import LowRankSum
+from symhbm.numerics import FloatArray
 
 _COLUMNS = 64
 """Right-hand sides solved at once: little memory."""

