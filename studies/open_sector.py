@@ -82,7 +82,8 @@ def _parted(mass: Any, stiffness: Any, basis: Basis, n_sectors: int) -> OpenSect
     n_all = basis.N
     node, way = np.zeros((2, n_all), dtype=np.intp)
     dofs, first = basis.dofs, 0
-    for each in (dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs):
+    parts: list[Any] = [dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs]
+    for each in parts:
         places = np.arange(each.shape[0])[:, None]
         node[each] = first + np.arange(each.shape[1]) + places // 3 * each.shape[1]
         way[each] = places % 3

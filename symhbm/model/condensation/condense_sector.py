@@ -84,7 +84,7 @@ def _waves(
         static = static_force(force, sector.n_whole, basis)
         for harmonic, shape in zip(basis.harmonics, shapes, strict=True):
             n = bound.wave(harmonic)
-            push = bound.folded(phasors(shape) if harmonic else static, n)
+            push = bound.folded(phasors(shape) if harmonic else static.astype(complex), n)
             reverse = 2 * n > sector.n_sectors
             wave = found.setdefault(sector.n_sectors - n if reverse else n, _Wave([], []))
             wave.forces.append(push.conj() if reverse else push)
@@ -96,7 +96,11 @@ def _waves(
 
 def _at_rest(interior: Interior) -> Reduced:
     """Nothing but what is known at rest, of a wave that no harmonic moves in."""
-    n, nothing = len(interior.masters), np.zeros(0)
-    shapes = (3, n, interior.n_columns), (3, n, 0), (3, 0, interior.n_columns)
-    sums = PoleSum(*(np.zeros(shape, dtype=complex) for shape in shapes), nothing.astype(complex))
-    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, nothing)
+    n, columns = len(interior.masters), interior.n_columns
+    sums = PoleSum(
+        polynomial=np.zeros((3, n, columns), dtype=complex),
+        left=np.zeros((3, n, 0), dtype=complex),
+        right=np.zeros((3, 0, columns), dtype=complex),
+        poles=np.zeros(0, dtype=complex),
+    )
+    return Reduced(sums, np.zeros((0, 0), dtype=complex), sums, np.zeros(0))

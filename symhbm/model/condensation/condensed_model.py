@@ -131,7 +131,7 @@ class CondensedModel(Structure):
         attributes |= stored._asdict() | dict(lumped=False)
         attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
-        attributes["matrices"] = {
+        attributes["functions"] = {
             n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
         }
         attributes["undamped"] = {
@@ -165,7 +165,7 @@ class CondensedModel(Structure):
 
     condensed: CondensedStiffness
     fixed_widths: FloatArray
-    matrices: dict[int, PoleResidueFunction]
+    functions: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
     _structure: Model | None
 
@@ -330,7 +330,7 @@ class CondensedModel(Structure):
     @property
     def pole_residues(self) -> dict[int, PoleResidueFunction]:
         """``[Z, G]`` of each harmonic above 0."""
-        return self.matrices
+        return self.functions
 
     @property
     def static_stiffness(self) -> Any:
@@ -349,14 +349,14 @@ class CondensedModel(Structure):
         if harmonic == 0:
             static = self.condensed.static.astype(complex)
             return static, np.zeros_like(static)
-        value, slope = self.matrices[harmonic](harmonic * frequency)
+        value, slope = self.functions[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
     def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
         """Second derivative of `linear_forces` by the frequency, from the same poles."""
         if harmonic == 0:
             return np.zeros_like(self.linear_forces(0, frequency)[0])
-        return harmonic**2 * self.matrices[harmonic].curvature(harmonic * frequency)
+        return harmonic**2 * self.functions[harmonic].curvature(harmonic * frequency)
 
     def split_force(
         self, shape: FloatArray, basis: FourierBasis

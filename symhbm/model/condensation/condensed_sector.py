@@ -66,7 +66,7 @@ class CondensedSector(CondensedModel):
         undamped = {n: self._in(n).undamped for n in moving}
         bands = {n: self.band(n, self.frequency) for n in moving}
         self._store(
-            matrices={n: PoleResidueFunction(matrices[n], bands[n]) for n in moving},
+            functions={n: PoleResidueFunction(matrices[n], bands[n]) for n in moving},
             undamped={n: PoleResidueFunction(undamped[n], bands[n]) for n in moving},
             _fixed={n: (self._in(n).fixed_frequencies, self._in(n).fixed_widths) for n in moving},
         )
@@ -203,8 +203,14 @@ class CondensedSector(CondensedModel):
         if harmonic == 0:
             static = self.waves[0].static.astype(complex)
             return static, np.zeros_like(static)
-        value, slope = self.matrices[harmonic](harmonic * frequency)
+        value, slope = self.functions[harmonic](harmonic * frequency)
         return value, harmonic * slope
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of `linear_forces` by the frequency, from the same poles."""
+        if harmonic == 0:
+            return np.zeros(self.waves[0].static.shape, dtype=complex)
+        return harmonic**2 * self.functions[harmonic].curvature(harmonic * frequency)
 
     def split_force(
         self, shape: FloatArray, basis: FourierBasis

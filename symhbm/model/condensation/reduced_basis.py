@@ -188,7 +188,7 @@ def _extended(basis: NDArray, interior: Interior, motion: NDArray, s: float) -> 
     size = np.linalg.norm(motion, axis=0)
     motion /= np.where(size > 0, size, 1.0)
     splits = np.iscomplexobj(motion) and not np.iscomplexobj(basis)
-    added = np.hstack([motion.real, motion.imag]) if splits else motion
+    added = np.hstack([np.real(motion), np.imag(motion)]) if splits else motion
     transposed = adjoint(basis)
     for _ in range(2):
         added -= basis @ (transposed @ added)
@@ -219,7 +219,7 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
     poles, vectors = eig(np.vstack([upper, lower]))  # type: ignore
     inputs = np.linalg.solve(vectors, np.eye(2 * size)[:, size:])
     lift = shapes @ (vectors[:size] / natural[:, None])
-    right = (inputs @ adjoint(shapes)) @ push
+    right = np.asarray((inputs @ adjoint(shapes)) @ push, dtype=complex)
     whole = PoleSum(masters.astype(complex), pull @ lift, right, poles)
     inside = np.array([stiffness, damping, mass])
     modal = ModalMatrices.of(masters, pull @ shapes, adjoint(shapes) @ push, inside)

@@ -121,7 +121,7 @@ class Sector(Structure):
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
         places = structure.places
-        ends = [_numbers(structure, *given) for given in (("left", left), ("right", right))]
+        ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
         _check_ends(*ends)
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)
@@ -311,6 +311,15 @@ class Sector(Structure):
         s = harmonic * frequency
         mass, damping, stiffness = self._dense(self.wave(harmonic))[:3]
         return stiffness + 1j * s * damping - s**2 * mass, harmonic * (1j * damping - 2 * s * mass)
+
+    @property
+    def bends(self) -> bool:
+        """That it does: its dynamic stiffness is a polynomial of the frequency."""
+        return True
+
+    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
+        """Second derivative of the dynamic stiffness by the frequency."""
+        return -2 * harmonic**2 * self._dense(self.wave(harmonic))[0]
 
     def _dense(self, nodal_diameter: int) -> tuple[ComplexArray, ...]:
         """Mass, damping and stiffness matrices of a wave, and directions, as arrays."""

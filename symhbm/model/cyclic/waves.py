@@ -29,12 +29,12 @@ def turn(n: int, n_sectors: int) -> complex | float:
 
 def phasors(components: FloatArray) -> ComplexArray:
     """``a - i b`` of the coefficients (n, 1 or 2) of one harmonic, (n,)."""
-    return components @ np.array([1, -1j])[: components.shape[1]]
+    return np.asarray(components @ np.array([1, -1j])[: components.shape[1]], dtype=complex)
 
 
 def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
     """Coefficients (n, 1 or 2) of one harmonic from ``a - i b`` (n,)."""
-    return np.column_stack([phasors.real, -phasors.imag][: 1 + (harmonic > 0)])
+    return np.column_stack([np.real(phasors), -np.imag(phasors)][: 1 + (harmonic > 0)])
 
 
 class Interfaces(NamedTuple):
@@ -70,18 +70,20 @@ def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
 
     ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
     """
-    size, entries = basis.n_components, []
-    shape = (0, 0)
+    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
+    shape: Any = (0, 0)
     for harmonic in basis.harmonics:
-        rows = sp.coo_array(directions(harmonic))
+        rows: Any = sp.coo_array(directions(harmonic))
         shape = rows.shape
         cosine = basis.component(harmonic)
-        parts = [(cosine, cosine, rows.data.real)]
+        real: Any = np.real(rows.data)
+        imaginary: Any = np.imag(rows.data)
+        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
         if harmonic:
             sine = basis.component(harmonic, sine=True)
-            parts += [(sine, sine, rows.data.real)]
+            parts += [(sine, sine, real)]
             if np.iscomplexobj(rows.data):
-                parts += [(cosine, sine, rows.data.imag), (sine, cosine, -rows.data.imag)]
+                parts += [(cosine, sine, imaginary), (sine, cosine, -imaginary)]
         entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
     row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
     whole = shape[0] * size, shape[1] * size

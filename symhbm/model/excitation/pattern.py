@@ -77,8 +77,8 @@ def shape_of(pattern: Pattern, n_dof: int, basis: FourierBasis) -> FloatArray:
                 raise ValueError(
                     f"pattern: expected {n_dof} values (one per DOF of a sector), got {len(given)}"
                 )
-        shape[dofs, basis.component(harmonic)] = values.real
-        shape[dofs, basis.component(harmonic, sine=True)] = -values.imag
+        shape[dofs, basis.component(harmonic)] = np.real(values)
+        shape[dofs, basis.component(harmonic, sine=True)] = -np.imag(values)
     return shape
 
 

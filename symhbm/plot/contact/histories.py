@@ -139,7 +139,7 @@ def histories(dataset: xr.Dataset, contact: Contact) -> Histories:
 def _in_waves(values: xr.DataArray, waves: _Waves) -> xr.DataArray:
     """A displacement of a sector, harmonic by harmonic."""
     phasors = values.sel(component="cos") - 1j * values.sel(component="sin")
-    each = [
+    each: list[Any] = [
         sum(
             weight * phasors.sel(harmonic=harmonic).isel(dof=dof, drop=True)
             for dof, weight in weights.items()
