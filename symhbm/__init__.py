@@ -9,6 +9,7 @@ from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
 from symhbm.model import (
+    ContactPairs,
     EngineOrder,
     HarmonicForce,
     Model,
@@ -18,6 +19,7 @@ from symhbm.model import (
     StaticLoad,
     Structure,
     bladed_disk,
+    contact_pairs,
     next_sector,
     single_blade,
 )
@@ -39,7 +41,6 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
 )
 from symhbm.model.files import read_structure, save_structure
-from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     follow,

@@ -14,6 +14,7 @@ from symhbm.model.excitation import (
     force_coefficients,
     static_force,
 )
+from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.natural_frequencies import natural_band
@@ -44,6 +45,7 @@ __all__ = [
     "DOUBT",
     "FRICTION_PARAMETERS",
     "PARAMETERS",
+    "ContactPairs",
     "EngineOrder",
     "Excitation",
     "ForceSum",
@@ -61,6 +63,7 @@ __all__ = [
     "Symmetry",
     "bladed_disk",
     "check_excitation",
+    "contact_pairs",
     "described",
     "dims_of",
     "find_symmetry",

@@ -223,8 +223,8 @@ def contact_pairs(
     nodes = np.column_stack([sides[0][chosen], sides[1][other]])
     weights = [[], [], []]
     for pair, (a, b) in enumerate(nodes.tolist()):
-        one = _components(places, a, first[pair], np.eye(3), about)
-        two = _components(places, b, second[pair], turn, about)
+        one = _components(places, a, first[pair], about)
+        two = _components(places, b, second[pair], about)
         for of_axis, vector in zip(weights, axes[pair], strict=True):
             of_axis.append(_weights(vector, one, two, n_sectors is not None))
     for name, of_axis in zip(("tangential", "across", "normal"), weights, strict=True):
@@ -423,9 +423,7 @@ def _rotation(about: int, angle: float) -> FloatArray:
     return result
 
 
-def _components(
-    places: Places, node: int, point: FloatArray, turn: FloatArray, about: int
-) -> dict[str, FloatArray]:
+def _components(places: Places, node: int, point: FloatArray, about: int) -> dict[str, FloatArray]:
     """Unit vectors of the displacements of a node at a point, by the names of its places.
 
     Cartesian directions of the next sector are told in the axes of this one.

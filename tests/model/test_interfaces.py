@@ -132,6 +132,15 @@ def test_unmatched_nodes_are_told():
         sh.contact_pairs(model, np.arange(1, 13), np.arange(13, 24), tolerance=5e-5)
 
 
+def test_each_node_has_one_partner():
+    points = np.vstack([grid(), grid()[3:4] - 1e-5, grid(shift=1e-4)])
+    model = model_of(points)
+    left, right = np.arange(1, 14), np.arange(14, 26)
+    with pytest.warns(UserWarning, match=r"1 of 13 nodes of left \(the first: 13\)$"):
+        pairs = sh.contact_pairs(model, left, right, tolerance=5e-4)
+    assert pairs.nodes.tolist() == np.column_stack([left[:12], right]).tolist()
+
+
 def test_what_is_not_known_is_asked_for():
     together, _ = two_sides(gap=0.0)
     with pytest.raises(ValueError, match="both sides coincide"):
@@ -252,3 +261,44 @@ def test_structures_in_a_plane_have_one_tangential_direction():
     assert pairs.across == []
     with pytest.raises(ValueError, match="normal: expected displacements"):
         sh.contact_pairs(model, left, right, normal=[0, 0, 1], area=[1e-4] * 3)
+
+
+@pytest.mark.parametrize(
+    ("ways", "axis"), [(["x", "y", "z"], "z"), (["radial", "tangential", "axial"], None)]
+)
+def test_a_disk_that_turns_as_a_whole_slides_nowhere(ways, axis):
+    """Nor does one that moves along its axis, or swells, but for what it opens."""
+    angle = np.pi / N_SECTORS
+    ends = np.array([[0.1, 0, 0], [0.1, 0, 0.03]])
+    points = np.vstack(
+        [blade(AXES).places.coordinates[::3], turned(ends, 2, -angle), turned(ends, 2, angle)]
+    )
+    model = model_of(points, ways, ["high"] * 9 + ["low"] * 9 + ["left"] * 2 + ["right"] * 2)
+    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS, normal=[0.2, 1.0, 0.1])
+    joint = sh.Friction(
+        tangential=pairs.tangential,
+        across=pairs.across,
+        normal=pairs.normal,
+        contact_stiffness=1e4,
+        normal_stiffness=1e4,
+        friction_coefficient=0.3,
+        normal_load=1.0,
+    )
+    left, right = (
+        [f"{node}:{way}" for node in nodes for way in ways] for nodes in ((19, 20), (21, 22))
+    )
+    disk = sh.Sector(model, left, right, N_SECTORS, rotation=axis).with_contacts(joint=joint)
+    at = points[np.repeat(np.arange(22), 3)[disk.kept]]
+    radial = np.column_stack([at[:, 0], at[:, 1], 0 * at[:, 2]])
+    radial /= np.linalg.norm(radial, axis=1, keepdims=True)
+    axial = np.broadcast_to([0, 0, 1.0], at.shape)
+    tangential = np.cross(axial, radial)
+    vectors = dict(zip(AXES, np.eye(3), strict=True))
+    own = dict(radial=radial, tangential=tangential, axial=axial)
+    way_of = disk.places.direction
+    for field in (tangential * np.linalg.norm(at[:, :2], axis=1)[:, None], axial, radial):
+        motion = [
+            field[i] @ (vectors[way] if axis else own[way][i]) for i, way in enumerate(way_of)
+        ]
+        np.testing.assert_allclose(disk.directions @ np.array(motion), 0, atol=1e-14)
+    np.testing.assert_allclose(disk.contact_coordinates, points[:9])
