@@ -23,6 +23,7 @@ def damped_disk(grid, n_sectors=24, opens=False):
     half = open_sector.THICKNESS / 2
     one, other = (sector.near(tip, side * 0.3, half) for side in (1, -1))
     edge = sector.near(rim, np.pi / n_sectors, 0.0)  # on the interface that is eliminated
+    inside = sector.near(0.8 * rim, 0.2 * np.pi / n_sectors, 0.0)  # no contact is there
     foot = sector.near((rim + tip) / 2, 0.0, half)
     shroud = dict(tangential=(f"{one}:y", sh.next_sector(f"{other}:y")), friction_coefficient=0.3)
     if opens:
@@ -34,7 +35,9 @@ def damped_disk(grid, n_sectors=24, opens=False):
             contact_stiffness=1e7, friction_coefficient=0.3, normal_load=20.0,
         ),
     )  # fmt: skip
-    return disk, f"{one}:z", {f"{one}:z": 900.0, f"{foot}:y": 400j, f"{edge}:x": 90.0}
+    pattern = {f"{one}:z": 900.0, f"{foot}:y": 400j, f"{edge}:x": 90.0}
+    pattern |= {f"{inside}:z": 300 - 200j, f"{inside}:x": 150.0}
+    return disk, f"{one}:z", pattern
 
 
 def direct(disk, n, s, force):
