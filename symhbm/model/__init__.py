@@ -3,7 +3,6 @@
 from symhbm.model.builders import bladed_disk, single_blade
 from symhbm.model.cyclic import Influence, Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
-from symhbm.model.eigenmodes import gyroscopic_part
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -17,10 +16,9 @@ from symhbm.model.excitation import (
     static_force,
 )
 from symhbm.model.interfaces import ContactPairs, contact_pairs
+from symhbm.model.linear import gyroscopic_part, natural_band, natural_modes_of
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
-from symhbm.model.natural_frequencies import natural_band
-from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,

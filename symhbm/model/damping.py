@@ -13,8 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from symhbm.model.eigenmodes import lowest_modes
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.linear import LowRankSum, lowest_modes
 from symhbm.numerics import DENSE_LIMIT, check
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from symhbm.model.eigenmodes import hermitian, lowest_modes
+from symhbm.model.linear import hermitian, lowest_modes
 from symhbm.model.structure import DENSE, Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
 

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from symhbm.model import damping
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.linear import LowRankSum
 
 N = 40
 MASS = sp.eye_array(N)

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
-from symhbm.model.natural_frequencies import natural_band
+from symhbm.model.linear import natural_band
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 SINGLE = sh.HarmonicBalance(

@@ -14,7 +14,7 @@ from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.condensation.stored import digest_of, from_numbers, to_numbers
 from symhbm.model.contacts import renumbered
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model, restored
 from symhbm.model.places import Place
 from symhbm.model.structure import AT_REST, CACHED, NearModes, Structure

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.condensation import dynamic_stiffness, factorised
-from symhbm.model.eigenmodes import lowest_modes
+from symhbm.model.linear import lowest_modes
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray
 
 _RESONANCES = 4

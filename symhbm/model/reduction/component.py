@@ -13,8 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from symhbm.model.eigenmodes import lowest_modes
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.linear import LowRankSum, lowest_modes
 from symhbm.numerics import FloatArray
 
 _COLUMNS = 64

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
+from symhbm.model.linear import natural_modes_of
 from symhbm.model.matrices import Model
-from symhbm.model.natural_modes import natural_modes_of
 from symhbm.model.places import next_sector
 from symhbm.model.reduction.certificate import certified
 from symhbm.model.reduction.component import (

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import diags_array
 
-from symhbm.model.eigenmodes import gyroscopic_part, lowest_gyroscopic, lowest_modes
+from symhbm.model.linear.eigenmodes import gyroscopic_part, lowest_gyroscopic, lowest_modes
 from symhbm.model.structure import Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.linear.low_rank import LowRankSum
 from symhbm.numerics import DENSE_LIMIT, FloatArray
 
 _BELOW = 1e-9

@@ -1,0 +1,16 @@
+"""Natural modes and frequencies of structures, and matrices of low rank beside sparse ones."""
+
+from symhbm.model.linear.eigenmodes import gyroscopic_part, hermitian, lowest_modes
+from symhbm.model.linear.low_rank import LowRankSum, solver_of_sum
+from symhbm.model.linear.natural_frequencies import natural_band
+from symhbm.model.linear.natural_modes import natural_modes_of
+
+__all__ = [
+    "LowRankSum",
+    "gyroscopic_part",
+    "hermitian",
+    "lowest_modes",
+    "natural_band",
+    "natural_modes_of",
+    "solver_of_sum",
+]
