@@ -12,14 +12,11 @@ from symhbm.model import (
     ContactPairs,
     EngineOrder,
     HarmonicForce,
-    Influence,
     ModalDamping,
     Model,
     Places,
     PointForce,
     RayleighDamping,
-    RotatingModel,
-    Sector,
     StaticLoad,
     StructuralDamping,
     Structure,
@@ -45,8 +42,10 @@ from symhbm.model.contacts import (
     UnilateralSpring,
     VariableLoadFriction,
 )
+from symhbm.model.cyclic import Influence, Sector
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
+from symhbm.model.rotation import RotatingModel
 from symhbm.peaks import peak_curve, sensitivity
 from symhbm.response import (
     campbell,

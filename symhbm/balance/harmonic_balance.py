@@ -22,10 +22,10 @@ from symhbm.model import (
     Structure,
     Symmetry,
     check_excitation,
-    check_speed,
     find_symmetry,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
+from symhbm.model.rotation import check_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000

@@ -20,7 +20,8 @@ from symhbm.design.program import Program, Statistic
 from symhbm.design.report import infeasible, report, report_of_fresh, with_certificate
 from symhbm.design.search import SearchResult, search
 from symhbm.design.variables import DesignVariables
-from symhbm.model import DOUBT, natural_band, warn_of_doubts
+from symhbm.model import DOUBT, warn_of_doubts
+from symhbm.model.linear import natural_band
 from symhbm.numerics import check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf

@@ -1,7 +1,6 @@
 """What vibrates, what rubs, and what drives it."""
 
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.cyclic import Influence, Sector
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
@@ -16,7 +15,6 @@ from symhbm.model.excitation import (
     static_force,
 )
 from symhbm.model.interfaces import ContactPairs, contact_pairs
-from symhbm.model.linear import gyroscopic_part, natural_band, natural_modes_of
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.parameters import (
@@ -30,7 +28,6 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
-from symhbm.model.rotation import RotatingModel, check_speed, speed_order
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
     Matrices,
@@ -52,7 +49,6 @@ __all__ = [
     "Excitation",
     "ForceSum",
     "HarmonicForce",
-    "Influence",
     "Matrices",
     "ModalDamping",
     "Model",
@@ -60,8 +56,6 @@ __all__ = [
     "Places",
     "PointForce",
     "RayleighDamping",
-    "RotatingModel",
-    "Sector",
     "SliderContacts",
     "SpringSliderContacts",
     "StaticLoad",
@@ -70,22 +64,17 @@ __all__ = [
     "Symmetry",
     "bladed_disk",
     "check_excitation",
-    "check_speed",
     "contact_pairs",
     "described",
     "dims_of",
     "find_symmetry",
     "force_coefficients",
-    "gyroscopic_part",
     "is_pattern",
-    "natural_band",
-    "natural_modes_of",
     "next_sector",
     "number_of",
     "positive_definite",
     "records_by_name",
     "single_blade",
-    "speed_order",
     "static_force",
     "warn_of_doubts",
     "weighted",

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
-from symhbm.model import natural_band, warn_of_doubts
+from symhbm.model import warn_of_doubts
+from symhbm.model.linear import natural_band
 from symhbm.numerics import check
 from symhbm.peaks.peak_rows import results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of

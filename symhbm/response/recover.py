@@ -4,8 +4,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Model, Sector
+from symhbm.model import Model
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
+from symhbm.model.cyclic import Sector
 from symhbm.numerics import (
     RADIANS,
     Factorisation,

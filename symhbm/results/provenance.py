@@ -22,7 +22,6 @@ from symhbm.model import (
     Structure,
     described,
     is_pattern,
-    speed_order,
 )
 from symhbm.model.condensation import CondensedModel
 from symhbm.model.contacts import (
@@ -41,6 +40,7 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.reduction import DEVIATIONS, DeviatingModel
+from symhbm.model.rotation import speed_order
 from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.balance import harmonic_balance
-from symhbm.model import natural_band
+from symhbm.model.linear import natural_band
 from symhbm.time_domain import linear_motion
 
 

@@ -32,7 +32,7 @@ from symhbm.model.contacts.law import (
     graph_of,
 )
 from symhbm.model.contacts.marched import marched
-from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
+from symhbm.model.contacts.memoryless import MemorylessLaw
 from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
@@ -53,7 +53,6 @@ __all__ = [
     "Gap",
     "Group",
     "History",
-    "Instants",
     "Located",
     "Loop",
     "MemorylessLaw",

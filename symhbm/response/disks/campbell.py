@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq, linear_sum_assignment
 
-from symhbm.model import RotatingModel, Structure, gyroscopic_part, natural_modes_of
+from symhbm.model import Structure
+from symhbm.model.linear import gyroscopic_part, natural_modes_of
+from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import ComplexArray, FloatArray, check
 
 _SPARE = 3
@@ -195,6 +196,8 @@ def _followed(
 
 def _paired(before: _Modes, after: _Modes) -> tuple[np.ndarray, FloatArray]:
     """Which mode after each one before is, and how alike both are."""
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
     mac = np.abs(before.momentum.conj().T @ after.shapes) ** 2
     row, column = linear_sum_assignment(-mac)
     return column, mac[row, column]
@@ -213,6 +216,8 @@ def _crossings(
     modes: Callable[[float, int | None], _Modes],
 ) -> list[tuple]:
     """Crossings of a line with the modes of one wave: speed, frequency, order, mode, wave."""
+    from scipy.optimize import brentq  # slow to import
+
     result = []
     for (low, before), (high, after) in pairwise(found):
         for mode in range(count):

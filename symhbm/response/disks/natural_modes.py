@@ -6,7 +6,8 @@ from numbers import Integral
 import numpy as np
 import xarray as xr
 
-from symhbm.model import Structure, natural_modes_of
+from symhbm.model import Structure
+from symhbm.model.linear import natural_modes_of
 from symhbm.numerics import check
 
 
