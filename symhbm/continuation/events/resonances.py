@@ -82,15 +82,16 @@ def modes(
         near = np.ones(len(natural), dtype=bool)
         by_harmonic.append((natural - n * frequency, width, excited, near))
     exciting = frequency * np.array(harmonics)[:, None]
-    most = max(len(parts[0]) for parts in by_harmonic)
-    each = [
-        [
-            np.pad(part, (0, most - len(part)), constant_values=none)
-            for part, none in zip(parts, _NONE, strict=True)
+    count = [len(parts[0]) for parts in by_harmonic]
+    if len({*count}) > 1:  # waves around a disk, each with modes of its own
+        by_harmonic = [
+            [
+                np.pad(part, (0, max(count) - n), constant_values=none)
+                for part, none in zip(parts, _NONE, strict=True)
+            ]
+            for parts, n in zip(by_harmonic, count, strict=True)
         ]
-        for parts in by_harmonic
-    ]
-    return Modes(exciting, *(np.array(parts) for parts in zip(*each, strict=True)))
+    return Modes(exciting, *(np.array(parts) for parts in zip(*by_harmonic, strict=True)))
 
 
 def _without_matrices(

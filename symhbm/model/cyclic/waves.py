@@ -34,7 +34,8 @@ def phasors(components: FloatArray) -> ComplexArray:
 
 def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
     """Coefficients (n, 1 or 2) of one harmonic from ``a - i b`` (n,)."""
-    return np.column_stack([np.real(phasors), -np.imag(phasors)][: 1 + (harmonic > 0)])
+    parts = [np.real(phasors), -np.imag(phasors)][: 1 + (harmonic > 0)]
+    return np.asarray(np.column_stack(parts), dtype=float)
 
 
 class Interfaces(NamedTuple):
