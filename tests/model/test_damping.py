@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 import symhbm as sh
-from symhbm.model import damping
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.damping import LowRankSum, forms
 
 N = 40
 MASS = sp.eye_array(N)
@@ -37,7 +36,7 @@ def by_definition(stiffness, mass, ratios):
 
 @pytest.fixture
 def in_factors(monkeypatch):
-    monkeypatch.setattr(damping, "DENSE_LIMIT", 10)
+    monkeypatch.setattr(forms, "DENSE_LIMIT", 10)
     model = chain(sh.ModalDamping(RATIOS))
     assert isinstance(model.damping_matrix, LowRankSum)
     return model
@@ -171,6 +170,6 @@ def test_bad_damping_is_refused(make, error, told):
 
 
 def test_many_degrees_of_freedom_need_a_number_of_modes(monkeypatch):
-    monkeypatch.setattr(damping, "DENSE_LIMIT", 10)
+    monkeypatch.setattr(forms, "DENSE_LIMIT", 10)
     with pytest.raises(ValueError, match="number of damped modes for 40"):
         _ = chain(sh.ModalDamping(0.01)).damping_matrix

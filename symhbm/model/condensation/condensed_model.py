@@ -12,7 +12,7 @@ from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
-from symhbm.model.low_rank import LowRankSum
+from symhbm.model.damping import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.structure import AT_REST, NearModes, Structure

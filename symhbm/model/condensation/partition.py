@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from symhbm.model.low_rank import LowRankSum, solver_of_sum
+from symhbm.model.damping import LowRankSum, solver_of_sum
 from symhbm.model.matrices import Model
 from symhbm.model.structure import Matrices
 from symhbm.numerics import ComplexArray, FloatArray

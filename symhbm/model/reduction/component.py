@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
+from symhbm.model.damping import LowRankSum
 from symhbm.model.eigenmodes import lowest_modes
-from symhbm.model.low_rank import LowRankSum
 from symhbm.numerics import FloatArray
 
 _COLUMNS = 64

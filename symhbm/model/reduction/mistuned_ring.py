@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
-from symhbm.model.damping import ModalDamping, StructuralDamping
+from symhbm.model.damping import LowRankSum, ModalDamping, StructuralDamping
 from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
-from symhbm.model.low_rank import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt

@@ -13,8 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from symhbm.model.damping.low_rank import LowRankSum
 from symhbm.model.eigenmodes import lowest_modes
-from symhbm.model.low_rank import LowRankSum
 from symhbm.numerics import DENSE_LIMIT, check
 
 
