@@ -219,7 +219,7 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
         for part in (masters, pull, push):
             part[0, :, : n if part is not pull else None] *= interior.lossy
     # Displacements times natural frequencies, and velocities: nearly skew, so well conditioned.
-    natural = np.sqrt(np.abs(stiffness.diagonal().real))
+    natural = np.sqrt(np.abs(np.real(stiffness.diagonal())))
     size = len(natural)
     upper = np.hstack([np.zeros((size, size)), np.diag(natural)])
     lower = np.hstack([-stiffness / natural, -damping])

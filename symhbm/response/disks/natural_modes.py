@@ -44,7 +44,7 @@ def natural_modes(
     ------
     TypeError, ValueError
         For bad arguments, a structure without matrices, nodal diameters of one that is no sector,
-        and for a mass matrix that is not positive definite.
+        and where some motion has neither mass nor stiffness. What has no mass has no mode.
 
     Examples
     --------
