@@ -7,7 +7,7 @@ from rings import assembled
 from scipy.linalg import eigh
 
 import symhbm as sh
-from symhbm.model import eigenmodes
+from symhbm.model.linear import eigenmodes
 
 open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
 
