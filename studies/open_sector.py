@@ -35,7 +35,7 @@ class OpenSector(NamedTuple):
     ``free`` are the degrees of freedom of the structure among theirs.
     """
 
-    structure: sh.Model
+    structure: Any
     left: NDArray[np.intp]
     right: NDArray[np.intp]
     n_sectors: int
@@ -70,6 +70,10 @@ class OpenSector(NamedTuple):
         at_rest = self.structure.stiffness_matrix
         runs = {0.0: at_rest, speed: at_rest + (2 * np.pi * speed / 60) ** 2 * added}
         return self._replace(structure=sh.RotatingModel(self.structure, runs))
+
+    def at(self, speed: float) -> "OpenSector":
+        """The same with the matrices at one speed [1/min]."""
+        return self._replace(structure=self.rotating.structure.at(speed))
 
     def static(self) -> FloatArray:
         """Displacements [m s^2] of all degrees of freedom under centrifugal load, over Omega^2."""

@@ -102,14 +102,14 @@ def _axial(sector: OpenSector, modes: xr.Dataset) -> FloatArray:
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw frequencies by nodal diameters, both diagrams, and a mode of a sector and of the disk."""
     with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(14.0, 10.0), layout="constrained")
+        figure = plt.figure(figsize=(16.0, 10.5), layout="constrained")
         above, below = figure.subfigures(2, 1, height_ratios=(1, 1))
         left, middle, right = above.subplots(1, 3)
         _draw_frequencies(left, dataset)
         sh.plot.campbell(dataset, ax=middle)
-        middle.set_title("Campbell diagram")
+        middle.set_title("Campbell diagram", pad=28)
         sh.plot.interference(dataset, ax=right)
-        right.set_title("SAFE diagram")
+        right.set_title("SAFE diagram", pad=28)
         sector = below.add_subplot(1, 2, 1, projection="3d")
         disk = below.add_subplot(1, 2, 2, projection="3d")
         n, mode = SHOWN
@@ -134,7 +134,7 @@ def _draw_frequencies(ax: Axes, dataset: xr.Dataset) -> None:
     ax.figure.colorbar(dots, ax=ax, label="twisted blades: axial share of motion", shrink=0.8)
     ax.set(xlabel="nodal diameters", ylabel="natural frequency [Hz]", ylim=(0, 2800))
     ax.set_xticks(range(0, 13, 2))
-    ax.set_title("at rest")
+    ax.set_title("at rest", pad=28)
     ax.legend(loc="lower right")
 
 
@@ -157,7 +157,7 @@ def _draw_faces(ax: Axes3D, dataset: xr.Dataset, n_sectors: int) -> None:
     ax.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors="k", lw=0.25))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low, zoom=1.35 if n_sectors > 1 else 0.95)
+    ax.set_box_aspect(high - low, zoom=1.35 if n_sectors > 1 else 1.2)
     ax.view_init(elev=38, azim=-70)
     ax.set_axis_off()
 
