@@ -2,8 +2,9 @@
 
 The disk reaches from 0.08 m, where it is clamped, to 0.20 m, the blade on the middle third of each
 sector to 0.28 m; both are 0.03 m thick, of steel. Displacements are quadratic in straight
-hexahedra, directions cartesian, and the axis of the disk is z. Without twist of the blade the disk is
-its own mirror image, so that its bending and that of blades along the circumference do not couple.
+hexahedra, directions cartesian, and the axis of the disk is z. Without twist of the blade the disk
+is its own mirror image, so that its bending and that of blades along the circumference do not
+couple.
 """
 
 from typing import Any, NamedTuple
@@ -11,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector, LinearForm, MeshHex, asm
 from skfem.helpers import dot, eye, grad, sym_grad, trace
-from scipy.sparse.linalg import spsolve
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import symhbm as sh
@@ -85,20 +86,21 @@ class OpenSector(NamedTuple):
         return result
 
     def stiffening(self, static: FloatArray) -> Any:
-        """Matrix [kg] over Omega^2 of the stresses of a displacement less that of spin softening."""
+        """Matrix [kg] over Omega^2, of the stresses of a displacement less spin softening."""
         first, second = lame_parameters(YOUNG, POISSON)
 
         def form(u: Any, v: Any, w: Any) -> Any:
             strain = sym_grad(w["static"])
             stress = first * eye(trace(strain), 3) + 2 * second * strain
-            return np.einsum("ki...,ij...,kj...", grad(u), stress, grad(v)) - DENSITY * dot(
-                u[:2], v[:2]
-            )
+            first_slope: Any = grad(u)
+            second_slope: Any = grad(v)
+            stiffened = np.einsum("ki...,ij...,kj...", first_slope, stress, second_slope)
+            return stiffened - DENSITY * dot(u[:2], v[:2])
 
         return sp.csc_array(asm(BilinearForm(form), self.basis, static=static))
 
     def virials(self, static: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Integrals of the stresses xx, yy, xy [kg m^2] twice: by stiffening, and by virtual work."""
+        """Integrals of stresses xx, yy, xy [kg m^2]: by stiffening, and by virtual work."""
         x, y, _ = self.basis.doflocs
         way = self.basis.zeros().astype(int)
         for each in vars(self.basis.dofs).values():
@@ -114,7 +116,7 @@ class OpenSector(NamedTuple):
 
     def faces(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
         """Corners (n, 4) of the faces, numbers of mesh nodes, and which of them are interfaces."""
-        mesh = self.basis.mesh
+        mesh: Any = self.basis.mesh
         found = mesh.facets[:, mesh.boundary_facets()].T
         angle = np.abs(np.arctan2(*mesh.p[1::-1]))[found]
         return found, angle.min(axis=1) > np.pi / self.n_sectors - 1e-6

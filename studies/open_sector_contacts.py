@@ -10,10 +10,10 @@ radius and axis. Its own inertia is left out. A light damper slides and hardly t
 one sticks and is a spring; in between a mass is best.
 
 Shrouds are rigid arms from the tip of each blade to the face of the next, at 45 degrees to
-the circumference. Their load varies with the motion, up to lift-off. Under a small preload they open
-where the disk resonates, and the peak is high and far below the frequency with shrouds that stick;
-under a large one they stick, which raises the frequency by two thirds. In between they slip; around
-100 N both motions exist at the same frequencies.
+the circumference. Their load varies with the motion, up to lift-off. Under a small preload they
+open where the disk resonates, and the peak is high and far below the frequency with shrouds that
+stick; under a large one they stick, which raises the frequency by two thirds. In between they slip;
+around 100 N both motions exist at the same frequencies.
 
 Reference: J. H. Griffin, Friction damping of resonant stresses in gas turbine engine airfoils, J.
 Eng. Power 102 (1980), 329-333.
@@ -263,7 +263,7 @@ def _draw_responses(
     for value, color in zip(shown, shades, strict=True):
         row = dataset.sel({over: value})
         frequency, level = row[f"{name}_frequency"], 1e3 * row[f"{name}_amplitude"]
-        ax.semilogy(frequency, level, color=color, label=f"{scale * value:.3g} {unit}")
+        ax.semilogy(frequency, level, color=color, label=f"{round(scale * value, 1):g} {unit}")
         wide = np.where(row[f"{name}_state"] == 2, level, np.nan)
         ax.semilogy(frequency, wide, color=color, linewidth=5, alpha=0.3)
     ax.set(xlabel="excitation frequency [Hz]", ylabel="largest displacement of the tip [mm]")

@@ -5,8 +5,8 @@ revolutions per minute, reduced by Craig and Bampton to four modes with the boun
 motions of the interfaces, the contacts and the tip. So few put the frequencies half a percent too
 high, all alike: disks are compared with the tuned one that is reduced in the same way. The
 stiffness of each blade deviates by some percent, and the blades of a wave of engine order 18 then
-no longer share its energy. Dampers of one direction, under a constant load, slip where a blade moves
-much, and differences shrink.
+no longer share its energy alike. Dampers of one direction, under a constant load, lower the
+largest responses, and about as much those of the tuned disk: disks amplify as before.
 
 An isolated family of modes amplifies by `(1 + sqrt(24)) / 2 = 2.95` at most.
 

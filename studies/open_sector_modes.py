@@ -17,6 +17,7 @@ Reference: J. Wildheim, Excitation of rotationally periodic structures, J. Appl.
 """
 
 from importlib.metadata import version
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -100,10 +101,11 @@ def _axial(sector: OpenSector, modes: xr.Dataset) -> FloatArray:
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw frequencies by nodal diameters, both diagrams, and a mode of a sector and of the disk."""
+    """Draw frequencies by nodal diameters, both diagrams, and a mode of a sector and disk."""
     with plt.rc_context(sh.plot.STYLE):
         figure = plt.figure(figsize=(16.0, 10.5), layout="constrained")
-        above, below = figure.subfigures(2, 1, height_ratios=(1, 1))
+        parts: Any = figure.subfigures(2, 1)
+        above, below = parts
         left, middle, right = above.subplots(1, 3)
         _draw_frequencies(left, dataset)
         sh.plot.campbell(dataset, ax=middle)
@@ -123,6 +125,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def _draw_frequencies(ax: Axes, dataset: xr.Dataset) -> None:
     n = dataset.nodal_diameter.values
+    dots: Any = None
     for mode in range(COUNT):
         label = "straight blades" if mode == 0 else None
         straight = dataset.straight_frequency.isel(mode=mode)
@@ -157,7 +160,8 @@ def _draw_faces(ax: Axes3D, dataset: xr.Dataset, n_sectors: int) -> None:
     ax.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors="k", lw=0.25))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low, zoom=1.35 if n_sectors > 1 else 1.2)
+    zoom: Any = 1.35 if n_sectors > 1 else 1.2
+    ax.set_box_aspect(high - low, zoom=zoom)
     ax.view_init(elev=38, azim=-70)
     ax.set_axis_off()
 
