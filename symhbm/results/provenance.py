@@ -425,8 +425,8 @@ def _condensed(
     if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
         raise NotRebuiltError(
             "of a condensed structure that is not in it, as those of earlier versions, sectors of "
-            "disks and displacements of contacts are not; condense the structure again, or compute on with the problem that "
-            "gave this dataset"
+            "disks and displacements of contacts are not; condense the structure again, or compute "
+            "on with the problem that gave this dataset"
         )
     numbers = dataset[NUMBERS].values
     told, places = description["condensed"], places_of(dataset)

@@ -204,7 +204,8 @@ class CondensedModel(Structure):
     def of_structure(self, structure: Model) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
 
-        TypeError unless it is a Model, or with displacements of contacts, ValueError where it is another one.
+        TypeError unless it is a Model, and with displacements of contacts; ValueError where it is
+        another one.
         """
         if not isinstance(structure, Model):
             raise TypeError(f"structure={check.shown(structure)}: expected a Model")

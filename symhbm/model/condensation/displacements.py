@@ -12,14 +12,15 @@ from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates
 from symhbm.model.matrices import Model, restored
-from symhbm.model.structure import Matrices, Structure
+from symhbm.model.places import Place
+from symhbm.model.structure import AT_REST, Matrices, Structure
 from symhbm.numerics import FloatArray, FourierBasis
 
 
 class RelativeModel(Model):
     """A `Model` whose motion is ``x = T z``: displacements of contacts are some of the ``z``.
 
-    Its matrices are ``T^T M T``, and so on; forces are those of ``x``. Of `of`.
+    Its matrices are ``T^T M T``, and so on; forces are those on the ``whole`` structure.
     """
 
     whole: Model
@@ -28,12 +29,35 @@ class RelativeModel(Model):
     def split_force(
         self, shape: FloatArray, basis: FourierBasis
     ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on the degrees of freedom as the coordinates feel it, harmonic by harmonic."""
-        return super().split_force(self.change.T @ shape, basis)
+        """A force on the whole structure as the coordinates feel it, harmonic by harmonic."""
+        parts = self.whole.split_force(shape, basis)
+        return [(self.change.T @ own, share) for own, share in parts]
 
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
-        """Motion of the degrees of freedom from that of the coordinates, (n_dof, n) each."""
-        return self.change @ motion
+        """Motion (n_whole, n) of the whole structure from that (n_dof, n) of the coordinates."""
+        return self.whole.expanded(self.change @ motion, nodal_diameter)
+
+    def number_of(self, place: Place) -> int:
+        """The number of a place in the whole structure, which forces act on."""
+        return self.whole.number_of(place)
+
+    def under(self, excitation: Any) -> Structure:
+        """Itself; ValueError for an excitation that does not fit."""
+        self.whole.under(excitation)
+        return self
+
+    def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
+        """Coefficients of an excitation of unit amplitude on the whole structure."""
+        return self.whole.force_shape(excitation, basis)
+
+    def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
+        """What of an excitation does not oscillate, on the whole structure [N]."""
+        return self.whole.static_load(excitation, basis)
+
+    @property
+    def n_whole(self) -> int:
+        """Number of degrees of freedom that forces may act on."""
+        return self.whole.n_whole
 
     @property
     def contact_coordinates(self) -> FloatArray:
@@ -61,12 +85,13 @@ def in_displacements(
     parts = np.split(rows.indices, rows.indptr[1:-1]), np.split(rows.data, rows.indptr[1:-1])
     ends = [_ends(*part) for part in zip(*parts, strict=True)] if structure.n_contacts else []
     matrices = {name: _congruent(getattr(structure, name), change) for name in Matrices._fields}
-    names = ["groups", "lumped", "places", "damping", *structure.contact_parameters]
+    names = ["groups", "places", "damping", *structure.contact_parameters]
     values = {name: getattr(structure, name) for name in names}
     of_contacts = [tuple(ends[row] for row in rows) for rows in structure.contact_rows]
     values |= dict(
         row_ends=tuple(ends),
         contacts=tuple(each[0] if len(each) == 1 else each for each in of_contacts),
+        lumped=False,
         whole=structure,
         change=change,
     )
