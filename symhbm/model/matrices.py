@@ -17,7 +17,7 @@ from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.structure import CACHED, DENSE, Matrices
+from symhbm.model.structure import CACHED, Matrices
 from symhbm.numerics import FloatArray, check
 
 
@@ -141,7 +141,7 @@ class Model(PolynomialStructure):
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
-            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof), DENSE: {}})
+            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
         else:
             super()._put(name, value)
 

@@ -84,7 +84,9 @@ class RotatingModel(Model):
         speeds, parts = _of_speed(stiffness, structure.n_dof)
         gyroscopic = None if coriolis is None else _skew(coriolis, structure.n_dof)
         self._store(**vars(structure), **{"speeds": speeds, "coriolis": gyroscopic})
+        # Its stiffness is no longer one value per blade.
         self._store(stiffness_matrix=parts[0], stiffening=parts[1:], engine_order=None)
+        self._store(lumped=False)
 
     speeds: tuple[float, ...]
     stiffening: tuple[Any, ...]
