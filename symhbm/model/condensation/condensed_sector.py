@@ -9,7 +9,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
+from symhbm.model.condensation.condensed_model import (
+    CondensedModel,
+    CondensedStiffness,
+    places_of,
+)
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.cyclic import Sector, components, displacements, phasors
@@ -49,14 +53,15 @@ class CondensedSector(CondensedModel):
         harmonics: tuple[int, ...],
         waves: Mapping[int, CondensedStiffness],
         certificates: Mapping[int, Certificate],
+        displacements: NDArray[np.intp],
     ):
         self._check_names(structure.contact_parameters)
         names = ("contacts", "row_ends", "groups", *structure.contact_parameters)
         self._store(**{name: getattr(structure, name) for name in names})
         self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
-        places = structure.structure.places
-        self._store(_structure=structure, places=None if places is None else places.of(dofs))
+        places = places_of(structure, structure.structure.places, dofs, displacements)
+        self._store(_structure=structure, places=places, displacements_kept=displacements)
         if structure.order is not None:
             self._bind()
 
@@ -247,8 +252,8 @@ class CondensedSector(CondensedModel):
         return self._fixed[harmonic]
 
     def __reduce__(self) -> Any:
-        arguments = (self.dofs, self.frequency, self.harmonics, self.waves, self.certificates)
-        return CondensedSector, (self.structure, *arguments)
+        arguments = self.dofs, self.frequency, self.harmonics, self.waves, self.certificates
+        return CondensedSector, (self.structure, *arguments, self.displacements_kept)
 
 
 def _together(certificates: Mapping[int, Certificate]) -> Certificate:
