@@ -20,7 +20,7 @@ from symhbm.results import check_dataset, meaning, of_places
 
 
 def recover(
-    problem: HarmonicBalance, point: xr.Dataset, structure: Model | None = None
+    problem: HarmonicBalance, point: xr.Dataset, structure: Model | Sector | None = None
 ) -> xr.Dataset:
     """Response of all degrees of freedom of a condensed structure at one point of a result.
 

@@ -1,15 +1,25 @@
 """One sector of a disk of identical ones, and the travelling waves that it moves in."""
 
 from symhbm.model.cyclic.influence import Coupling, Influence
-from symhbm.model.cyclic.sector import Sector
+from symhbm.model.cyclic.sector import (
+    RECORDS_OF_SECTOR,
+    Sector,
+    SectorShape,
+    sector_of,
+    shape_of_sector,
+)
 from symhbm.model.cyclic.waves import Interfaces, components, displacements, phasors
 
 __all__ = [
+    "RECORDS_OF_SECTOR",
     "Coupling",
     "Influence",
     "Interfaces",
     "Sector",
+    "SectorShape",
     "components",
     "displacements",
     "phasors",
+    "sector_of",
+    "shape_of_sector",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,13 @@ from symhbm.model.cyclic.waves import (
     phasors,
     rotation_of,
 )
-from symhbm.model.excitation import Excitation, sector_order
+from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.matrices import Model
-from symhbm.model.places import NextSector
+from symhbm.model.places import DIRECTIONS, NextSector, Places
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.rotation import RotatingModel
-from symhbm.model.structure import AT_REST, DENSE, Matrices
+from symhbm.model.records import recalled, stored
+from symhbm.model.rotation import RECORDS, RotatingModel, model_of
+from symhbm.model.structure import AT_REST, DENSE, STORED, Matrices
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 LARGEST = 300
@@ -260,7 +261,8 @@ class Sector(PolynomialStructure):
     def _changed(self, **values: Any) -> Sector:
         other = object.__new__(type(self))
         other._store(**vars(self) | values)
-        vars(other).pop(DENSE, None)
+        for name in (DENSE, STORED):
+            vars(other).pop(name, None)
         return other
 
     @property
@@ -369,13 +371,95 @@ class Sector(PolynomialStructure):
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""
         told = {"type": type(self).__name__, "n_sectors": self.n_sectors, "n_dof": self.n_whole}
-        return {"structure": told}
+        return {"structure": told | {"stored": self._stored[1]}}
+
+    @property
+    def numbers(self) -> FloatArray:
+        """All numbers that `from_stored` needs, (n,)."""
+        return self._stored[0]
+
+    @property
+    def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
+        if STORED not in vars(self):
+            shape, labels = shape_of_sector(self)
+            told = {"model": self.structure.told, "labels": labels}
+            self._store(**{STORED: stored(_Stored(shape, self.structure.record), told)})
+        return vars(self)[STORED]
+
+    @classmethod
+    def from_stored(
+        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, **values: Any
+    ) -> Sector:
+        """The sector of a `description`; ValueError where it or ``numbers`` are damaged."""
+        record = recalled(numbers, told, (_Stored, *RECORDS, *RECORDS_OF_SECTOR))
+        structure = model_of(record.matrices, told["model"])
+        return sector_of(structure, record.shape, told["labels"], contacts, **values)
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation on the sector itself, of one reduced from a larger one."""
+        if self.structure.kept is None:
+            return excitation
+        parts = basis.by_harmonic(self.structure.felt_shape(excitation, basis))
+        each = zip(basis.harmonics, parts, strict=True)
+        pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
+        order = excitation.parameters.get("engine_order", self.order)
+        wave = EngineOrder(order, excitation.amplitude, pattern=pattern)
+        static = self.static_load(excitation, basis)
+        return wave + StaticLoad(static) if static.any() else wave
 
     def __repr__(self) -> str:
         return (
             f"{super().__repr__()}\n  one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
+
+
+class SectorShape(NamedTuple):
+    """What archives hold of a sector beside its matrices.
+
+    ``known``, where rotations are, (n_dof,); ``places``, their node, the numbers of direction and
+    label, and coordinates.
+    """
+
+    interfaces: Interfaces
+    influences: tuple[Coupling, ...]
+    known: NDArray[np.bool_]
+    places: tuple[Any, ...] | None
+
+
+class _Stored(NamedTuple):
+    shape: SectorShape
+    matrices: Any
+
+
+RECORDS_OF_SECTOR = SectorShape, Interfaces, Coupling
+
+
+def shape_of_sector(sector: Sector) -> tuple[SectorShape, list[str]]:
+    """What archives hold of a sector beside its matrices, and the labels of its places."""
+    given, places, labels = sector.structure.places, None, []
+    if given is not None:
+        texts, label = np.unique(given.label, return_inverse=True)
+        labels = texts.tolist()
+        direction = np.array([DIRECTIONS.index(text) for text in given.direction.tolist()])
+        places = given.node, direction, label, given.coordinates
+    return SectorShape(sector.interfaces, sector.influences, sector._turns, places), labels
+
+
+def sector_of(
+    structure: Any, shape: SectorShape, labels: list[str], contacts: Any, **values: Any
+) -> Sector:
+    """The sector of a structure without contacts and of what archives hold beside it."""
+    if shape.places is not None:
+        node, direction, label, coordinates = shape.places
+        texts = [np.array(each)[at] for each, at in ((DIRECTIONS, direction), (labels, label))]
+        structure._store(places=Places(node, texts[0], coordinates, texts[1]))
+    sector, places = object.__new__(Sector), structure.places
+    sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
+    sector._store(influences=shape.influences, _turns=shape.known)
+    sector._store(places=None if places is None else places.of(shape.interfaces.others))
+    sector._set_contacts(contacts, **values)
+    return sector
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:
