@@ -86,7 +86,8 @@ def recover(
     of_dofs = of_places(whole.structure if isinstance(whole, Sector) else whole)
     coordinates |= {name: part for name, part in of_dofs.items() if part[0] == "dof"}
     if isinstance(whole, Sector):  # what `sector_response` needs
-        dataset["engine_order"] = point["engine_order"].variable
+        if "engine_order" in point:
+            dataset["engine_order"] = point["engine_order"].variable
         dataset.attrs["problem"] = point.attrs["problem"]
     return dataset.set_coords("frequency").assign_coords(coordinates)
 

@@ -73,7 +73,8 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _ENTRIES = ("row", "column", "value")
-OF_MODEL = (*(f"{name}_{part}" for name in MATRICES for part in _ENTRIES), NUMBERS, STRUCTURE_NUMBERS)
+_BY_ENTRIES = tuple(f"{name}_{part}" for name in MATRICES for part in _ENTRIES)
+OF_MODEL = (*_BY_ENTRIES, NUMBERS, STRUCTURE_NUMBERS)
 """Variables that hold what vibrates."""
 _LAWS: dict[str, Any] = {
     kind.__name__: kind

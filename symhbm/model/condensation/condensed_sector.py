@@ -24,8 +24,6 @@ from symhbm.model.cyclic import (
     components,
     displacements,
     phasors,
-    sector_of,
-    shape_of_sector,
 )
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.records import from_numbers, recalled, stored, to_numbers
@@ -214,7 +212,7 @@ class CondensedSector(CondensedModel):
         waves = [
             _Wave(n, condensed, self.certificates.get(n)) for n, condensed in self.waves.items()
         ]
-        shape, labels = shape_of_sector(self._structure)
+        shape, labels = self._structure.shape
         return _Stored(tuple(waves), shape), labels
 
     @cached_property
@@ -246,7 +244,8 @@ class CondensedSector(CondensedModel):
         Arguments are as of `CondensedModel.from_stored`, contacts those of the sector.
         """
         record = recalled(numbers, told, _RECORDS)
-        sector = sector_of(_Gone(told["n_dof"]), record.shape, told["labels"], contacts, **values)
+        whole, labels = _Gone(told["n_dof"]), told["labels"]
+        sector = Sector.from_shape(whole, record.shape, labels, contacts, **values)
         waves = {wave.n: wave.condensed for wave in record.waves}
         certificates = {wave.n: wave.certificate for wave in record.waves if wave.certificate}
         dofs, band = np.array(told["dofs"], dtype=np.intp), tuple(told["frequency"])

@@ -1,13 +1,8 @@
 """One sector of a disk of identical ones, and the travelling waves that it moves in."""
 
 from symhbm.model.cyclic.influence import Coupling, Influence
-from symhbm.model.cyclic.sector import (
-    RECORDS_OF_SECTOR,
-    Sector,
-    SectorShape,
-    sector_of,
-    shape_of_sector,
-)
+from symhbm.model.cyclic.sector import Sector
+from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, SectorShape
 from symhbm.model.cyclic.waves import Interfaces, components, displacements, phasors
 
 __all__ = [
@@ -20,6 +15,4 @@ __all__ = [
     "components",
     "displacements",
     "phasors",
-    "sector_of",
-    "shape_of_sector",
 ]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.influence import Coupling, Influence
+from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, SectorShape, stored_places
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -21,7 +22,7 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.matrices import Model
-from symhbm.model.places import DIRECTIONS, NextSector, Places
+from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import recalled, stored
 from symhbm.model.rotation import RECORDS, RotatingModel, model_of
@@ -96,8 +97,8 @@ class Sector(PolynomialStructure):
 
     WITHOUT_MATRICES = (
         "expected a structure with matrices, this is one sector of a disk, whose matrices differ "
-        "from harmonic to harmonic; use the assembled ring, or one of sectors reduced by "
-        "symhbm.craig_bampton"
+        "from harmonic to harmonic; symhbm.mistuned_ring makes the ring of all sectors, mostly of "
+        "one that symhbm.craig_bampton has reduced"
     )
 
     structure: Model
@@ -381,10 +382,29 @@ class Sector(PolynomialStructure):
     @property
     def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
         if STORED not in vars(self):
-            shape, labels = shape_of_sector(self)
-            told = {"model": self.structure.told, "labels": labels}
-            self._store(**{STORED: stored(_Stored(shape, self.structure.record), told)})
+            told = {"model": self.structure.told, "labels": self.shape[1]}
+            self._store(**{STORED: stored(_Stored(self.shape[0], self.structure.record), told)})
         return vars(self)[STORED]
+
+    @property
+    def shape(self) -> tuple[SectorShape, list[str]]:
+        """What archives hold of it beside its matrices, and the labels of its places."""
+        places, labels = stored_places(self.structure.places)
+        return SectorShape(self.interfaces, self.influences, self._turns, places), labels
+
+    @classmethod
+    def from_shape(
+        cls, structure: Any, shape: SectorShape, labels: list[str], contacts: Any, **values: Any
+    ) -> Sector:
+        """The sector of a structure without contacts and of its `shape`."""
+        places = None if shape.places is None else shape.places.places(labels)
+        structure._store(places=places)
+        sector = object.__new__(cls)
+        sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
+        sector._store(influences=shape.influences, _turns=shape.known)
+        sector._store(places=None if places is None else places.of(shape.interfaces.others))
+        sector._set_contacts(contacts, **values)
+        return sector
 
     @classmethod
     def from_stored(
@@ -393,7 +413,7 @@ class Sector(PolynomialStructure):
         """The sector of a `description`; ValueError where it or ``numbers`` are damaged."""
         record = recalled(numbers, told, (_Stored, *RECORDS, *RECORDS_OF_SECTOR))
         structure = model_of(record.matrices, told["model"])
-        return sector_of(structure, record.shape, told["labels"], contacts, **values)
+        return cls.from_shape(structure, record.shape, told["labels"], contacts, **values)
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation on the sector itself, of one reduced from a larger one."""
@@ -414,52 +434,9 @@ class Sector(PolynomialStructure):
         )
 
 
-class SectorShape(NamedTuple):
-    """What archives hold of a sector beside its matrices.
-
-    ``known``, where rotations are, (n_dof,); ``places``, their node, the numbers of direction and
-    label, and coordinates.
-    """
-
-    interfaces: Interfaces
-    influences: tuple[Coupling, ...]
-    known: NDArray[np.bool_]
-    places: tuple[Any, ...] | None
-
-
 class _Stored(NamedTuple):
     shape: SectorShape
     matrices: Any
-
-
-RECORDS_OF_SECTOR = SectorShape, Interfaces, Coupling
-
-
-def shape_of_sector(sector: Sector) -> tuple[SectorShape, list[str]]:
-    """What archives hold of a sector beside its matrices, and the labels of its places."""
-    given, places, labels = sector.structure.places, None, []
-    if given is not None:
-        texts, label = np.unique(given.label, return_inverse=True)
-        labels = texts.tolist()
-        direction = np.array([DIRECTIONS.index(text) for text in given.direction.tolist()])
-        places = given.node, direction, label, given.coordinates
-    return SectorShape(sector.interfaces, sector.influences, sector._turns, places), labels
-
-
-def sector_of(
-    structure: Any, shape: SectorShape, labels: list[str], contacts: Any, **values: Any
-) -> Sector:
-    """The sector of a structure without contacts and of what archives hold beside it."""
-    if shape.places is not None:
-        node, direction, label, coordinates = shape.places
-        texts = [np.array(each)[at] for each, at in ((DIRECTIONS, direction), (labels, label))]
-        structure._store(places=Places(node, texts[0], coordinates, texts[1]))
-    sector, places = object.__new__(Sector), structure.places
-    sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
-    sector._store(influences=shape.influences, _turns=shape.known)
-    sector._store(places=None if places is None else places.of(shape.interfaces.others))
-    sector._set_contacts(contacts, **values)
-    return sector
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:

@@ -51,8 +51,8 @@ class RotatingModel(Model):
     Notes
     -----
     Contacts are pressed by rotation with ``centrifugal_load=`` of `symhbm.Friction` and
-    `symhbm.Gap`. What follows an engine order has no matrices of its own: motions in time,
-    stability and designs need `at` one speed.
+    `symhbm.Gap`; static loads stay constant. What follows an engine order has no matrices of its
+    own: motions in time, stability and reductions need `at` one speed.
 
     Examples
     --------

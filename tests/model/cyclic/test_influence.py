@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from sectors_to_reduce import plate_sector
 
 import symhbm as sh
