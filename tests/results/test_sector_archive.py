@@ -1,11 +1,14 @@
 """Archives of sectors, of structures that turn, and of a loss factor: the problem to the bit."""
 
+import pickle
+
 import numpy as np
 import pytest
 from sectors import random_disk, wave, with_friction, with_opening
 from sectors_to_reduce import plate_sector
 
 import symhbm as sh
+from symhbm.response import ensemble
 
 HARMONICS, BAND, ORDER = (0, 1, 2, 3), (20.0, 28.0), 2
 WIND = {-1: 60 + 30j, 0: 100 + 50j, 1: 30 - 25j}
@@ -105,6 +108,37 @@ def test_damaged_numbers_never_speak(make):
         sh.rebuild(point)
     with pytest.raises(sh.ArchiveError, match="not in it"):
         sh.rebuild(point.drop_vars(name))
+
+
+@pytest.mark.parametrize("make", [moved, turning_sector])
+def test_a_run_that_was_interrupted_is_resumed(make, tmp_path, monkeypatch):
+    path, problem, over = tmp_path / "resumed.nc", make(), {"normal_load": [2.0, 3.0]}
+    original, calls = ensemble.compute_curve, []
+
+    def interrupted(*arguments):
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sh.frf(problem, BAND, over=over, archive=path, progress=False)
+    monkeypatch.undo()
+    with sh.resume(path, progress=False) as resumed:
+        assert resumed.identical(sh.frf(problem, BAND, over=over, progress=False))
+    grid = dict(at=[21.0, 23.0], over=over, progress=False)
+    with sh.frf(problem, BAND, archive=tmp_path / "grid.nc", **grid) as stored:
+        assert stored.identical(sh.frf(problem, BAND, **grid))
+
+
+def test_copies_of_what_was_rebuilt_and_names_of_places():
+    problem = condensed()
+    point = sh.solve(problem, 24.0)
+    again = pickle.loads(pickle.dumps(sh.rebuild(point)))
+    assert again.model.description() == problem.model.description()
+    assert sh.solve(again, 24.0).equals(point)
+    assert again.model.number_of("inner0:z") == 5
 
 
 def test_the_whole_sector_is_given_again_to_recover():

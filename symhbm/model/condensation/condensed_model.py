@@ -193,7 +193,7 @@ class CondensedModel(Structure):
             self._structure.under(excitation)
         return self
 
-    def of_structure(self, structure: Model) -> "CondensedModel":
+    def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
 
         TypeError unless it is a Model, ValueError where it is another one.

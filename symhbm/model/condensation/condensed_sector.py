@@ -273,7 +273,7 @@ class CondensedSector(CondensedModel):
         same = structure.n_whole == self.n_whole
         if not same or _digest(structure) != self._description["matrices"]:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
-        whole = structure.in_wave(self._structure.order)._changed()
+        whole = structure._changed(order=self.order)
         names = "contacts", "row_ends", "groups", *self.contact_parameters
         whole._store(**{name: getattr(self, name) for name in names})
         other = object.__new__(type(self))

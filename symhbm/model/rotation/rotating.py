@@ -143,7 +143,8 @@ class RotatingModel(Model):
     @property
     def record(self) -> TurningMatrices:
         """The matrices, and those that the speed multiplies."""
-        return TurningMatrices(*super().record, self.stiffening, self.coriolis)
+        still = super().record._asdict()
+        return TurningMatrices(**still, stiffening=self.stiffening, coriolis=self.coriolis)
 
     @property
     def told(self) -> dict[str, Any]:
