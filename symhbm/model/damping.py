@@ -35,6 +35,17 @@ class Damping(ABC):
         """The same of a structure that has no more than so many modes."""
         return self
 
+    @classmethod
+    def from_told(cls, told: dict[str, Any]) -> Damping:
+        """The damping of a `description`; KeyError for a kind that is none of the library's."""
+        kinds = {kind.__name__: kind for kind in (ModalDamping, RayleighDamping, StructuralDamping)}
+        return kinds[told["type"]](**told["values"])
+
+    def description(self) -> dict[str, Any]:
+        """What tells it apart in a dataset, as JSON keeps it."""
+        own = type(self).__module__ != __name__
+        return {"type": type(self).__name__} | ({} if own else {"values": vars(self)})
+
 
 @dataclass(frozen=True)
 class ModalDamping(Damping):

@@ -17,7 +17,8 @@ from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.structure import CACHED, Matrices
+from symhbm.model.records import stored
+from symhbm.model.structure import CACHED, STORED, Matrices
 from symhbm.numerics import FloatArray, check
 
 
@@ -141,6 +142,7 @@ class Model(PolynomialStructure):
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
+            vars(self).pop(STORED, None)
             self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
         else:
             super()._put(name, value)
@@ -158,7 +160,41 @@ class Model(PolynomialStructure):
         """Nothing where matrices are stored, else the loss factor."""
         if self.has_matrices:
             return {}
-        return {"structure": {"type": type(self).__name__, "loss_factor": self.loss_factor}}
+        told = {"type": type(self).__name__, "loss_factor": self.loss_factor}
+        return {"structure": told | {"stored": self._stored[1]}}
+
+    @property
+    def numbers(self) -> FloatArray | None:
+        """The matrices as archives hold them, (n,), where they are not all there is."""
+        return None if self.has_matrices else self._stored[0]
+
+    @property
+    def record(self) -> Any:
+        """The matrices, and what else tells the structure, for an archive."""
+        damping = vars(self)["damping_matrix"] if self.damping is None else None
+        return Matrices(self.mass_matrix, damping, self.stiffness_matrix)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What of it is no number, as JSON keeps it."""
+        return {} if self.damping is None else {"damping": self.damping.description()}
+
+    @property
+    def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
+        if STORED not in vars(self):
+            self._store(**{STORED: stored(self.record, self.told)})
+        return vars(self)[STORED]
+
+    @classmethod
+    def from_record(cls, record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
+        """The model of a `record` and of what was `told`, without contacts and places."""
+        values: dict[str, Any] = dict(lumped=lumped, places=None)
+        values |= {name: part for name, part in record._asdict().items() if part is not None}
+        if "damping" in told:
+            values["damping"] = Damping.from_told(told["damping"])
+        model = restored(values, cls)
+        model._set_contacts({})
+        return model
 
     @property
     def static_stiffness(self) -> Any:

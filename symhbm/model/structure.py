@@ -649,7 +649,9 @@ class Structure(ABC):
 
 DENSE = "_dense_powers"
 """Where a structure keeps its matrices as arrays."""
-CACHED = {"contact_rows", "directions", "records", DENSE}
+STORED = "_stored_numbers"
+"""Where a structure keeps what archives hold of it."""
+CACHED = {"contact_rows", "directions", "records", DENSE, STORED}
 """Attributes that are computed from the others."""
 
 

@@ -20,7 +20,7 @@ from symhbm.results import check_dataset, meaning, of_places
 
 
 def recover(
-    problem: HarmonicBalance, point: xr.Dataset, structure: Model | None = None
+    problem: HarmonicBalance, point: xr.Dataset, structure: Model | Sector | None = None
 ) -> xr.Dataset:
     """Response of all degrees of freedom of a condensed structure at one point of a result.
 
@@ -86,7 +86,8 @@ def recover(
     of_dofs = of_places(whole.structure if isinstance(whole, Sector) else whole)
     coordinates |= {name: part for name, part in of_dofs.items() if part[0] == "dof"}
     if isinstance(whole, Sector):  # what `sector_response` needs
-        dataset["engine_order"] = point["engine_order"].variable
+        if "engine_order" in point:
+            dataset["engine_order"] = point["engine_order"].variable
         dataset.attrs["problem"] = point.attrs["problem"]
     return dataset.set_coords("frequency").assign_coords(coordinates)
 

@@ -23,7 +23,7 @@ from symhbm.model import (
     described,
     is_pattern,
 )
-from symhbm.model.condensation import CondensedModel
+from symhbm.model.condensation import CondensedModel, CondensedSector
 from symhbm.model.contacts import (
     ContactLaw,
     Contacts,
@@ -39,8 +39,10 @@ from symhbm.model.contacts import (
     named,
     to_stored,
 )
+from symhbm.model.cyclic import Sector
+from symhbm.model.records import recalled
 from symhbm.model.reduction import DEVIATIONS, DeviatingModel
-from symhbm.model.rotation import speed_order
+from symhbm.model.rotation import RECORDS, model_of, speed_order
 from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
@@ -59,6 +61,8 @@ OF_STRUCTURE = "structure_dof"
 """Coordinate of condensed structures: which degrees of freedom are kept."""
 NUMBERS = "condensed_numbers"
 """Variable of condensed structures: their poles, residues and all else that makes them again."""
+STRUCTURE_NUMBERS = "structure_numbers"
+"""Variable of other structures without constant matrices, sectors for example: the same."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
 SPEED_ORDER = "speed_order"
@@ -69,7 +73,8 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _ENTRIES = ("row", "column", "value")
-OF_MODEL = (*(f"{name}_{part}" for name in MATRICES for part in _ENTRIES), NUMBERS)
+_BY_ENTRIES = tuple(f"{name}_{part}" for name in MATRICES for part in _ENTRIES)
+OF_MODEL = (*_BY_ENTRIES, NUMBERS, STRUCTURE_NUMBERS)
 """Variables that hold what vibrates."""
 _LAWS: dict[str, Any] = {
     kind.__name__: kind
@@ -213,10 +218,12 @@ def with_provenance(
     if problem.model.kept is not None:
         attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
-        if problem.model.numbers is not None:
-            long_name = "condensed structure, as the problem lays it out"
-            attributes = {"long_name": long_name, "units": "1"}
-            variables[NUMBERS] = (("condensed_entry",), problem.model.numbers, attributes)
+    if problem.model.numbers is not None:
+        condensed = isinstance(problem.model, CondensedModel)
+        name, what = (NUMBERS, "condensed") if condensed else (STRUCTURE_NUMBERS, "structure")
+        long_name = f"{what.replace('ed', 'ed structure')}, as the problem lays it out"
+        attributes = {"long_name": long_name, "units": "1"}
+        variables[name] = ((f"{what}_entry",), problem.model.numbers, attributes)
     if problem.model.has_matrices and not problem.model.lumped:
         for name in MATRICES:
             part = problem.model.constant_part(name.removesuffix("_matrix"))
@@ -319,7 +326,8 @@ def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
             for each, weights in zip(*_lists(model.directions_in(harmonic)), strict=True)
         ]
         by_harmonic[harmonic] = rows
-    return {"displacements": by_harmonic, "order": problem.excitation.parameters["engine_order"]}
+    order = problem.excitation.parameters.get("engine_order", model.order)
+    return {"displacements": by_harmonic, "order": order}
 
 
 def _lists(matrix: Any) -> tuple[Any, Any]:
@@ -375,6 +383,11 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     """
     metadata = Description(dataset)
     description = metadata.problem
+    if metadata.structure is not None and STRUCTURE_NUMBERS not in dataset.variables:
+        raise NotRebuiltError(
+            f"of a structure {metadata.structure['type']}, whose class is not in it; compute on "
+            "with the problem that gave this dataset"
+        )
     moving = metadata.moving
     varied = [*metadata.swept, *([moving] if moving != "frequency" else [])]
     excitation = _excitation_of(description["excitation"], varied)
@@ -389,6 +402,8 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
     nominal = {name: _nominal(dataset, name, varied) for name in names}
     if metadata.condensed is not None:
         model = _condensed(dataset, description, contacts, nominal)
+    elif metadata.structure is not None:
+        model = _of_numbers(dataset, description, contacts, nominal)
     else:
         if lumped:
             matrices = [sp.eye_array(description["n_dof"], format="csc")] * 3
@@ -424,13 +439,27 @@ def _condensed(
 ) -> CondensedModel:
     if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
         raise NotRebuiltError(
-            "of a condensed structure that is not in it, as those of earlier versions, sectors of "
-            "disks and displacements of contacts are not; condense the structure again, or compute "
-            "on with the problem that gave this dataset"
+            "of a condensed structure that is not in it, as those of earlier versions and of "
+            "displacements of contacts are not; condense the structure again, or compute on with "
+            "the problem that gave this dataset"
         )
     numbers = dataset[NUMBERS].values
     told, places = description["condensed"], places_of(dataset)
-    return CondensedModel.from_stored(told, numbers, contacts, places, **nominal)
+    kind = CondensedSector if "n_sectors" in told else CondensedModel
+    return kind.from_stored(told, numbers, contacts, places, **nominal)
+
+
+def _of_numbers(
+    dataset: xr.Dataset, description: dict[str, Any], contacts: Any, nominal: dict[str, Any]
+) -> Structure:
+    """A sector, a structure that turns, or one with a loss factor."""
+    told, numbers = description["structure"]["stored"], dataset[STRUCTURE_NUMBERS].values
+    if "n_sectors" in description["structure"]:
+        return Sector.from_stored(told, numbers, contacts, **nominal)
+    model = model_of(recalled(numbers, told, RECORDS), told, description["lumped"])
+    model._store(places=places_of(dataset))
+    model._set_contacts(contacts, **nominal)
+    return model
 
 
 def _contacts_of(

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import MANY, Evaluation, HarmonicBalance, advise_condensing
+from symhbm.model import Structure
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
@@ -28,26 +29,35 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     """Whether stability is asked for; ValueError for a structure of which it cannot be told."""
     wanted = check.flag("stability", stability)
     model = problem.model
-    if wanted and model.kept is not None and model.modal is None:
-        raise ValueError(
-            f"stability=True: expected False for a condensed sector of a disk, and for a structure "
-            f"condensed with more than {LARGEST_MODAL} degrees of freedom and modes inside; "
-            "condense it over a narrower band, or reduce it by symhbm.craig_bampton"
-        )
-    if wanted and model.kept is not None and not model.modal.between:
-        raise ValueError(
-            "stability=True: expected False for a structure that is exact at its harmonics alone, "
-            "perturbations oscillate between them; condense it with stability=True"
-        )
-    if wanted and model.kept is None and not model.has_matrices:
+    if wanted and not model.has_matrices:
+        _check_condensed(model)
+    if wanted:
+        advise_condensing(problem, "stability is not computed", ", stability=True")
+    return wanted
+
+
+def _check_condensed(model: Structure) -> None:
+    """Raise ValueError for a structure without matrices whose perturbations are not known."""
+    changes = model.nodal_diameters is not None or model.engine_order is not None
+    if changes or model.loss_factor:
+        raise ValueError(f"stability=True: {model.WITHOUT_MATRICES}")
+    if model.kept is None:
         raise ValueError(
             "stability=True: expected False for a structure without matrices; responses of "
             "friction under constant loads with damping are stable, for other contacts describe it "
             "by a Model"
         )
-    if wanted:
-        advise_condensing(problem, "stability is not computed", ", stability=True")
-    return wanted
+    if model.modal is None:
+        raise ValueError(
+            f"stability=True: expected False for a structure condensed with more than "
+            f"{LARGEST_MODAL} degrees of freedom and modes inside; condense it over a narrower "
+            "band, or reduce it by symhbm.craig_bampton"
+        )
+    if not model.modal.between:
+        raise ValueError(
+            "stability=True: expected False for a structure that is exact at its harmonics alone, "
+            "perturbations oscillate between them; condense it with stability=True"
+        )
 
 
 def growth_rate(

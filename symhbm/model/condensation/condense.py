@@ -17,6 +17,7 @@ from symhbm.model.excitation import Excitation, check_excitation
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
+from symhbm.model.rotation import check_at_one_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 _SOUND = 1e-6
@@ -137,6 +138,7 @@ def condense(
         raise TypeError(
             f"model={check.shown(model)}: expected a Model or a Sector that is not condensed"
         )
+    check_at_one_speed("model", model.structure if isinstance(model, Sector) else model)
     basis = FourierBasis(check_harmonics(harmonics))
     edges = check.array("frequency", frequency, "positive")
     if edges.shape != (2,) or edges[0] == edges[1]:

@@ -13,11 +13,11 @@ from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
-from symhbm.model.condensation.stored import digest_of, from_numbers, to_numbers
 from symhbm.model.contacts import renumbered
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model, restored
 from symhbm.model.places import Place, Places
+from symhbm.model.records import from_numbers, recalled, stored, to_numbers
 from symhbm.model.structure import AT_REST, CACHED, NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
@@ -68,7 +68,8 @@ class _Stored(NamedTuple):
     certificate: Certificate
 
 
-_RECORDS = Certificate, CondensedStiffness, ModalMatrices, PoleSum, _Stored
+RECORDS = Certificate, CondensedStiffness, ModalMatrices, PoleSum
+_RECORDS = *RECORDS, _Stored
 
 
 class CondensedModel(Structure):
@@ -123,19 +124,19 @@ class CondensedModel(Structure):
         attributes["places"] = places_of(structure, structure.places, dofs, displacements)
         self._store(**attributes, _structure=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
-        stored = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
-        self._set_condensed(dofs, frequency, harmonics, stored)
+        record = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
+        self._set_condensed(dofs, frequency, harmonics, record)
 
     def _set_condensed(
         self,
         dofs: NDArray[np.intp],
         frequency: tuple[float, float],
         harmonics: tuple[int, ...],
-        stored: _Stored,
+        record: _Stored,
     ) -> None:
         attributes: dict[str, Any] = dict(dofs=dofs, frequency=frequency, harmonics=harmonics)
-        condensed = stored.condensed
-        attributes |= stored._asdict() | dict(lumped=False)
+        condensed = record.condensed
+        attributes |= record._asdict() | dict(lumped=False)
         attributes["fixed_widths"] = condensed.fixed_widths
         whole = {n: condensed.matrix for n in harmonics if n}
         attributes["functions"] = {
@@ -155,16 +156,13 @@ class CondensedModel(Structure):
         ``contacts``, ``places`` and ``values`` of parameters are as of a `Model`, of the degrees of
         freedom that are kept. Raises ValueError where `numbers` or description are damaged.
         """
-        given = {name: value for name, value in told.items() if name != "numbers"}
-        if digest_of(numbers, given) != told["numbers"]:
-            raise ValueError("the condensed structure is not as it was stored")
-        stored = from_numbers(numbers, told["layout"], _RECORDS)
+        record = recalled(numbers, told, _RECORDS)
         model = object.__new__(cls)
         model._set_condensed(
             np.array(told["dofs"], dtype=np.intp),
             tuple(told["frequency"]),
             tuple(told["harmonics"]),
-            stored,
+            record,
         )
         model._store(_structure=None, _description=told, places=places)
         model._set_contacts(contacts, **values)
@@ -201,7 +199,7 @@ class CondensedModel(Structure):
             self._structure.under(excitation)
         return self
 
-    def of_structure(self, structure: Model) -> "CondensedModel":
+    def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
 
         TypeError unless it is a Model, and with displacements of contacts; ValueError where it is
@@ -265,7 +263,6 @@ class CondensedModel(Structure):
 
     @cached_property
     def _description(self) -> dict[str, Any]:
-        numbers, layout = self._stored
         assert self._structure is not None
         told = {
             "n_dof": self.n_whole,
@@ -274,28 +271,25 @@ class CondensedModel(Structure):
             "harmonics": list(self.harmonics),
             "error": self.certificate.error,
             "matrices": self._digest(self._structure),
-            "layout": layout,
         }
-        return told | {"numbers": digest_of(numbers, told)}
+        return stored(_Stored(self.condensed, self.certificate), told)[1]
 
     def _digest(self, structure: Model) -> str:
         """Checksum of the matrices of the whole structure and of the known force patterns."""
         digest = sha256(np.ascontiguousarray(self.condensed.patterns).tobytes())
         for name in _MATRICES:
             matrix = getattr(structure, name)
-            for array in _arrays(matrix):
+            for array in arrays_of(matrix):
                 digest.update(np.ascontiguousarray(array).tobytes())
         digest.update(np.array(structure.loss_factor).tobytes())
         return digest.hexdigest()
 
     @cached_property
-    def _stored(self) -> tuple[FloatArray, Any]:
-        return to_numbers(_Stored(self.condensed, self.certificate))
-
-    @property
-    def numbers(self) -> FloatArray | None:
+    def numbers(self) -> FloatArray | None:  # type: ignore[override]
         """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
-        return None if len(self.displacements_kept) else self._stored[0]
+        if len(self.displacements_kept):
+            return None
+        return to_numbers(_Stored(self.condensed, self.certificate))[0]
 
     def share(self, shape: FloatArray) -> FloatArray:
         """Coefficients (n_patterns, n) of force patterns (n_whole, n) by the known patterns.
@@ -419,7 +413,7 @@ class CondensedModel(Structure):
         return modes_near(self, harmonic, frequency, springs, losses)
 
     def __reduce__(self) -> Any:
-        return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "_stored"}},)
+        return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "numbers"}},)
 
     def __repr__(self) -> str:
         low, high = self.frequency
@@ -446,7 +440,7 @@ def places_of(
     return watched.beside(rows, names_of(structure, rows), coordinates)
 
 
-def _arrays(matrix: Any) -> tuple[NDArray, ...]:
+def arrays_of(matrix: Any) -> tuple[NDArray, ...]:
     """All numbers of a matrix."""
     if isinstance(matrix, LowRankSum):
         return matrix.arrays

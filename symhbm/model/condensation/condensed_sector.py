@@ -3,26 +3,68 @@
 from collections.abc import Mapping
 from functools import cached_property
 from hashlib import sha256
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.condensation.condensed_model import (
+    RECORDS,
     CondensedModel,
     CondensedStiffness,
+    arrays_of,
     places_of,
 )
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.condensation.reduced_basis import Certificate
-from symhbm.model.cyclic import Sector, components, displacements, phasors
+from symhbm.model.cyclic import (
+    RECORDS_OF_SECTOR,
+    Sector,
+    SectorShape,
+    components,
+    displacements,
+    phasors,
+)
 from symhbm.model.excitation import Excitation, sector_order
-from symhbm.model.structure import AT_REST
-from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
+from symhbm.model.records import from_numbers, recalled, stored, to_numbers
+from symhbm.model.structure import AT_REST, Structure
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
+_GONE = (
+    "structure: this condensed sector was rebuilt from an archive, which does not hold the whole "
+    "one; give it as structure= of symhbm.recover"
+)
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
+
+
+class _Wave(NamedTuple):
+    """A condensed wave: its nodal diameters; a certificate where a harmonic moves in it."""
+
+    n: int
+    condensed: CondensedStiffness
+    certificate: Certificate | None
+
+
+class _Stored(NamedTuple):
+    """What archives hold of a condensed sector."""
+
+    waves: tuple[_Wave, ...]
+    shape: SectorShape
+
+
+_RECORDS = _Wave, _Stored, *RECORDS, *RECORDS_OF_SECTOR
+
+
+class _Gone(Structure):
+    """The structure of a sector of which an archive holds no matrices."""
+
+    def dynamic_stiffness(
+        self, harmonic: int, frequency: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Raise TypeError: nobody knows."""
+        raise TypeError(_GONE)
 
 
 class CondensedSector(CondensedModel):
@@ -56,6 +98,8 @@ class CondensedSector(CondensedModel):
         displacements: NDArray[np.intp],
     ):
         self._check_names(structure.contact_parameters)
+        # The layout in memory decides how sums are rounded: it is that of what archives hold.
+        waves = {n: from_numbers(*to_numbers(wave), RECORDS) for n, wave in waves.items()}
         names = ("contacts", "row_ends", "groups", *structure.contact_parameters)
         self._store(**{name: getattr(structure, name) for name in names})
         self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
@@ -120,6 +164,11 @@ class CondensedSector(CondensedModel):
         """The degrees of freedom that are kept among those that are not right."""
         return np.searchsorted(self._structure.kept, self.dofs)
 
+    @property
+    def order(self) -> int | None:
+        """The engine order that moves it, below the number of sectors."""
+        return self._structure.order
+
     def wave(self, harmonic: int) -> int:
         """Nodal diameters of a harmonic, 0 to N - 1."""
         return self._structure.wave(harmonic)
@@ -161,33 +210,81 @@ class CondensedSector(CondensedModel):
         return {"condensed": self._description}
 
     @cached_property
+    def _record(self) -> tuple[_Stored, list[str]]:
+        waves = [
+            _Wave(n, condensed, self.certificates.get(n)) for n, condensed in self.waves.items()
+        ]
+        shape, labels = self._structure.shape
+        return _Stored(tuple(waves), shape), labels
+
+    @cached_property
     def _description(self) -> dict[str, Any]:
-        digest, sector = sha256(), self._structure
-        for matrix in sector.structure.matrices()[:3]:
-            for array in (matrix.indptr, matrix.indices, matrix.data):
-                digest.update(np.ascontiguousarray(array).tobytes())
-        for ends in (sector.interfaces.left, sector.interfaces.right):
-            digest.update(np.ascontiguousarray(ends).tobytes())
-        for wave in self.waves.values():
-            digest.update(np.ascontiguousarray(wave.patterns).tobytes())
-        return {
+        record, labels = self._record
+        told = {
             "n_dof": self.n_whole,
-            "n_sectors": sector.n_sectors,
+            "n_sectors": self._structure.n_sectors,
             "dofs": self.dofs.tolist(),
             "frequency": list(self.frequency),
             "harmonics": list(self.harmonics),
             "error": self.certificate.error,
-            "matrices": digest.hexdigest(),
+            "matrices": _digest(self._structure),
+            "labels": labels,
         }
+        return stored(record, told)[1]
 
-    def of_structure(self, structure: Any) -> Any:
-        """Raise TypeError: a condensed sector has its sector."""
-        raise TypeError("structure: expected None for a condensed sector, which has its own")
+    @cached_property
+    def numbers(self) -> FloatArray | None:  # type: ignore[override]
+        """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
+        return None if len(self.displacements_kept) else to_numbers(self._record[0])[0]
+
+    @classmethod
+    def from_stored(
+        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, places: Any, **values: Any
+    ) -> "CondensedSector":
+        """The condensed sector that a `description` has ``told``, without the whole one.
+
+        Arguments are as of `CondensedModel.from_stored`, contacts those of the sector.
+        """
+        record = recalled(numbers, told, _RECORDS)
+        whole, labels = _Gone(told["n_dof"]), told["labels"]
+        sector = Sector.from_shape(whole, record.shape, labels, contacts, **values)
+        waves = {wave.n: wave.condensed for wave in record.waves}
+        certificates = {wave.n: wave.certificate for wave in record.waves if wave.certificate}
+        dofs, band = np.array(told["dofs"], dtype=np.intp), tuple(told["frequency"])
+        model = cls(sector, dofs, band, tuple(told["harmonics"]), waves, certificates)
+        model._store(_description=told)
+        return model
 
     @property
-    def numbers(self) -> None:
-        """None: archives do not hold the sector."""
-        return None
+    def structure(self) -> Sector:  # type: ignore[override]
+        """The whole sector, with the contact parameters as they are here.
+
+        TypeError for one from an archive, which has a checksum of it alone; see `of_structure`.
+        """
+        if isinstance(self._structure.structure, _Gone):
+            raise TypeError(_GONE)
+        return self._structure.with_parameters(**self.parameters)
+
+    def of_structure(self, structure: Any) -> "CondensedSector":
+        """The same with the whole sector that it was condensed from, given again.
+
+        TypeError unless it is a Sector, ValueError where it is another one.
+        """
+        if not isinstance(structure, Sector):
+            raise TypeError(f"structure={check.shown(structure)}: expected a Sector")
+        same = structure.n_whole == self.n_whole
+        if not same or _digest(structure) != self._description["matrices"]:
+            raise ValueError("structure: expected that which was condensed, its matrices differ")
+        whole = structure._changed(order=self.order)
+        names = "contacts", "row_ends", "groups", *self.contact_parameters
+        whole._store(**{name: getattr(self, name) for name in names})
+        other = object.__new__(type(self))
+        other._store(**vars(self) | {"_structure": whole})
+        return other
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation on the sector itself, of one reduced from a larger one."""
+        return self._structure.as_felt(excitation, basis)
 
     @property
     def modal(self) -> None:
@@ -252,8 +349,24 @@ class CondensedSector(CondensedModel):
         return self._fixed[harmonic]
 
     def __reduce__(self) -> Any:
-        arguments = self.dofs, self.frequency, self.harmonics, self.waves, self.certificates
-        return CondensedSector, (self.structure, *arguments, self.displacements_kept)
+        arguments = (self.dofs, self.frequency, self.harmonics, self.waves, self.certificates)
+        whole = self._structure.with_parameters(**self.parameters)
+        known = {"_description": self._description}  # what the whole one alone can tell
+        return CondensedSector, (whole, *arguments, self.displacements_kept), known
+
+
+def _digest(sector: Sector) -> str:
+    """Checksum of the matrices of a sector, its interfaces, and forces between blades."""
+    digest, model = sha256(), sector.structure
+    names = ("mass_matrix", "stiffness_matrix", *(("damping_matrix",) * (model.damping is None)))
+    ends = sector.interfaces.left, sector.interfaces.right
+    arrays = [each for name in names for each in (*arrays_of(getattr(model, name)), *ends)]
+    for influence in sector.influences:
+        arrays += [*arrays_of(influence.column), *influence[1:]]
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(repr(model.damping).encode())
+    return digest.hexdigest()
 
 
 def _together(certificates: Mapping[int, Certificate]) -> Certificate:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.influence import Coupling, Influence
+from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, SectorShape, stored_places
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -19,13 +20,14 @@ from symhbm.model.cyclic.waves import (
     phasors,
     rotation_of,
 )
-from symhbm.model.excitation import Excitation, sector_order
+from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
 from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.rotation import RotatingModel
-from symhbm.model.structure import AT_REST, DENSE, Matrices
+from symhbm.model.records import recalled, stored
+from symhbm.model.rotation import RECORDS, RotatingModel, model_of
+from symhbm.model.structure import AT_REST, DENSE, STORED, Matrices
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 LARGEST = 300
@@ -96,8 +98,8 @@ class Sector(PolynomialStructure):
 
     WITHOUT_MATRICES = (
         "expected a structure with matrices, this is one sector of a disk, whose matrices differ "
-        "from harmonic to harmonic; use the assembled ring, or one of sectors reduced by "
-        "symhbm.craig_bampton"
+        "from harmonic to harmonic; symhbm.mistuned_ring makes the ring of all sectors, mostly of "
+        "one that symhbm.craig_bampton has reduced"
     )
 
     structure: Model
@@ -266,7 +268,8 @@ class Sector(PolynomialStructure):
     def _changed(self, **values: Any) -> Sector:
         other = object.__new__(type(self))
         other._store(**vars(self) | values)
-        vars(other).pop(DENSE, None)
+        for name in (DENSE, STORED):
+            vars(other).pop(name, None)
         return other
 
     @property
@@ -375,13 +378,71 @@ class Sector(PolynomialStructure):
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""
         told = {"type": type(self).__name__, "n_sectors": self.n_sectors, "n_dof": self.n_whole}
-        return {"structure": told}
+        return {"structure": told | {"stored": self._stored[1]}}
+
+    @property
+    def numbers(self) -> FloatArray:
+        """All numbers that `from_stored` needs, (n,)."""
+        return self._stored[0]
+
+    @property
+    def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
+        if STORED not in vars(self):
+            told = {"model": self.structure.told, "labels": self.shape[1]}
+            self._store(**{STORED: stored(_Stored(self.shape[0], self.structure.record), told)})
+        return vars(self)[STORED]
+
+    @property
+    def shape(self) -> tuple[SectorShape, list[str]]:
+        """What archives hold of it beside its matrices, and the labels of its places."""
+        places, labels = stored_places(self.structure.places)
+        return SectorShape(self.interfaces, self.influences, self._turns, places), labels
+
+    @classmethod
+    def from_shape(
+        cls, structure: Any, shape: SectorShape, labels: list[str], contacts: Any, **values: Any
+    ) -> Sector:
+        """The sector of a structure without contacts and of its `shape`."""
+        places = None if shape.places is None else shape.places.places(labels)
+        structure._store(places=places)
+        sector = object.__new__(cls)
+        sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
+        sector._store(influences=shape.influences, _turns=shape.known)
+        sector._store(places=None if places is None else places.of(shape.interfaces.others))
+        sector._set_contacts(contacts, **values)
+        return sector
+
+    @classmethod
+    def from_stored(
+        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, **values: Any
+    ) -> Sector:
+        """The sector of a `description`; ValueError where it or ``numbers`` are damaged."""
+        record = recalled(numbers, told, (_Stored, *RECORDS, *RECORDS_OF_SECTOR))
+        structure = model_of(record.matrices, told["model"])
+        return cls.from_shape(structure, record.shape, told["labels"], contacts, **values)
+
+    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
+        """An excitation on the sector itself, of one reduced from a larger one."""
+        if self.structure.kept is None:
+            return excitation
+        parts = basis.by_harmonic(self.structure.felt_shape(excitation, basis))
+        each = zip(basis.harmonics, parts, strict=True)
+        pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
+        order = excitation.parameters.get("engine_order", self.order)
+        wave = EngineOrder(order, excitation.amplitude, pattern=pattern)
+        static = self.static_load(excitation, basis)
+        return wave + StaticLoad(static) if static.any() else wave
 
     def __repr__(self) -> str:
         return (
             f"{super().__repr__()}\n  one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
+
+
+class _Stored(NamedTuple):
+    shape: SectorShape
+    matrices: Any
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:

@@ -86,8 +86,9 @@ def pattern_to_stored(pattern: Pattern) -> dict[str, Any]:
     """A pattern as JSON keeps it: real and imaginary parts of what is not 0."""
     stored = {}
     for harmonic, given in pattern.items():
-        each = given.items() if isinstance(given, dict) else enumerate(given)
-        stored[str(harmonic)] = {str(dof): [p.real, p.imag] for dof, p in each if p}
+        each = [*(given.items() if isinstance(given, dict) else enumerate(given))]
+        acting = [(dof, p) for dof, p in each if p] or each[:1]
+        stored[str(harmonic)] = {str(dof): [p.real, p.imag] for dof, p in acting}
     return stored
 
 

@@ -18,7 +18,8 @@ class StaticLoad(Excitation):
     """Constant force ``values`` [N]: one value per degree of freedom, or ``{dof: value}``.
 
     A ``dof`` is a number, or a name in a structure with places, as in ``{"tip:x": 5.0}``. The load
-    acts on harmonic 0, which responses need, and ``force_amplitude`` of a sum leaves it as it is.
+    acts on harmonic 0, which responses need, and ``force_amplitude`` of a sum leaves it as it is,
+    as the speed of rotation does along an engine order.
     By itself it does not oscillate and has no named parameter.
 
     Raises TypeError or ValueError for what is neither, and for values that are not finite.

@@ -21,6 +21,7 @@ from symhbm.model.reduction.component import (
     projected,
 )
 from symhbm.model.reduction.reduced_model import ReducedModel
+from symhbm.model.rotation import check_at_one_speed
 from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, check
 
@@ -117,12 +118,14 @@ def craig_bampton(
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
     if isinstance(structure, Sector):
+        check_at_one_speed("structure", structure.structure)
         reduced = _sector(structure, modes, band, interface_modes, dofs)
         if blade is not None:
             _set_blade(structure.structure, reduced.structure, _watched(structure, blade, "blade"))
         return reduced
     if not isinstance(structure, Model):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    check_at_one_speed("structure", structure)
     if blade is not None:
         raise ValueError("blade: expected None, only a sector has one")
     if interface_modes is not None:
@@ -199,6 +202,8 @@ def _sector(
     reduced._store(places=None)  # right is told in the axes of the next sector
     result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
     result._set_contacts(_contacts(sector, component.basis))
+    felt = [(component.basis.T @ each.column.toarray(), each) for each in sector.influences]
+    result._store(influences=tuple(e._replace(column=sp.csc_array(c)) for c, e in felt))
     reduced._store(places=places)
     n_waves = sector.n_sectors // 2
     waves = tuple(sorted({0, (n_waves + 1) // 2, n_waves}))

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from symhbm.model.excitation import Excitation, HarmonicForce
 from symhbm.model.matrices import Model
-from symhbm.model.structure import Structure
+from symhbm.model.structure import DENSE, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 DEVIATIONS = ("stiffness_deviation", "frequency_deviation", "mass_deviation")
@@ -46,6 +46,11 @@ class DeviatingModel(Model):
         self._store(**{name: self._checked(name, value) for name, value in values.items()})
         self._set_matrices()
         self._set_contacts(contacts)
+
+    @property
+    def numbers(self) -> None:
+        """None: its parameters change the matrices."""
+        return None
 
     @property
     def n_blades(self) -> int:
@@ -95,6 +100,7 @@ class DeviatingModel(Model):
             base = self._base[of]
             matrix = sp.csc_array((data, base.indices, base.indptr), shape=base.shape)
             self._store(**{f"{of}_matrix": matrix})
+        vars(self).pop(DENSE, None)
 
 
 def force_as_felt(model: Structure, excitation: Excitation, basis: FourierBasis) -> HarmonicForce:

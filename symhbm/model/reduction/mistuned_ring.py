@@ -17,6 +17,7 @@ from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
 from symhbm.model.reduction.reduced_model import ReducedModel
+from symhbm.model.rotation import check_at_one_speed
 from symhbm.model.structure import AT_REST
 from symhbm.numerics import (
     DENSE_LIMIT,
@@ -43,12 +44,13 @@ class MistunedRing(DeviatingModel):
         model = sector.structure
         self._store(sector=sector, _spread=_spread(sector))
         parts = {name: _blade(model, name) for name in ("mass", "stiffness")}
+        damping, stiffness = self._of_influences()
         base = {
-            name: self._assembled(getattr(model, f"{name}_matrix"), blade)
-            for name, blade in parts.items()
+            name: self._assembled(getattr(model, f"{name}_matrix"), blade, added)
+            for (name, blade), added in zip(parts.items(), (0, stiffness), strict=True)
         }
         blades = {name: _places(base[name], self._of_each(part)) for name, part in parts.items()}
-        base["damping"] = self._damping_matrix(model, base)
+        base["damping"] = self._damping_matrix(model, base, damping)
         if isinstance(model.damping, StructuralDamping):
             self._store(damping=model.damping)
         super().__init__(base, blades, _contacts(sector, self._spread), **deviations)
@@ -59,23 +61,42 @@ class MistunedRing(DeviatingModel):
         rows = [self._spread[j * size : (j + 1) * size] for j in range(self.sector.n_sectors)]
         return [sp.coo_array(row.T @ matrix @ row) for row in rows]
 
-    def _assembled(self, matrix: Any, blade: Any) -> Any:
+    def _of_influences(self) -> tuple[Any, Any]:
+        """Damping and stiffness of forces between blades, sparse (n_dof, n_dof)."""
+        n, every = self.sector.n_sectors, np.arange(self.sector.n_sectors)
+        damping = stiffness = sp.csc_array((self.n_dof, self.n_dof))
+        for influence in self.sector.influences:
+            along = self._spread.T @ sp.kron(sp.eye_array(n), influence.column)
+            parts = zip(*influence[1:], strict=True)
+            for distance, of_stiffness, of_damping in parts:
+                ahead = sp.csr_array((np.ones(n), (every, (every + distance) % n)), shape=(n, n))
+                felt = along @ ahead @ along.T
+                stiffness = stiffness + of_stiffness * felt
+                damping = damping + of_damping * felt
+        return damping, stiffness
+
+    def _assembled(self, matrix: Any, blade: Any, added: Any = 0) -> Any:
         """Sum of one matrix of all sectors, with places for the entries of the blades."""
         every = sp.eye_array(self.sector.n_sectors)
-        whole = self._spread.T @ sp.kron(every, matrix) @ self._spread
+        whole = self._spread.T @ sp.kron(every, matrix) @ self._spread + added
         places = abs(self._spread.T) @ sp.kron(every, abs(blade)) @ abs(self._spread)
         result = sp.csc_array(abs(whole) + places)
         result.sort_indices()
         result.data = (_places(result, [sp.coo_array(whole)]) @ np.ones(1)).astype(float)
         return result
 
-    def _damping_matrix(self, model: Model, base: dict[str, Any]) -> Any:
+    def _damping_matrix(self, model: Model, base: dict[str, Any], added: Any) -> Any:
         given = model.damping
+        if given is None:
+            return self._assembled(model.damping_matrix, model.damping_matrix, added)
         if isinstance(given, ModalDamping):
-            return modal_damping_of_ring(self.sector)
-        if given is not None:
-            return sp.csc_array(given.matrix(base["mass"], base["stiffness"]))
-        return self._assembled(model.damping_matrix, model.damping_matrix)
+            result = modal_damping_of_ring(self.sector.with_influences()) + added
+        else:
+            stiffness = base["stiffness"] - self._of_influences()[1]
+            result = sp.csc_array(given.matrix(base["mass"], stiffness) + added)
+        if sp.issparse(result):
+            result.sort_indices()
+        return result
 
     @property
     def n_dof(self) -> int:
@@ -214,6 +235,7 @@ def mistuned_ring(
     """
     if not isinstance(sector, Sector):
         raise TypeError(f"sector={check.shown(sector)}: expected a Sector")
+    check_at_one_speed("sector", sector.structure)
     return MistunedRing(
         sector,
         stiffness_deviation=stiffness_deviation,

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model, matrix_of
-from symhbm.model.structure import DENSE
+from symhbm.model.structure import CACHED, DENSE, STORED, Matrices
 from symhbm.numerics import check
 
 PER_MINUTE = 2 * np.pi / 60
@@ -51,8 +51,8 @@ class RotatingModel(Model):
     Notes
     -----
     Contacts are pressed by rotation with ``centrifugal_load=`` of `symhbm.Friction` and
-    `symhbm.Gap`. What follows an engine order has no matrices of its own: motions in time,
-    stability and designs need `at` one speed.
+    `symhbm.Gap`; static loads stay constant. What follows an engine order has no matrices of its
+    own: motions in time, stability and reductions need `at` one speed.
 
     Examples
     --------
@@ -83,7 +83,8 @@ class RotatingModel(Model):
             raise TypeError(f"structure={check.shown(structure)}: expected a Model")
         speeds, parts = _of_speed(stiffness, structure.n_dof)
         gyroscopic = None if coriolis is None else _skew(coriolis, structure.n_dof)
-        self._store(**vars(structure), **{"speeds": speeds, "coriolis": gyroscopic})
+        given = {name: value for name, value in vars(structure).items() if name not in CACHED}
+        self._store(**given, **{"speeds": speeds, "coriolis": gyroscopic})
         # Its stiffness is no longer one value per blade.
         self._store(stiffness_matrix=parts[0], stiffening=parts[1:], engine_order=None)
         self._store(lumped=False)
@@ -138,10 +139,49 @@ class RotatingModel(Model):
 
     def description(self) -> dict[str, Any]:
         """What tells it apart in a dataset, as JSON keeps it."""
-        return {"structure": {"type": type(self).__name__, "speeds": list(self.speeds)}}
+        told = {"type": type(self).__name__, "stored": self._stored[1]}
+        return {"structure": told}
+
+    @property
+    def record(self) -> TurningMatrices:
+        """The matrices, and those that the speed multiplies."""
+        still = super().record._asdict()
+        return TurningMatrices(**still, stiffening=self.stiffening, coriolis=self.coriolis)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What of it is no number, as JSON keeps it."""
+        return super().told | {"speeds": list(self.speeds)}
+
+    @classmethod
+    def from_record(cls, record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
+        """The model of a `record` and of what was `told`, without contacts and places."""
+        model = super().from_record(record, told, lumped)
+        model._store(coriolis=record.coriolis, engine_order=None, speeds=tuple(told["speeds"]))
+        return model
 
 
-_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE}
+class TurningMatrices(NamedTuple):
+    """Matrices of a structure at rest, and what the speed of rotation multiplies, sparse."""
+
+    mass_matrix: Any
+    damping_matrix: Any
+    stiffness_matrix: Any
+    stiffening: tuple[Any, ...]
+    coriolis: Any
+
+
+RECORDS = Matrices, TurningMatrices
+"""Records of the matrices of structures, turning or not."""
+
+
+def model_of(record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
+    """The model, turning or not, of a record and of what was told beside it."""
+    kind = RotatingModel if isinstance(record, TurningMatrices) else Model
+    return kind.from_record(record, told, lumped)
+
+
+_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE, STORED}
 
 
 def _of_speed(given: Any, size: int) -> tuple[tuple[float, ...], tuple[Any, ...]]:

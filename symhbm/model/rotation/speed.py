@@ -17,6 +17,16 @@ def speed_order(model: Structure) -> float | None:
     return orders.pop() if orders else None
 
 
+def check_at_one_speed(name: str, structure: Structure) -> None:
+    """Raise TypeError for a structure whose matrices change with the speed of rotation."""
+    if getattr(structure, "speeds", None) is not None:
+        raise TypeError(
+            f"{name}: expected matrices that do not change with the speed of rotation; give the "
+            "structure at one speed, RotatingModel.at(speed), or a sector of one by its own "
+            "at(speed)"
+        )
+
+
 def check_speed(model: Structure, excitation: Excitation) -> None:
     """Raise ValueError unless structure, contacts and excitation turn at one speed."""
     order = speed_order(model)

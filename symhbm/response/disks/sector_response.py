@@ -44,15 +44,16 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
     check_dataset("response", response)
     told = Description(response).problem
     n_sectors = (told.get("structure") or told.get("condensed") or {}).get("n_sectors")
-    if n_sectors is None or "engine_order" not in response:
+    if n_sectors is None:
         raise ValueError("response: expected the result of a symhbm.Sector under an engine order")
+    order = response["engine_order"] if "engine_order" in response else told["order"]
     if isinstance(sector, Iterable) and not isinstance(sector, (str, bytes)):
         each = [sector_response(response, number) for number in sector]
         if not each:
             raise ValueError("sector=[]: expected at least one")
         return xr.concat(each, "sector")
     number = check.integer("sector", sector, 0, n_sectors - 1)
-    turns = response["harmonic"] * response["engine_order"] * number % n_sectors / n_sectors
+    turns = response["harmonic"] * order * number % n_sectors / n_sectors
     cosine, sine = np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)
     result = xr.Dataset(attrs=response.attrs)
     for name in ("coefficient", "peak_coefficient"):

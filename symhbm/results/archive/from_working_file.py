@@ -14,7 +14,7 @@ from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
 from symhbm.results.blocks import block_shape, consecutive_blocks
-from symhbm.results.provenance import DatasetParts
+from symhbm.results.provenance import SPEED_ORDER, SPEEDS, DatasetParts
 from symhbm.results.tables import Layout
 from symhbm.workers import progress_bar
 
@@ -91,6 +91,8 @@ def _fill(
     target.set_fill_off()
     n_sets = max(1, _SLAB // tables.n_bytes(layout))
     keys = {tables.name_of(key, request): key for key in layout}
+    of_speeds = {speed: keys.get(speed.replace("speed", "frequency")) for speed in SPEEDS}
+    keys |= {speed: key for speed, key in of_speeds.items() if key is not None}
     names = [name for name in source.variables if name not in target.variables]
     for name in names:
         dtype, shape = layout[keys[name]]
@@ -111,6 +113,8 @@ def _fill(
             stacked = tables.stack(decoded, len(rows), layout)
             for name in names:
                 values = stacked[keys[name]]
+                if name in SPEEDS:
+                    values = 60 / dataset.attrs[SPEED_ORDER] * values
                 if values.size:
                     values = values.reshape(sizes + values.shape[1:])
                     if values.dtype.kind == "b":

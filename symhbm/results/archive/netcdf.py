@@ -15,7 +15,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
-from symhbm.results import Description, tables
+from symhbm.results import tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
@@ -225,21 +225,13 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
         if not isinstance(law, ContactLaw):
             raise TypeError(f"laws: expected contact laws, got {check.shown(law)}")
     try:
-        description = Description(dataset)
-        problem = None if description.structure else describe_problem(dataset, laws)
+        return describe_problem(dataset, laws)
     except NotRebuiltError as error:
         raise ArchiveError(f"dataset: {error}") from error
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
-    if problem is None:
-        assert description.structure is not None
-        raise ArchiveError(
-            f"dataset: of a structure {description.structure['type']}, whose class is not in it; "
-            "compute on with the problem that gave this dataset"
-        )
-    return problem
 
 
 def check_schema(dataset: xr.Dataset, source: str) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sectors_to_reduce import plate_sector
 
 import symhbm as sh
 
@@ -117,3 +118,36 @@ def test_a_shape_is_one_of_the_sector():
         disk().with_influences(sh.Influence(np.ones(4), {0: 1.0}, 30))
     with pytest.raises(TypeError, match="influences"):
         disk().with_influences({0: 1.0})
+
+
+@pytest.mark.filterwarnings("ignore:is this what was meant")
+def test_the_ring_of_a_sector_takes_them_along():
+    moved = disk().with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
+    force = sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
+    wave = sh.HarmonicBalance(moved, force, (1, 3))
+    tuned = sh.HarmonicBalance(sh.mistuned_ring(moved), force, (1, 3))
+    whole = ring()
+    for frequency in (40.0, 52.0, 60.0):
+        one, every, other = (sh.solve(each, frequency) for each in (wave, tuned, whole))
+        np.testing.assert_allclose(every.coefficient, other.coefficient, rtol=1e-9, atol=1e-14)
+        np.testing.assert_allclose(every.coefficient[:2], one.coefficient, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("damping", [sh.RayleighDamping(2.0, 1e-5), sh.ModalDamping(0.01)])
+def test_a_reduced_sector_and_its_ring_take_them_along(damping):
+    tip, blade = 77, range(40, 80)
+    whole = plate_sector(6, damping)
+    wind = sh.Influence({tip: 1.0, 75: 0.5}, {-1: 4e3j, 0: 3e4 + 9e3j, 1: -3e3j}, 20.0)
+    moved = whole.with_influences(wind)
+    reduced = sh.craig_bampton(moved, 12, (5, 40), dofs=[tip], blade=blade)
+    force = sh.EngineOrder(2, pattern={tip: 1.0}, amplitude=0.01)
+    models = moved, reduced, sh.mistuned_ring(reduced), sh.craig_bampton(whole, 12, (5, 40))
+    tips = []
+    for model in models:
+        point = sh.solve(sh.HarmonicBalance(model, force), 17.0)
+        numbers = point.structure_dof.values
+        tips.append(point.coefficient.values[np.flatnonzero(numbers == tip)[0]])
+    scale = np.abs(tips[0]).max()
+    assert np.abs(tips[1] - tips[0]).max() < reduced.structure.certificate.error * scale
+    assert np.abs(tips[2] - tips[1]).max() < 1e-9 * scale
+    assert np.abs(tips[3] - tips[0]).max() > 0.01 * scale

@@ -208,8 +208,7 @@ def test_archives_and_loops_of_contacts(tmp_path):
     problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
     sh.save(sh.solve(problem, 24.0), tmp_path / "point.nc")
     point = sh.load(tmp_path / "point.nc")
-    with pytest.raises(sh.ArchiveError, match="of a structure Sector, whose class is not in it"):
-        sh.rebuild(point)
+    assert sh.solve(sh.rebuild(point), 24.0).equals(point)
     given = point.coefficient.transpose("dof", "harmonic", "component").values
     moves = problem.layout.relative(unknowns_of(problem.basis, HARMONICS, given))
     for contact, rows in enumerate(disk.contact_rows):

@@ -14,6 +14,7 @@ AT_REST = np.array([[1.2e4, -2e3], [-2e3, 2e4]])
 STIFFENING = np.array([[2.0, -0.2], [-0.2, 1.0]])
 FOURTH = np.array([[3e-5, 1e-5], [1e-5, 2e-5]])
 CORIOLIS = np.array([[0.0, -0.6], [0.6, 0.0]])
+SLIDER = dict(contact_stiffness=5e3, friction_coefficient=0.4, normal_load=2.0)
 FORCE = sh.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, 0.5]})
 
 
@@ -211,3 +212,21 @@ def test_blades_with_parameters_of_their_own_have_none_left():
     rotor = sh.RotatingModel(disk, {0: at_rest, 300: 1.2 * at_rest})
     assert not {"mass", "stiffness", "damping"} & {*rotor.parameters}
     np.testing.assert_allclose(rotor.at(300).stiffness_matrix.toarray(), 1.2 * at_rest)
+
+
+def test_reductions_ask_for_one_speed():
+    rotor, force = rotor_of((0, 300), tip=sh.Contacts(sh.Coulomb(), (0,), **SLIDER)), Wave(ORDER)
+    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
+        sh.condense(rotor, force, (10, 40))
+    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
+        sh.craig_bampton(rotor, 1, (10, 40))
+    disk = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
+    pattern = sh.EngineOrder(ORDER, pattern={0: 1.0})
+    for reduce in (
+        lambda sector: sh.condense(sector, pattern, (10, 40), (0, 1)),
+        lambda sector: sh.craig_bampton(sector, 1, (10, 40)),
+        sh.mistuned_ring,
+    ):
+        with pytest.raises((TypeError, ValueError), match=r"at\(speed\)"):
+            reduce(disk)
+    assert sh.mistuned_ring(disk.at(200)).n_dof == 6

@@ -1,0 +1,155 @@
+"""Archives of sectors, of structures that turn, and of a loss factor: the problem to the bit."""
+
+import pickle
+
+import numpy as np
+import pytest
+from sectors import random_disk, wave, with_friction, with_opening
+from sectors_to_reduce import plate_sector
+
+import symhbm as sh
+from symhbm.response import ensemble
+
+HARMONICS, BAND, ORDER = (0, 1, 2, 3), (20.0, 28.0), 2
+WIND = {-1: 60 + 30j, 0: 100 + 50j, 1: 30 - 25j}
+PER_MINUTE = 2 * np.pi / 60
+
+
+def sector():
+    disk = with_opening(random_disk(6, True))
+    return sh.HarmonicBalance(disk, wave(ORDER, disk), HARMONICS)
+
+
+def moved():
+    disk = with_friction(random_disk(5, True))
+    disk = disk.with_influences(sh.Influence({5: 1.0, 4: 0.5}, WIND, 25.0))
+    return sh.HarmonicBalance(disk, wave(ORDER, disk), HARMONICS)
+
+
+def of_two():
+    disk = with_friction(random_disk(6, True))
+    force = sh.EngineOrder(ORDER, pattern={5: 1.0})
+    force += sh.EngineOrder(ORDER, pattern={2: {5: 0.5}, 3: {5: 0.0}})
+    return sh.HarmonicBalance(disk, force, HARMONICS)
+
+
+def condensed():
+    disk = with_opening(random_disk(6, True, n_inner=4))
+    force = wave(4, disk)  # its waves are of the other sense
+    small = sh.condense(disk, force, (18, 30), HARMONICS, dofs=[5], progress=False)
+    return sh.HarmonicBalance(small, force, HARMONICS)
+
+
+def rotor(damping=None, n_dof=3):
+    own = np.diag([9e3, 2e4, 4e3]) - 1e3 * (np.ones((3, 3)) - np.eye(3))
+    coriolis = np.zeros((3, 3))
+    coriolis[0, 1], coriolis[1, 0] = -0.4, 0.4
+    model = sh.Model(np.diag([1.0, 0.8, 0.5]), damping or 2.0 * np.eye(3), own)
+    speeds = {s: own + (PER_MINUTE * s) ** 2 * np.diag([3.0, 1, 0]) for s in (0, 100, 300)}
+    return sh.RotatingModel(model, speeds, coriolis=coriolis)
+
+
+def slider(place):
+    return sh.Friction(
+        tangential=place, contact_stiffness=3e3, friction_coefficient=0.5, normal_load=0.05
+    )
+
+
+def turning_sector():
+    disk = sh.Sector(rotor(), [0], [2], 5).with_contacts(rub=slider((1, sh.next_sector(1))))
+    return sh.HarmonicBalance(disk, sh.EngineOrder(ORDER, pattern={0: 1.0}), (1, 3))
+
+
+def turning():
+    model = rotor(sh.RayleighDamping(2.0, 1e-5)).with_contacts(rub=slider((1,)))
+    return sh.HarmonicBalance(model, sh.EngineOrder(ORDER), (1, 3))
+
+
+def reduced():
+    small = sh.craig_bampton(plate_sector(6), 12, (5, 40), dofs=[77])
+    return sh.HarmonicBalance(small, sh.EngineOrder(2, pattern={60: 3.0}), (1, 3))
+
+
+def lossy():
+    model = sh.Model(np.eye(2), sh.StructuralDamping(0.02), np.diag([2e4, 3e4]))
+    model = model.with_contacts(rub=slider((1,)))
+    return sh.HarmonicBalance(model, sh.PointForce(1), (1, 3))
+
+
+PROBLEMS = [sector, moved, of_two, condensed, turning_sector, turning, reduced, lossy]
+
+
+@pytest.mark.parametrize("make", PROBLEMS)
+def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
+    problem = make()
+    over = {"normal_load": [2.0, 3.0]} if len(problem.model.groups) == 1 else None
+    response = sh.frf(problem, BAND, over=over, progress=False, max_points=60)
+    sh.save(response, tmp_path / "response.nc")
+    stored = sh.load(tmp_path / "response.nc")
+    if over:
+        stored, problem = stored.isel(normal_load=1), problem.with_parameters(normal_load=3.0)
+    again = sh.rebuild(stored)
+    unknowns = 1e-3 * np.random.default_rng(0).normal(size=problem.n_unknowns)
+    for omega in 2 * np.pi * np.array([20.0, 23.3]):
+        one, other = (each.evaluate(unknowns, omega) for each in (problem, again))
+        np.testing.assert_array_equal(other.residual, one.residual)
+        np.testing.assert_array_equal(other.jacobian, one.jacobian)
+    verified = sh.verify(response, progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert again.model.description() == sh.rebuild(sh.solve(again, 24.0)).model.description()
+
+
+@pytest.mark.parametrize("make", [sector, condensed, turning])
+def test_damaged_numbers_never_speak(make):
+    point = sh.solve(make(), 24.0)
+    name = "condensed_numbers" if make is condensed else "structure_numbers"
+    point[name].values[7] += 1e-9
+    with pytest.raises(sh.ArchiveError, match="not as it was stored"):
+        sh.rebuild(point)
+    with pytest.raises(sh.ArchiveError, match="not in it"):
+        sh.rebuild(point.drop_vars(name))
+
+
+@pytest.mark.parametrize("make", [moved, turning_sector])
+def test_a_run_that_was_interrupted_is_resumed(make, tmp_path, monkeypatch):
+    path, problem, over = tmp_path / "resumed.nc", make(), {"normal_load": [2.0, 3.0]}
+    original, calls = ensemble.compute_curve, []
+
+    def interrupted(*arguments):
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sh.frf(problem, BAND, over=over, archive=path, progress=False)
+    monkeypatch.undo()
+    with sh.resume(path, progress=False) as resumed:
+        assert resumed.identical(sh.frf(problem, BAND, over=over, progress=False))
+    grid = dict(at=[21.0, 23.0], over=over, progress=False)
+    with sh.frf(problem, BAND, archive=tmp_path / "grid.nc", **grid) as stored:
+        assert stored.identical(sh.frf(problem, BAND, **grid))
+
+
+def test_copies_of_what_was_rebuilt_and_names_of_places():
+    problem = condensed()
+    point = sh.solve(problem, 24.0)
+    again = pickle.loads(pickle.dumps(sh.rebuild(point)))
+    assert again.model.description() == problem.model.description()
+    assert sh.solve(again, 24.0).equals(point)
+    assert again.model.number_of("inner0:z") == 5
+
+
+def test_the_whole_sector_is_given_again_to_recover():
+    problem = condensed()
+    point = sh.solve(problem, 24.0)
+    again = sh.rebuild(point)
+    with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
+        sh.recover(again, point)
+    disk = with_opening(random_disk(6, True, n_inner=4))
+    assert sh.recover(again, point, structure=disk).identical(sh.recover(problem, point))
+    with pytest.raises(ValueError, match="its matrices differ"):
+        sh.recover(again, point, structure=random_disk(6, True, n_inner=4, seed=3))
+    with pytest.raises(TypeError, match="expected a Sector"):
+        sh.recover(again, point, structure=disk.structure)
