@@ -251,7 +251,10 @@ def _draw_peaks(ax: Axes, dataset: xr.Dataset) -> None:
     best = 1e3 * float(dataset.best_mass), 1e3 * float(dataset.best_amplitude)
     label = f"lowest: {best[1]:.3f} mm with {best[0]:.1f} g"
     ax.plot(*best, "*", color="tab:red", markersize=13, label=label)
-    ax.set(xlabel="mass of a damper [g]", ylabel="highest peak of the tip [mm]")
+    ax.set(xlabel="mass of a damper [g]", ylabel="highest peak [mm]")
+    ticks = 0.1, 0.2, 0.5
+    ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.set_yticks([], minor=True)
     ax.set_title("dampers under the platforms")
     ax.legend(loc="upper center")
 

@@ -160,7 +160,7 @@ def _draw_faces(ax: Axes3D, dataset: xr.Dataset, n_sectors: int) -> None:
     ax.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors="k", lw=0.25))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    zoom: Any = 1.35 if n_sectors > 1 else 1.2
+    zoom: Any = 1.35 if n_sectors > 1 else 1.0
     ax.set_box_aspect(high - low, zoom=zoom)
     ax.view_init(elev=38, azim=-70)
     ax.set_axis_off()

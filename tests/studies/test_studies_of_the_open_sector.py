@@ -57,6 +57,9 @@ def test_rotation_stiffens_bending_along_the_axis_and_spin_softens(twisted):
     along[twisted.free] = twisted.structure.places.direction == "z"
     assert abs(unloaded @ along).max() == 0  # spin does not soften what is parallel to the axis
     assert abs(added @ along).max() > 0
+    across = np.where(twisted.structure.places.direction == "x", 1.0, 0.0)
+    softened = across @ unloaded[twisted.free][:, twisted.free] @ across
+    assert softened == pytest.approx(-across @ twisted.structure.mass_matrix @ across)
 
 
 def test_crossings_are_natural_frequencies_at_their_speeds(twisted):
