@@ -102,7 +102,10 @@ class _Woodbury:
         small = np.eye(self._moved.shape[1]) + self._right.T @ self._moved
         self._shares = np.linalg.solve(small, self._right.T)
 
-    def solve(self, right: NDArray) -> NDArray:
-        """Solution (n, n_columns)."""
+    def solve(self, right: NDArray, trans: str = "N") -> NDArray:
+        """Solution (n, n_columns); with ``trans="H"`` of the adjoint equations."""
+        if trans == "H":
+            felt = self._shares.conj().T @ (self._moved.conj().T @ right)
+            return self._factors.solve(right - felt, trans)
         motion = self._factors.solve(right)
         return motion - self._moved @ (self._shares @ motion)
