@@ -39,6 +39,9 @@ STUDIES = {
     "underplatform_damper": 15,
     "shroud_opening": 8,
     "gap_stop": 5,
+    "open_sector_modes": 15,
+    "open_sector_contacts": 30,
+    "open_sector_mistuned": 45,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"

@@ -123,7 +123,8 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
         if name in dataset.variables and (name != "cubic_stiffness" or np.any(values)):
             rows.append((long_name, _values(values, units)))
     if "frequency" in dataset.variables:
-        rows.append(("excitation frequency", _span(dataset["frequency"].values, "Hz")))
+        frequency = dataset["frequency"]
+        rows.append((frequency.attrs["long_name"], _span(frequency.values, "Hz")))
     for name, words in (("harmonic", "harmonics"), ("highest_harmonic", "highest harmonic")):
         if name in dataset.dims:
             rows.append((words, _values(dataset[name].values, "1")))

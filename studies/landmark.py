@@ -11,6 +11,7 @@ class Source(StrEnum):
     PUBLISHED = "published"
     EXACT = "exact"
     CLOSED_FORM = "closed form"
+    OTHER_PROGRAM = "another program of our own"
     SAMPLED = "1,000 samples of our own"
 
 

@@ -18,7 +18,7 @@ from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAME
 from symhbm.model.places import check_places
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import stored
-from symhbm.model.structure import CACHED, DENSE, STORED, Matrices
+from symhbm.model.structure import CACHED, STORED, Matrices
 from symhbm.numerics import FloatArray, check
 
 
@@ -143,7 +143,7 @@ class Model(PolynomialStructure):
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
             vars(self).pop(STORED, None)
-            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof), DENSE: {}})
+            self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
         else:
             super()._put(name, value)
 

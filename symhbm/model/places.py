@@ -19,6 +19,8 @@ from symhbm.numerics import check
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "radial", "tangential", "axial")
 """Directions of degrees of freedom: along and about the axes, or those of a cylinder."""
+RELATIVE = "relative"
+"""Direction of what is no degree of freedom but a displacement of a contact."""
 Place = int | str
 """One degree of freedom, by its number or its name."""
 
@@ -70,7 +72,7 @@ class Places:
             label=label,
         )
         for text in np.unique(columns["direction"]).tolist():
-            check.one_of("direction", text, DIRECTIONS)
+            check.one_of("direction", text, (*DIRECTIONS, RELATIVE))
         for text in np.unique(label).tolist():
             if ":" in text or text.lstrip("+-").isdigit():
                 raise ValueError(f"label={text!r}: expected no number, and no colon")
@@ -191,6 +193,18 @@ class Places:
         chosen = np.asarray(dofs, dtype=np.intp)
         parts = (self.node, self.direction, self.coordinates, self.label)
         return Places(*(None if part is None else part[chosen] for part in parts))
+
+    def beside(self, rows: ArrayLike, labels: list[str], coordinates: Any) -> Places:
+        """These places, and after them displacements ``rows`` of contacts, which have no node.
+
+        Theirs are -1 and below, their direction is ``"relative"``.
+        """
+        columns: dict[str, Any] = dict(
+            node=-1 - np.asarray(rows), direction=np.full(len(labels), RELATIVE), label=labels
+        )
+        if coordinates is not None:
+            columns["coordinates"] = coordinates
+        return Places(**{n: np.concatenate([getattr(self, n), c]) for n, c in columns.items()})
 
     def labelled(self, names: Mapping[str, Any]) -> Places:
         """The same places with labels ``{name: node}``, or ``{name: nodes}`` of a set of them.

@@ -446,6 +446,8 @@ class Structure(ABC):
         # What does not change was checked when this structure was made.
         other = object.__new__(type(self))
         other._store(**vars(self))
+        if not {self.parameter_name(name) for name in values} <= {*self.records}:
+            vars(other).pop(DENSE, None)
         for name, value in values.items():
             other._put(self.parameter_name(name), value)
         return other

@@ -153,8 +153,9 @@ def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None)
     texts = [_text(*pair) for pair in zip(parts, each, strict=True)]
     inside = 0
     if model.kept is not None:
-        inside = int(np.count_nonzero(np.delete(size, model.kept)))
-        size = size[model.kept]
+        watched = model.kept[model.kept < model.n_whole]
+        inside = int(np.count_nonzero(np.delete(size, watched)))
+        size = np.concatenate([size[watched], np.zeros(model.n_dof - len(watched))])
     return _Force(size, "; ".join(texts), inside)
 
 

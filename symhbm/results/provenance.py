@@ -247,7 +247,10 @@ def with_provenance(
     if (order := speed_order(model)) is not None:
         global_attributes[SPEED_ORDER] = order
     if model.kept is not None:
-        global_attributes[LARGEST_OF] = f"{model.n_dof} degrees of freedom kept of {model.n_whole}"
+        between = int(np.count_nonzero(model.kept >= model.n_whole))
+        told = f"{model.n_dof - between} degrees of freedom kept of {model.n_whole}"
+        beside = f" and {between} displacements of contacts" if between else ""
+        global_attributes[LARGEST_OF] = told + beside
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
     return DatasetParts(variables, coordinates, global_attributes, sizes)
 
@@ -435,8 +438,9 @@ def _condensed(
 ) -> CondensedModel:
     if NUMBERS not in dataset.variables or "layout" not in description["condensed"]:
         raise NotRebuiltError(
-            "of a condensed structure that is not in it, as those of earlier versions are not; "
-            "condense the structure again, or compute on with the problem that gave this dataset"
+            "of a condensed structure that is not in it, as those of earlier versions and of "
+            "displacements of contacts are not; condense the structure again, or compute on with "
+            "the problem that gave this dataset"
         )
     numbers = dataset[NUMBERS].values
     told, places = description["condensed"], places_of(dataset)

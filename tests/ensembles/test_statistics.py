@@ -404,7 +404,7 @@ NUMBERS = np.linspace(0, 1, 50)
         (lambda s: s.envelope(response().assign_attrs(symhbm_schema=99)), "99"),
         (lambda s: s.envelope(response().drop_vars("amplitude")), "amplitude"),
         (lambda s: s.envelope(response().isel(frequency=0)), "one point"),
-        (lambda s: s.envelope(response().expand_dims("solution")), "solution"),
+        (lambda s: s.envelope(response().expand_dims(solution=2)), "solution"),
         (lambda s: s.envelope(response().expand_dims("case")), ".isel(case=0)"),
         (lambda s: s.amplification(response(), response()), "tuned: expected one response"),
         (lambda s: s.amplification(response(), tuned().assign(status=FAILED)), FAILED),

@@ -81,7 +81,11 @@ def test_peaks_that_were_kept_are_verified(name, tmp_path):
     assert report["n_exact"] == 2
     assert {"coefficient", "contact_state", "reversals"} < {*report["missing"]}
     assert ("amplitude" in report["missing"]) == ("amplitude" not in kept)
-    others = "contact_mismatch", "angles_difference"  # of points, of angles as unknowns
+    others = (
+        "contact_mismatch",
+        "march_error",
+        "angles_difference",
+    )  # of points, of angles as unknowns
     figures = [f"peak_{figure}" for figure in FIGURES if figure not in others]
     assert [*report["figures"]] == figures
     for figure in figures:

@@ -38,6 +38,8 @@ from studies import (
     harmonic_convergence,
     laws_and_solvers,
     one_harmonic_validity,
+    open_sector_contacts,
+    open_sector_mistuned,
     optimal_normal_load_engine_orders,
     optimal_normal_load_robust,
     optimal_normal_load_single_blade,
@@ -112,6 +114,9 @@ def outcome(tmp_path_factory):
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
         patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
+        patch.setattr(open_sector_contacts, "MASSES", open_sector_contacts.MASSES[[0, 4, 8]])
+        patch.setattr(open_sector_contacts, "PRELOADS", (45.0, 1000.0))
+        patch.setattr(open_sector_mistuned, "N_SAMPLES", 2)
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])

@@ -67,6 +67,7 @@ def plot(
       normal-force  normal force over the period
       states        where contacts stick, slip, open or never touch, each of them
       stick-map     where contacts stick and where they slip, over a swept parameter
+      contact-map   what contacts do at one point, where they are
       model         the structure and the force on it
 
     \b

@@ -2,13 +2,14 @@
 
 import warnings
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.condensation.condense_sector import condense_sector, orthonormal
 from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
+from symhbm.model.condensation.displacements import in_displacements
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
@@ -34,6 +35,7 @@ def condense(
     harmonics: Iterable[int] = (1,),
     *,
     dofs: Iterable[Place] = (),
+    keep: Literal["touched", "displacements"] = "touched",
     tolerance: float | None = None,
     stability: bool = False,
     progress: bool = True,
@@ -60,6 +62,10 @@ def condense(
     dofs
         Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
         number or by name.
+    keep
+        ``"touched"`` keeps all degrees of freedom that contacts touch; ``"displacements"`` keeps
+        ``dofs`` and one unknown for each displacement of a contact ``w^T x``, in place of both
+        sides: half as many for contacts between two sides, with the same responses.
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
         warns above 1e-6.
@@ -90,6 +96,12 @@ def condense(
     resonance that amplifies round-off most. ``certificate`` of the result has the largest
     difference there. It is a measurement at these frequencies, of linear responses, with all
     contacts open and with all stuck as stiff as those of ``model``.
+
+    Displacements that others and ``dofs`` tell are no unknowns of their own; a sector is refused
+    where that differs between its waves. Along ``dof`` displacements come after ``dofs``: their
+    ``structure_dof`` is the number of degrees of freedom of the structure plus that of the
+    displacement, their ``label`` names contact and direction, and the largest response is that of
+    ``dofs`` and displacements together. Datasets of them are read as all others, but not rebuilt.
 
     Responses with friction are no combination of linear ones. Their ``friction_bound`` follows from
     the error ``dZ`` of the condensed stiffness, because friction of constant normal load only takes
@@ -132,10 +144,21 @@ def condense(
     if edges.shape != (2,) or edges[0] == edges[1]:
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
+    check.one_of("keep", keep, ("touched", "displacements"))
     stability, progress = check.flag("stability", stability), check.flag("progress", progress)
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
     excitations = _excitations(model, excitation)
+    masters, rows = _watched(model, dofs), np.zeros(0, dtype=np.intp)
+    structure = model
+    if keep == "displacements":
+        structure, coordinates = in_displacements(model, masters)
+        masters, rows = coordinates.masters, coordinates.rows
+        if isinstance(model, Sector):
+            masters = model.kept[masters]
+    else:
+        masters = np.union1d(masters, [*model.touched]).astype(np.intp)
+    _check_kept(model, masters)
     if isinstance(model, Sector):
         if model.loss_factor:
             raise TypeError(
@@ -144,20 +167,21 @@ def condense(
             )
         if stability:
             raise ValueError("stability=True: expected False for a sector of a disk")
-        condensed = condense_sector(model, excitations, band, basis, _kept(model, dofs), progress)
+        assert isinstance(structure, Sector)
+        condensed = condense_sector(structure, excitations, band, basis, masters, rows, progress)
         _check_error(condensed.certificate, tolerance)
         return condensed
     for force in excitations:
         model.under(force)
     warn_of_doubts(model, band, basis.harmonics)
-    masters = _kept(model, dofs)
-    patterns = _patterns(model, excitations, basis, masters)
+    assert isinstance(structure, Model)
+    patterns = _patterns(structure, excitations, basis, masters)
     others = np.setdiff1d(np.arange(model.n_dof), masters)
-    interior = Interior(model, masters, patterns[others], model.loss_factor)
+    interior = Interior(structure, masters, patterns[others], model.loss_factor)
     bands = [CondensedModel.band(n, band) for n in basis.harmonics if n]
     if stability:
         bands += _between(bands)
-    touched = model.directions[:, masters].toarray()
+    touched = structure.directions[:, masters].toarray()
     springs = (touched.T * model.stuck_springs) @ touched
     reduced, certificate = reduce(interior, bands, springs, progress)
     _check_error(certificate, tolerance)
@@ -169,7 +193,7 @@ def condense(
         patterns,
         None if reduced.modal is None else reduced.modal._replace(between=stability),
     )
-    return CondensedModel(model, masters, band, basis.harmonics, condensed, certificate)
+    return CondensedModel(structure, masters, band, basis.harmonics, condensed, certificate, rows)
 
 
 def _between(bands: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -200,8 +224,8 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
     raise ValueError(f"{asked}: {told}; {advice}")
 
 
-def _kept(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
-    """The degrees of freedom of the contacts, and further ``dofs``, ascending."""
+def _watched(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
+    """The degrees of freedom ``dofs``, ascending."""
     if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
         raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
     numbers = (model.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
@@ -211,12 +235,15 @@ def _kept(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
             f"dofs: expected degrees of freedom that are not right, {min(right)} is; keep that of "
             "left at the same place, which is its of the next sector"
         )
-    kept |= model.touched
-    if not kept:
-        raise ValueError("dofs=(): expected at least one for a structure without contacts")
-    if len(kept) == model.n_dof:
-        raise ValueError("dofs: expected fewer, nothing is left to be eliminated")
     return np.array(sorted(kept), dtype=np.intp)
+
+
+def _check_kept(model: Model | Sector, masters: NDArray[np.intp]) -> None:
+    """Raise ValueError where nothing is kept, or everything."""
+    if not len(masters):
+        raise ValueError("dofs=(): expected at least one for a structure without contacts")
+    if len(masters) == model.n_dof:
+        raise ValueError("dofs: expected fewer, nothing is left to be eliminated")
 
 
 def _excitations(model: Model | Sector, excitation: Any) -> Sequence[Excitation]:

@@ -30,9 +30,12 @@ def condense_sector(
     band: tuple[float, float],
     basis: FourierBasis,
     dofs: NDArray[np.intp],
+    displacements: NDArray[np.intp],
     progress: bool = False,
 ) -> CondensedSector:
     """Condense a sector to ``dofs``, see `symhbm.condense`.
+
+    The last of them are ``displacements`` of contacts, by their numbers.
 
     Matrices of ``N - n`` nodal diameters are the conjugates of those of ``n``; the condensed
     stiffness there is the conjugate of the other at minus the frequency.
@@ -56,7 +59,7 @@ def condense_sector(
         found[n] = CondensedStiffness(
             reduced.whole, reduced.undamped, interior.at_rest, reduced.fixed_frequencies, patterns
         )
-    arguments = dofs, band, basis.harmonics, found, certificates
+    arguments = dofs, band, basis.harmonics, found, certificates, displacements
     condensed = CondensedSector(sector, *arguments)
     return condensed.under(excitations[0]) if len(excitations) == 1 else condensed
 

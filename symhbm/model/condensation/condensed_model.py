@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.condensation.displacements import names_of
 from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
@@ -15,7 +16,7 @@ from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model, restored
-from symhbm.model.places import Place
+from symhbm.model.places import Place, Places
 from symhbm.model.records import from_numbers, recalled, stored, to_numbers
 from symhbm.model.structure import AT_REST, CACHED, NearModes, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
@@ -79,7 +80,10 @@ class CondensedModel(Structure):
     Attributes
     ----------
     dofs : (n_dof,)
-        The degrees of freedom that are kept, as the structure numbers them, ascending.
+        The degrees of freedom that are kept, as the structure numbers them, ascending; last those
+        that displacements are in place of.
+    displacements_kept : (n_displacements,)
+        Numbers of the displacements of contacts that are kept, if those are.
     frequency
         Band of excitation frequencies [Hz] (lowest, highest).
     harmonics
@@ -94,6 +98,7 @@ class CondensedModel(Structure):
         "HarmonicBalance of the attribute structure of its model is of the whole one"
     )
     dofs: NDArray[np.intp]
+    displacements_kept: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
     frequency: tuple[float, float]
     harmonics: tuple[int, ...]
     certificate: Certificate
@@ -106,6 +111,7 @@ class CondensedModel(Structure):
         harmonics: tuple[int, ...],
         condensed: CondensedStiffness,
         certificate: Certificate,
+        displacements: NDArray[np.intp],
     ):
         self._check_names(structure.contact_parameters)
         position = {int(dof): i for i, dof in enumerate(dofs)}
@@ -115,8 +121,8 @@ class CondensedModel(Structure):
         attributes["contacts"] = renumbered(structure.contacts, position.__getitem__)
         attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
-        attributes["places"] = None if structure.places is None else structure.places.of(dofs)
-        self._store(**attributes, _structure=structure)
+        attributes["places"] = places_of(structure, structure.places, dofs, displacements)
+        self._store(**attributes, _structure=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         record = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
         self._set_condensed(dofs, frequency, harmonics, record)
@@ -196,10 +202,15 @@ class CondensedModel(Structure):
     def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
 
-        TypeError unless it is a Model, ValueError where it is another one.
+        TypeError unless it is a Model, and with displacements of contacts; ValueError where it is
+        another one.
         """
         if not isinstance(structure, Model):
             raise TypeError(f"structure={check.shown(structure)}: expected a Model")
+        if len(self.displacements_kept):
+            raise TypeError(
+                "structure: expected None where displacements are kept, it has its structure"
+            )
         same = structure.n_dof == self.n_whole
         if not same or self._digest(structure) != self._description["matrices"]:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
@@ -241,6 +252,11 @@ class CondensedModel(Structure):
         """Number of degrees of freedom of the whole structure."""
         return len(self.condensed.patterns)
 
+    @property
+    def n_watched(self) -> int:
+        """Number of degrees of freedom that are kept, displacements apart."""
+        return self.n_dof - len(self.displacements_kept)
+
     def description(self) -> dict[str, Any]:
         """Identification of a condensed structure for JSON."""
         return {"condensed": self._description}
@@ -270,7 +286,9 @@ class CondensedModel(Structure):
 
     @cached_property
     def numbers(self) -> FloatArray | None:  # type: ignore[override]
-        """All numbers that `from_stored` needs, (n,)."""
+        """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
+        if len(self.displacements_kept):
+            return None
         return to_numbers(_Stored(self.condensed, self.certificate))[0]
 
     def share(self, shape: FloatArray) -> FloatArray:
@@ -309,8 +327,11 @@ class CondensedModel(Structure):
 
     @property
     def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are kept, as the structure numbers them."""
-        return self.dofs
+        """The degrees of freedom that are kept, as the structure numbers them.
+
+        Displacements of contacts are numbered from its number of degrees of freedom on.
+        """
+        return np.concatenate([self.dofs[: self.n_watched], self.n_whole + self.displacements_kept])
 
     @property
     def bends(self) -> bool:
@@ -403,6 +424,20 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def places_of(
+    structure: Structure, places: Places | None, dofs: NDArray[np.intp], rows: NDArray[np.intp]
+) -> Places | None:
+    """Places of ``dofs``, the last of which are displacements ``rows`` of contacts."""
+    if places is None or not len(rows):
+        return None if places is None else places.of(dofs)
+    coordinates = None
+    if places.coordinates is not None:
+        owner = {int(row): j for j, of in enumerate(structure.contact_rows) for row in of}
+        coordinates = structure.contact_coordinates[[owner[row] for row in rows.tolist()]]
+    watched = places.of(dofs[: len(dofs) - len(rows)])
+    return watched.beside(rows, names_of(structure, rows), coordinates)
 
 
 def arrays_of(matrix: Any) -> tuple[NDArray, ...]:

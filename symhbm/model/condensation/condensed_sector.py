@@ -14,6 +14,7 @@ from symhbm.model.condensation.condensed_model import (
     CondensedModel,
     CondensedStiffness,
     arrays_of,
+    places_of,
 )
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.condensation.reduced_basis import Certificate
@@ -94,6 +95,7 @@ class CondensedSector(CondensedModel):
         harmonics: tuple[int, ...],
         waves: Mapping[int, CondensedStiffness],
         certificates: Mapping[int, Certificate],
+        displacements: NDArray[np.intp],
     ):
         self._check_names(structure.contact_parameters)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
@@ -102,8 +104,8 @@ class CondensedSector(CondensedModel):
         self._store(**{name: getattr(structure, name) for name in names})
         self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
-        places = structure.structure.places
-        self._store(_structure=structure, places=None if places is None else places.of(dofs))
+        places = places_of(structure, structure.structure.places, dofs, displacements)
+        self._store(_structure=structure, places=places, displacements_kept=displacements)
         if structure.order is not None:
             self._bind()
 
@@ -231,9 +233,9 @@ class CondensedSector(CondensedModel):
         return stored(record, told)[1]
 
     @cached_property
-    def numbers(self) -> FloatArray:  # type: ignore[override]
-        """All numbers that `from_stored` needs, (n,)."""
-        return to_numbers(self._record[0])[0]
+    def numbers(self) -> FloatArray | None:  # type: ignore[override]
+        """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
+        return None if len(self.displacements_kept) else to_numbers(self._record[0])[0]
 
     @classmethod
     def from_stored(
@@ -350,7 +352,7 @@ class CondensedSector(CondensedModel):
         arguments = (self.dofs, self.frequency, self.harmonics, self.waves, self.certificates)
         whole = self._structure.with_parameters(**self.parameters)
         known = {"_description": self._description}  # what the whole one alone can tell
-        return CondensedSector, (whole, *arguments), known
+        return CondensedSector, (whole, *arguments, self.displacements_kept), known
 
 
 def _digest(sector: Sector) -> str:

@@ -108,12 +108,13 @@ class Interior:
         self.static = static
         self.at_rest: NDArray = at_rest.astype(self.dtype)
 
-    def solve(self, s: float) -> tuple[Any, ComplexArray]:
+    def solve(self, s: float, only_motion: bool = False) -> tuple[Any, ComplexArray]:
         """Motion of the interior and condensed stiffness of the masters at ``s`` [rad/s].
 
         Motion (n_interior, n_masters + n_forces), in the precision of residuals, under a unit
         motion of each master and under each unit force; ``[Z, -D_mi D_ii^-1 B]``
-        (n_masters, n_masters + n_forces).
+        (n_masters, n_masters + n_forces). With ``only_motion`` the motion of symmetric matrices is
+        not refined: the condensed stiffness by a basis of such is in error by the square alone.
         """
         lossy = self.lossy if s else 1.0
         blocks = self._inside, self._inwards, self._outwards, self._masters
@@ -125,11 +126,12 @@ class Interior:
         inside = inside.astype(np.result_type(inside.dtype, inwards.dtype))
         motion = np.full((len(self.others), self.n_columns), np.nan, inside.dtype)
         feel = np.full((len(self.masters), self.n_columns), np.nan, inside.dtype)
+        rounded = complex if np.iscomplexobj(inside) else float
         trans = "H" if self.symmetric and s and self._factors[0] == -s else "N"
         if trans == "N":
             self._factors = 0.0, None  # memory for the next ones
             try:
-                factors = factorised(inside.astype(complex if np.iscomplexobj(inside) else float))
+                factors = factorised(inside.astype(rounded))
             except RuntimeError:
                 return motion, feel
             if self.dtype == complex:
@@ -139,7 +141,12 @@ class Interior:
         for first in range(0, self.n_columns, _COLUMNS):
             chosen = slice(first, first + _COLUMNS)
             block = np.hstack([-inwards[:, chosen].toarray(), self._forces_of(chosen)])
-            motion[:, chosen] = refined(factors, inside, block, trans)
+            if only_motion and self.symmetric:
+                motion[:, chosen] = factors.solve(block.astype(rounded), trans)
+            else:
+                motion[:, chosen] = refined(factors, inside, block, trans)
+        if only_motion:
+            return motion, feel
         n = len(self.masters)
         felt = outwards @ motion
         feel[:, :n], feel[:, n:] = felt[:, :n] + kept, -felt[:, n:]

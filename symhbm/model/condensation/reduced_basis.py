@@ -86,7 +86,7 @@ def reduce(
     basis = np.zeros((len(interior.others), 0), dtype=interior.dtype)
     bar = progress_bar("factorisation", progress)
     for s in used:
-        basis = _extended(basis, interior, interior.solve(s)[0], s)
+        basis = _extended(basis, interior, interior.solve(s, only_motion=True)[0], s)
         bar.update()
     view = _View(interior, basis, bands, grid, states)
     count, errors, bounds, checked = len(used), [], [], []
@@ -180,7 +180,7 @@ def _extended(basis: NDArray, interior: Interior, motion: NDArray, s: float) -> 
     """
     motions = [motion]
     if np.iscomplexobj(basis) and interior.damped:
-        motions.append(interior.solve(-s)[0])
+        motions.append(interior.solve(-s, only_motion=True)[0])
     for each in motions:
         each[:, : len(interior.masters)] -= interior.static
     motion = motion if len(motions) == 1 else np.hstack(motions)

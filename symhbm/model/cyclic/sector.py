@@ -21,6 +21,7 @@ from symhbm.model.cyclic.waves import (
     rotation_of,
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
+from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
 from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
@@ -254,6 +255,11 @@ class Sector(PolynomialStructure):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
         couplings = tuple(each.along(self.number_of, self.n_whole) for each in influences)
         return self._changed(influences=couplings, _waves={})
+
+    def along_contacts(self, relative: RelativeCoordinates) -> Sector:
+        """The same with displacements of contacts in place of some degrees of freedom."""
+        given = self.interfaces._replace(relative=relative, directions=self._directions_as_named)
+        return self._changed(interfaces=given, _waves={})
 
     def in_wave(self, order: int) -> Sector:
         """The sector under an engine order."""

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.places import Places
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
@@ -43,6 +44,8 @@ class Interfaces(NamedTuple):
 
     ``left`` and ``right`` (n,) are degrees of freedom of a sector; ``others`` (n_kept,) those that
     are not right, ascending; ``rotation`` (n_dof, n_dof), sparse, turns a motion by one sector.
+    Where displacements of contacts take the place of some of the others, ``relative`` tells which,
+    and the ``directions`` (n_rows, 2 n_dof) of all displacements in this sector and in the next.
     """
 
     n_sectors: int
@@ -50,9 +53,21 @@ class Interfaces(NamedTuple):
     right: NDArray[np.intp]
     others: NDArray[np.intp]
     rotation: Any
+    relative: RelativeCoordinates | None = None
+    directions: Any = None
 
     def expansion(self, n: int) -> Any:
-        """Motion of all degrees of freedom from that of the ``others``, (n_dof, n_kept), sparse."""
+        """Motion of all degrees of freedom from that of the ``others``, (n_dof, n_kept), sparse.
+
+        Raises ValueError as `RelativeCoordinates.change`.
+        """
+        joined = self._joined(n)
+        if self.relative is None:
+            return joined
+        alone = self._replace(relative=None)
+        return (joined @ self.relative.change(alone.displacements(n, self.directions))).tocsr()
+
+    def _joined(self, n: int) -> Any:
         n_dof, n_kept = self.rotation.shape[0], len(self.others)
         own = sp.csr_array((np.ones(n_kept), (self.others, np.arange(n_kept))), (n_dof, n_kept))
         places = np.arange(len(self.right))

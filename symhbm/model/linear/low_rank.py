@@ -27,6 +27,11 @@ class LowRankSum:
         return len(self.left), len(self.right)
 
     @property
+    def factors(self) -> tuple[NDArray, NDArray]:
+        """``left`` and ``right``."""
+        return self.left, self.right
+
+    @property
     def T(self) -> LowRankSum:  # noqa: N802
         """The transposed matrix."""
         return LowRankSum(self.sparse.T, self.right, self.left)
@@ -97,15 +102,17 @@ def solver_of_sum(factors: Any, matrix: LowRankSum) -> Any:
 class _Woodbury:
     def __init__(self, factors: Any, matrix: LowRankSum):
         self._factors = factors
-        self._right = matrix.right.astype(np.result_type(matrix.right, float))
-        self._moved = factors.solve(np.asarray(matrix.left))
-        small = np.eye(self._moved.shape[1]) + self._right.T @ self._moved
-        self._shares = np.linalg.solve(small, self._right.T)
+        left, right = (np.asarray(m, dtype=np.result_type(m, float)) for m in matrix.factors)
+        self._sides = {"N": (left, right), "H": (right.conj(), left.conj())}
+        self._shares: dict[str, tuple[NDArray, NDArray]] = {}
 
     def solve(self, right: NDArray, trans: str = "N") -> NDArray:
-        """Solution (n, n_columns); with ``trans="H"`` of the adjoint equations."""
-        if trans == "H":
-            felt = self._shares.conj().T @ (self._moved.conj().T @ right)
-            return self._factors.solve(right - felt, trans)
-        motion = self._factors.solve(right)
-        return motion - self._moved @ (self._shares @ motion)
+        """Solution (n, n_columns); of the adjoint equations with ``trans="H"``."""
+        if trans not in self._shares:
+            columns, rows = self._sides[trans]
+            moved = self._factors.solve(columns, trans)
+            small = np.eye(moved.shape[1]) + rows.T @ moved
+            self._shares[trans] = moved, np.linalg.solve(small, rows.T)
+        moved, shares = self._shares[trans]
+        motion = self._factors.solve(right, trans)
+        return motion - moved @ (shares @ motion)

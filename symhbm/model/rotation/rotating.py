@@ -86,7 +86,9 @@ class RotatingModel(Model):
         gyroscopic = None if coriolis is None else _skew(coriolis, structure.n_dof)
         given = {name: value for name, value in vars(structure).items() if name not in CACHED}
         self._store(**given, **{"speeds": speeds, "coriolis": gyroscopic})
+        # Its stiffness is no longer one value per blade.
         self._store(stiffness_matrix=parts[0], stiffening=parts[1:], engine_order=None)
+        self._store(lumped=False)
 
     speeds: tuple[float, ...]
     stiffening: tuple[Any, ...]

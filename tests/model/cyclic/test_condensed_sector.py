@@ -158,3 +158,25 @@ def test_several_engine_orders_and_copies():
         sh.condense(disk, forces, (2000, 6000), dofs=[int(disk.interfaces.right[0])])
     with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
         sh.condense(disk, sh.PointForce(), (2000, 6000))
+
+
+@pytest.mark.parametrize("order", [3, 21, 0])
+@pytest.mark.parametrize("opens", [False, True])
+def test_displacements_of_contacts_are_enough(order, opens):
+    """Contacts to the next sector and across the cut: responses of both sides, everywhere."""
+    disk, tip, pattern = damped_disk((1, 3, 1, 1), opens=opens)
+    force = sh.EngineOrder(order, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    everywhere = []
+    for keep, size in (("touched", 9 + opens), ("displacements", 4 + opens)):
+        small = sh.condense(disk, force, (2000, 6000), (0, 1, 2), dofs=[tip], keep=keep)
+        assert small.n_dof == size
+        assert small.certificate.error < 1e-10
+        problem = sh.HarmonicBalance(small, force, (0, 1, 2))
+        point = sh.solve(problem, 4100.0)
+        everywhere.append(sh.recover(problem, point))
+        assert everywhere[-1].residual_norm < 1e-10
+    assert point.label.values[-1] == "displacement of contact 2"
+    again = sh.solve(pickle.loads(pickle.dumps(problem)), 4100.0)
+    assert np.array_equal(again.coefficient, point.coefficient)
+    touched, displaced = (each.coefficient.values for each in everywhere)
+    assert abs(touched - displaced).max() < 1e-10 * abs(touched).max()

@@ -198,6 +198,22 @@ def test_a_speed_needs_an_engine_order():
         sh.periodic_motion(problem, 20.0)
 
 
+def test_blades_with_parameters_of_their_own_have_none_left():
+    disk = sh.bladed_disk(
+        3,
+        mass=1,
+        stiffness=1e4,
+        damping=2,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    at_rest = disk.stiffness_matrix.toarray()
+    rotor = sh.RotatingModel(disk, {0: at_rest, 300: 1.2 * at_rest})
+    assert not {"mass", "stiffness", "damping"} & {*rotor.parameters}
+    np.testing.assert_allclose(rotor.at(300).stiffness_matrix.toarray(), 1.2 * at_rest)
+
+
 def test_reductions_ask_for_one_speed():
     rotor, force = rotor_of((0, 300), tip=sh.Contacts(sh.Coulomb(), (0,), **SLIDER)), Wave(ORDER)
     with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):

@@ -1,0 +1,141 @@
+"""Condensed to displacements of contacts: the same responses from half as many unknowns."""
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+
+N = 60
+FORCE = sh.PointForce(dof=20, amplitude=1.0)
+BAND = (0.4, 1.6)
+HARMONICS = (0, 1, 3)
+EQUAL = 1e-10
+
+
+def chain(contacts, damping="mass", places=None):
+    """A chain of 60 masses, its ends held."""
+    neighbours = sp.eye_array(N, k=1) + sp.eye_array(N, k=-1)
+    stiffness = 1e3 * (2.0 * sp.eye_array(N) - neighbours)
+    mass = sp.diags_array(np.linspace(0.8, 1.2, N))
+    viscous = {
+        "mass": 0.3 * mass,
+        "local": 0.2 * mass + sp.diags_array(3.0 * (np.arange(N) % 7 == 0)),
+        "gyroscopic": 0.3 * mass + 0.5 * (sp.eye_array(N, k=9) - sp.eye_array(N, k=-9)),
+        "modal": sh.ModalDamping(0.02),
+        "structural": sh.StructuralDamping(0.04),
+    }[damping]
+    return sh.Model(
+        mass, viscous, stiffness, contacts=contacts, places=places,
+        contact_stiffness=400.0, friction_coefficient=0.4, normal_load=1.0,
+    )  # fmt: skip
+
+
+def both(model, force=FORCE, **options):
+    """Problems of both kinds of condensation."""
+    kinds = "touched", "displacements"
+    small = [sh.condense(model, force, BAND, HARMONICS, keep=kind, **options) for kind in kinds]
+    return [sh.HarmonicBalance(each, force, HARMONICS) for each in small]
+
+
+def difference(problems, hertz):
+    """Largest difference of two responses of all degrees of freedom, over the largest."""
+    points = [sh.solve(problem, hertz) for problem in problems]
+    assert (points[0].contact_state.values > 0).any()
+    assert np.array_equal(*(point.contact_state for point in points))
+    whole = [sh.recover(*pair) for pair in zip(problems, points, strict=True)]
+    assert whole[1].residual_norm < 1e-11
+    assert whole[1].condensation_error < EQUAL
+    first, second = (each.coefficient.values for each in whole)
+    return abs(first - second).max() / abs(first).max()
+
+
+@pytest.mark.parametrize("damping", ["mass", "local", "gyroscopic", "modal", "structural"])
+def test_responses_are_those_of_both_sides(damping):
+    """Contacts that share degrees of freedom, have weights, or reach to the ground."""
+    contacts = [(10, 40), (40, 11), (25, 50), (30,), {12: 1.0, 33: 0.5, 52: -1.5}]
+    problems = both(chain(contacts, damping), dofs=[5])
+    assert [problem.n_dof for problem in problems] == [10, 6]
+    assert problems[1].model.kept.tolist() == [5, *range(N, N + 5)]
+    assert problems[1].model.certificate.error < EQUAL
+    for hertz in (0.52, 0.9, 1.31):
+        assert difference(problems, hertz) < EQUAL
+
+
+@pytest.mark.parametrize("dofs", [[50], [10, 40], [11, 20]])
+def test_displacements_that_others_tell(dofs):
+    """Contacts side by side, in a ring, and of degrees of freedom that are kept."""
+    contacts = [(10, 40), (40, 11), (11, 10), (10, 40), (50,)]
+    problems = both(chain(contacts), dofs=dofs)
+    free = {(50,): 2, (10, 40): 2, (11, 20): 3}[tuple(dofs)]  # of 4 that are two of a ring and one
+    assert problems[1].n_dof == len(dofs) + free
+    assert difference(problems, 0.9) < EQUAL
+
+
+def test_peaks_and_stability_of_what_is_watched():
+    """Resonances are counted, and perturbations oscillate, in the coordinates that there are."""
+    problems = both(chain([(10, 40), (25, 50)]), dofs=[20], stability=True)
+    found = []
+    for problem in problems:
+        at = problem.model.kept.tolist().index(20)
+        curve = sh.frf(problem, (0.72, 0.8), peaks="each", stability=True, progress=False)
+        assert (curve.stability == 1).all()
+        chosen = curve.peak_dof.values == at
+        found.append([curve[f"peak_{name}"].values[chosen] for name in ("frequency", "amplitude")])
+    assert len(found[0][0]) == 2
+    assert np.allclose(*found, rtol=1e-8, atol=0)
+
+
+def test_places_name_displacements():
+    places = sh.Places(np.arange(100, 100 + N), "x", np.outer(np.arange(N), [1.0, 0, 0]))
+    model = chain([("110:x", "140:x"), ("125:x", "150:x")], places=places)
+    problem = both(model, dofs=["105:x"])[1]
+    point = sh.solve(problem, 0.9)
+    assert point.structure_dof.values.tolist() == [5, N, N + 1]
+    names = [f"displacement of contact {j}" for j in range(2)]
+    assert point.label.values.tolist() == ["", *names]
+    assert point.dof_x.values.tolist() == [5, 25, 37.5]
+    told = f"1 degrees of freedom kept of {N} and 2 displacements of contacts"
+    assert point.attrs["largest_of"] == told
+    assert sh.recover(problem, point).node.values.tolist() == list(range(100, 100 + N))
+    by_place = sh.HarmonicBalance(problem.model, sh.PointForce(dof="120:x"), HARMONICS)
+    assert np.array_equal(sh.solve(by_place, 0.9).coefficient, point.coefficient)
+
+
+def test_displacement_is_that_of_both_sides():
+    problems = both(chain([(10, 40)]), dofs=[5])
+    points = [sh.solve(problem, 0.9).coefficient for problem in problems]
+    of_10, of_40 = (points[0].values[k] for k in (1, 2))
+    assert np.allclose(points[1].values[1], of_10 - of_40, rtol=0, atol=EQUAL * abs(of_10).max())
+
+
+def test_copies_and_archives():
+    problem = both(chain([(10, 40)]), dofs=[5])[1]
+    point = sh.solve(problem, 0.9)
+    again = sh.solve(pickle.loads(pickle.dumps(problem)), 0.9)
+    assert np.array_equal(again.coefficient, point.coefficient)
+    with pytest.raises(sh.ArchiveError, match="displacements of contacts are not"):
+        sh.rebuild(point)
+    with pytest.raises(TypeError, match="has its structure"):
+        sh.recover(problem, point, structure=chain([(10, 40)]))
+    varied = problem.with_parameters(normal_load=2.0)
+    whole = sh.recover(varied, sh.solve(varied, 0.9))
+    assert whole.residual_norm < 1e-11
+
+
+def test_bad_keep():
+    with pytest.raises(ValueError, match="keep='sides'"):
+        sh.condense(chain([(10, 40)]), FORCE, BAND, keep="sides")
+    with pytest.raises(ValueError, match="expected at least one"):
+        sh.condense(chain([]), FORCE, BAND, keep="displacements")
+    near = np.eye(3, k=1) + np.eye(3, k=-1)
+    blade = sh.Model(np.eye(3), 0.1 * np.eye(3), 10 * np.eye(3) - 2 * near)
+    shroud = sh.Friction(
+        tangential=(0, sh.next_sector(0)),
+        contact_stiffness=1.0, friction_coefficient=0.3, normal_load=1.0,
+    )  # fmt: skip
+    disk = sh.Sector(blade, [1], [2], 6).with_contacts(shroud=shroud)
+    with pytest.raises(ValueError, match="in the same way in all waves"):
+        sh.condense(disk, sh.EngineOrder(2, pattern={0: 1.0}), BAND, keep="displacements")
