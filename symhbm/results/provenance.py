@@ -40,9 +40,8 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.cyclic import Sector
-from symhbm.model.records import recalled
 from symhbm.model.reduction import DEVIATIONS, DeviatingModel
-from symhbm.model.rotation import RECORDS, model_of, speed_order
+from symhbm.model.rotation import recalled_model, speed_order
 from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
 from symhbm.results.request import Request
@@ -456,7 +455,7 @@ def _of_numbers(
     told, numbers = description["structure"]["stored"], dataset[STRUCTURE_NUMBERS].values
     if "n_sectors" in description["structure"]:
         return Sector.from_stored(told, numbers, contacts, **nominal)
-    model = model_of(recalled(numbers, told, RECORDS), told, description["lumped"])
+    model = recalled_model(told, numbers, description["lumped"])
     model._store(places=places_of(dataset))
     model._set_contacts(contacts, **nominal)
     return model

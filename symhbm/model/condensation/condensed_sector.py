@@ -251,8 +251,8 @@ class CondensedSector(CondensedModel):
         waves = {wave.n: wave.condensed for wave in record.waves}
         certificates = {wave.n: wave.certificate for wave in record.waves if wave.certificate}
         dofs, band = np.array(told["dofs"], dtype=np.intp), tuple(told["frequency"])
-        none = np.zeros(0, dtype=np.intp)
-        model = cls(sector, dofs, band, tuple(told["harmonics"]), waves, certificates, none)
+        none, harmonics = np.zeros(0, dtype=np.intp), tuple(told["harmonics"])
+        model = cls(sector, dofs, band, harmonics, waves, certificates, none)
         model._store(_description=told)
         return model
 

@@ -1,6 +1,6 @@
 """Structures that turn: stiffness by the speed, Coriolis forces, speeds along engine orders."""
 
-from symhbm.model.rotation.rotating import RECORDS, RotatingModel, model_of
+from symhbm.model.rotation.rotating import RECORDS, RotatingModel, model_of, recalled_model
 from symhbm.model.rotation.speed import check_at_one_speed, check_speed, speed_order
 
 __all__ = [
@@ -9,5 +9,6 @@ __all__ = [
     "check_at_one_speed",
     "check_speed",
     "model_of",
+    "recalled_model",
     "speed_order",
 ]

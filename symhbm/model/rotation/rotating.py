@@ -10,8 +10,9 @@ import scipy.sparse as sp
 
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model, matrix_of
+from symhbm.model.records import recalled
 from symhbm.model.structure import CACHED, DENSE, STORED, Matrices
-from symhbm.numerics import check
+from symhbm.numerics import FloatArray, check
 
 PER_MINUTE = 2 * np.pi / 60
 """Angular speed [rad/s] of one turn per minute."""
@@ -179,6 +180,11 @@ def model_of(record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
     """The model, turning or not, of a record and of what was told beside it."""
     kind = RotatingModel if isinstance(record, TurningMatrices) else Model
     return kind.from_record(record, told, lumped)
+
+
+def recalled_model(told: dict[str, Any], numbers: FloatArray, lumped: bool) -> Model:
+    """The model of an archive, without contacts; ValueError where it is damaged."""
+    return model_of(recalled(numbers, told, RECORDS), told, lumped)
 
 
 _OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE, STORED}
