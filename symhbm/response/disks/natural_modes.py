@@ -8,6 +8,7 @@ import xarray as xr
 
 from symhbm.model import Structure
 from symhbm.model.linear import natural_modes_of
+from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import check
 
 
@@ -59,6 +60,11 @@ def natural_modes(
     """
     if not isinstance(structure, Structure):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    if isinstance(getattr(structure, "structure", structure), RotatingModel):
+        raise TypeError(
+            "structure: expected one at one speed, structure.at(speed), its modes change with it; "
+            "symhbm.campbell follows them over the speed"
+        )
     size = structure.n_dof
     count = min(10, size) if count is None else check.integer("count", count, 1, size)
     stuck = check.flag("stuck", stuck)

@@ -230,3 +230,11 @@ def test_reductions_ask_for_one_speed():
         with pytest.raises((TypeError, ValueError), match=r"at\(speed\)"):
             reduce(disk)
     assert sh.mistuned_ring(disk.at(200)).n_dof == 6
+
+
+def test_modes_are_those_of_one_speed():
+    disk = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
+    for turning in (rotor_of(), disk):
+        with pytest.raises(TypeError, match=r"at\(speed\)"):
+            sh.natural_modes(turning)
+    assert sh.natural_modes(disk.at(200), 1).sizes["mode"] == 1
