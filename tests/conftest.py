@@ -8,6 +8,28 @@ import pytest
 # Before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+LONG = (
+    "studies/test_studies.py",
+    "house/test_style.py",
+    "model/test_planar_friction.py",
+    "response/test_random_contacts.py",
+    "continuation/test_angle_paths.py",
+    "model/reduction/test_mistuned_ring.py",
+    "model/cyclic/test_sector.py",
+    "time_domain/test_smooth_laws_in_time.py",
+    "time_domain/test_planar_motion.py",
+    "time_domain/test_floquet.py",
+)
+"""Files that take longest: they come first, so that no process ends long after the others."""
+
+
+def pytest_collection_modifyitems(items):
+    def place(item):
+        name = item.path.as_posix()
+        return next((i for i, long in enumerate(LONG) if name.endswith(long)), len(LONG))
+
+    items.sort(key=place)
+
 
 @pytest.fixture(autouse=True)
 def _no_figures_left():

@@ -241,7 +241,7 @@ def marched(problem, omega, state, slip_limit):
     return np.array([x, v, f])
 
 
-@pytest.mark.parametrize("omega", [1.1, 1.9])
+@pytest.mark.parametrize("omega", [pytest.param(1.1, marks=pytest.mark.slow), 1.9])
 def test_friction_beside_a_cubic_spring_against_differences(omega):
     model = sh.Model(
         [[1.0]],
