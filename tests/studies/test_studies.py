@@ -115,8 +115,10 @@ def outcome(tmp_path_factory):
         patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
         patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
         patch.setattr(open_sector_contacts, "MASSES", open_sector_contacts.MASSES[[0, 4, 8]])
-        patch.setattr(open_sector_contacts, "PRELOADS", (45.0, 1000.0))
-        patch.setattr(open_sector_mistuned, "N_SAMPLES", 2)
+        patch.setattr(open_sector_contacts, "PRELOADS", (160.0, 1000.0))
+        patch.setattr(open_sector_contacts, "SHROUD_HARMONICS", (0, 1))
+        for name, value in dict(MODES=2, INTERFACE_MODES=4, N_SAMPLES=2).items():
+            patch.setattr(open_sector_mistuned, name, value)
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])
