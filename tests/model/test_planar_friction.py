@@ -581,7 +581,10 @@ def test_sensitivities_of_peaks(kind):
         assert slope == pytest.approx(measured, rel=1e-5), name
 
 
-@pytest.mark.parametrize(("kind", "loads"), [("constant", (4, 10)), ("load", (3, 10))])
+@pytest.mark.parametrize(
+    ("kind", "loads"),
+    [("constant", (4, 10)), pytest.param("load", (3, 10), marks=pytest.mark.slow)],
+)
 def test_peaks_over_the_load(kind, loads):
     problem = problem_of(KINDS[kind], (0, 1, 2))
     curve = sh.peak_curve(problem, "normal_load", loads, frequency=(12, 30), progress=False)
