@@ -29,6 +29,10 @@ class _Modes(NamedTuple):
     shapes: ComplexArray
     momentum: ComplexArray
 
+    def rank(self, mode: int) -> int:
+        """How many frequencies are below that of a mode."""
+        return int(np.count_nonzero(self.frequencies < self.frequencies[mode]))
+
     def chosen(self, order: np.ndarray) -> "_Modes":
         return _Modes(self.frequencies[order], self.shapes[:, order], self.momentum[:, order])
 
@@ -82,7 +86,8 @@ def campbell(
     A mode is followed by the modal assurance criterion in the mass matrix. Where shapes change or
     modes seem to cross, intervals of speeds are halved, seven times at most: two modes that veer
     away from each other exchange their shapes and keep their order. A veering that is sharper than
-    that is a crossing here, each mode keeps its shape.
+    that is a crossing here, each mode keeps its shape. A line that meets one mode twice between
+    neighbouring speeds is not seen there: give more of them.
 
     Examples
     --------
@@ -110,6 +115,9 @@ def campbell(
     def modes(speed: float, wave: int | None) -> _Modes:
         return _modes(_at(structure, speed), wave, n_modes, check.flag("stuck", stuck))
 
+    least = min(len(modes(at[0], wave).frequencies) for wave in waves)
+    if least < count:
+        raise ValueError(f"count={count}: expected at most {least}, there are no more modes")
     found, alike = _followed(at.tolist(), waves, modes, count)
     crossings = [
         crossing
@@ -222,15 +230,20 @@ def _crossings(
     for (low, before), (high, after) in pairwise(found):
         for mode in range(count):
             ends = before[k].chosen(np.array([mode])), after[k].chosen(np.array([mode]))
+            ranks = before[k].rank(mode), after[k].rank(mode)
 
-            def excess(speed: float, ends: tuple = ends, low: float = low, high: float = high):
-                if speed in (low, high):
-                    own = ends[speed == high].frequencies[0]
-                else:
-                    own = _nearest(modes(speed, wave), ends).frequencies[0]
+            def excess(speed: float, ends: tuple = ends, ranks: tuple = ranks):
+                between = modes(speed, wave)
+                # Frequencies in their order are continuous; only modes that cross go by shape.
+                chosen = between if ranks[0] == ranks[1] else _nearest(between, ends)
+                own = chosen.frequencies[ranks[0] if chosen is between else 0]
                 return own - order * speed / 60
 
-            if excess(low) >= 0 > excess(high) or excess(low) < 0 <= excess(high):
+            first, last = (
+                end.frequencies[0] - order * at / 60
+                for end, at in zip(ends, (low, high), strict=True)
+            )
+            if first >= 0 > last or first < 0 <= last:
                 speed: Any = brentq(excess, low, high, xtol=_EXACT * high)
                 result.append((speed, order * speed / 60, order, mode, wave))
     return result

@@ -89,6 +89,26 @@ def test_crossings_of_a_sector_solve_for_the_speed():
     assert lines.crossing_speed.values[0] == pytest.approx(brentq(excess, 500, 2000), rel=1e-9)
 
 
+def test_crossings_beside_a_veering_are_natural_frequencies():
+    """Whichever of two modes it is that a line meets, its frequency is one at that speed."""
+    for coupling in (5.0, 50.0, 500.0):
+        rotor = veering(coupling)
+        lines = sh.campbell(rotor, [0, 400, 700], orders=[2, 3], count=2)
+        assert lines.sizes["crossing"] >= 2
+        for crossing in range(lines.sizes["crossing"]):
+            speed, frequency = (
+                lines[f"crossing_{name}"].values[crossing] for name in ("speed", "frequency")
+            )
+            natural = sh.natural_modes(rotor.at(speed), count=2).frequency.values
+            assert np.abs(natural / frequency - 1).min() < 1e-9
+
+
+def test_no_more_modes_than_there_are():
+    massless = sh.Model(np.diag([1.0, 0]), np.zeros((2, 2)), [[3.0, -1], [-1, 2]])
+    with pytest.raises(ValueError, match="count=2: expected at most 1"):
+        sh.campbell(massless, [0, 100])
+
+
 def test_pictures_show_every_crossing(tmp_path):
     lines = sh.campbell(disk(), [0, 1500, 3000], orders=range(1, 8), count=2)
     for draw in (sh.plot.campbell, sh.plot.interference):
