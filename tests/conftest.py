@@ -31,6 +31,14 @@ def pytest_collection_modifyitems(items):
     items.sort(key=place)
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _compiled_functions(tmp_path_factory):
+    """Compiled functions of the tests are in a folder of theirs, which all processes share."""
+    folder = tmp_path_factory.getbasetemp().parent / "compiled"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    os.environ["SYMHBM_CACHE"] = str(folder)
+
+
 @pytest.fixture(autouse=True)
 def _no_figures_left():
     """Figures of examples and commands stay open otherwise, and too many of them are a warning."""

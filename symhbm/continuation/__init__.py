@@ -1,6 +1,7 @@
 """Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
+from symhbm.continuation.correctors import prepare
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
@@ -29,6 +30,7 @@ __all__ = [
     "linear_response",
     "newton",
     "other_solution",
+    "prepare",
     "slope_of",
     "solve_point",
 ]

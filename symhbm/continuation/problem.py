@@ -21,12 +21,14 @@ class ContinuationProblem(ABC):
     solution at each value, so that a path that turns back has failed and has no fold. Lengths along
     the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names the
     solver where the switching angles are unknowns too, None where they are located.
+    ``machine_code`` tells whether that evaluates the equations, None where this process has it.
     """
 
     problem: HarmonicBalance
     single_valued: bool
     smallest: float = 0.0
     angles: str | None = None
+    machine_code: bool | None = None
 
     @abstractmethod
     def at(self, value: float) -> tuple[HarmonicBalance, float]:

@@ -28,7 +28,7 @@ from symhbm.numerics.linear_algebra import (
     negative_eigenvalues,
     saddle,
 )
-from symhbm.numerics.machine_code import native
+from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.roots import MACHINE, Motions, monotone_root
 from symhbm.numerics.turning_points import (
     Cells,
@@ -71,12 +71,12 @@ __all__ = [
     "largest_displacement",
     "length_of",
     "monotone_root",
-    "native",
     "negative_eigenvalues",
     "points_in_cells",
     "relative_difference",
     "saddle",
     "sparsity_of",
+    "to_machine_code",
     "turning_cells",
     "turning_hessian",
     "turning_points",

@@ -20,7 +20,7 @@ class Compiled:
     """
 
     def __init__(self, function: ca.Function):
-        self._buffer, self.run = function.buffer()
+        self._buffer, self._evaluate = function.buffer()
         self.inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self.outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         for i, array in enumerate(self.inputs):
@@ -28,6 +28,12 @@ class Compiled:
         for i, array in enumerate(self.outputs):
             self._buffer.set_res(i, memoryview(array))  # type: ignore
         self._lock = threading.Lock()
+
+    def run(self) -> None:
+        """Evaluate ``outputs`` at ``inputs``; RuntimeError for a matrix that is singular."""
+        self._evaluate()
+        if self._buffer.ret():
+            raise RuntimeError("a linear system of the function is singular")
 
     def __call__(self, *inputs: ArrayLike) -> list[FloatArray]:
         """Stored entries of the outputs."""

@@ -1,6 +1,7 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -16,10 +17,11 @@ from symhbm.continuation import (
     FrequencyProblem,
     ParameterProblem,
     Status,
+    prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
-from symhbm.model import Symmetry, find_symmetry
+from symhbm.model import Symmetry, find_symmetry, is_pattern
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import (
     BranchPart,
@@ -31,7 +33,7 @@ from symhbm.response.accuracy import (
     status_of,
 )
 from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
-from symhbm.results import Request, tables
+from symhbm.results import Request, Sweep, tables
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -83,8 +85,24 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
         smallest = SMALLEST * max(abs(value) for value in request.band)
         omega = RADIANS * request.frequency
         equations = ParameterProblem(problem, request.name, omega, request.index, smallest)
-    equations.angles = request.angles
+    equations.angles, equations.machine_code = request.angles, request.machine_code
     return equations
+
+
+def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress: bool) -> Request:
+    """The request with what evaluates all of its curves, compiled in front of the first one."""
+
+    def announce() -> None:
+        if progress:
+            print("symhbm: compiling the equations, once for each structure", file=sys.stderr)
+
+    # Compiled once: copies of the problem for all parameter sets share the functions.
+    equations = continuation_problem_of(request, problem)
+    scattered = any(is_pattern(dim) for value in sweep.values.values() for dim in value.dims)
+    symmetry = None if scattered else symmetry_of(request, problem)
+    if symmetry is not None:
+        equations = continuation_problem_of(request, problem.of_sector(symmetry))
+    return replace(request, machine_code=prepare(equations, sweep.size, announce))
 
 
 def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:

@@ -15,7 +15,7 @@ from symhbm.continuation.angles import check_angles, check_path_angles
 from symhbm.model import warn_of_doubts
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
-from symhbm.response.curve import continuation_problem_of
+from symhbm.response.curve import prepared
 from symhbm.response.run import reported, run
 from symhbm.results import (
     Angles,
@@ -292,6 +292,5 @@ def _run(
         keep=check_keep(keep, verifiable, axis["name"], accuracy),
         angles=angles,
     )
-    # Compiled once: copies of the problem for all parameter sets share the functions.
-    continuation_problem_of(request, problem)
+    request = prepared(problem, sweep, request, progress)
     return reported(run(problem, sweep, request, archive, executor, progress), throw, depth=4)

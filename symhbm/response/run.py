@@ -16,7 +16,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
-from symhbm.response.curve import blank_curve
+from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
 from symhbm.results import Request, Sweep, schema, tables
 from symhbm.results.archive import (
@@ -80,7 +80,7 @@ def run(
         if store.call is None:
             store.begin(call_bytes, sweep.size, encoded_blank)
         _check_same(call, call_of(store), file)
-        return _finished(store, target, call, problem, blank, executor, progress)
+        return _finished(store, target, call, problem, request, blank, executor, progress)
 
 
 def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
@@ -162,9 +162,10 @@ def _resume(
         return complete
     with Store(file) as store:
         call = call_of(store)
-        problem, request = rebuild(call, laws), schema.recall(call)[1]
+        problem, (sweep, request) = rebuild(call, laws), schema.recall(call)
+        request = prepared(problem, sweep, request, progress)
         blank = tables.reduced(blank_curve(problem, request), request)
-        return _finished(store, target, call, problem, blank, executor, progress)
+        return _finished(store, target, call, problem, request, blank, executor, progress)
 
 
 def _finished(
@@ -172,6 +173,7 @@ def _finished(
     target: Path,
     call: xr.Dataset,
     problem: HarmonicBalance,
+    request: Request,
     blank: Table,
     executor: Executor | None,
     progress: bool,
@@ -180,7 +182,7 @@ def _finished(
         complete = _checked_archive(call, target, progress)
         store.remove()
         return complete
-    sweep, request = schema.recall(call)
+    sweep, _ = schema.recall(call)
     _check_names(store, blank)
     with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
         curves = compute(problem, sweep, request, blank, executor, progress, store.done)

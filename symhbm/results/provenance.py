@@ -66,6 +66,8 @@ LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
 SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
+EVALUATED_BY = "equations_evaluated_by"
+"""Attribute of curves that tells what evaluates the equations, to the same bits."""
 SPEEDS = ("speed", "peak_speed", "event_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
@@ -240,6 +242,8 @@ def with_provenance(
         "swept": json.dumps(list(sweep.values)),
     }
     if request:
+        by = "machine code" if request.machine_code else "the virtual machine of CasADi"
+        global_attributes[EVALUATED_BY] = by
         global_attributes["followed"] = json.dumps(request.to_json(problem.harmonics))
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy

@@ -32,7 +32,8 @@ class Request:
     stability of every solution is wanted. ``accuracy``: largest relative error of the displacements
     by truncation of the harmonics. ``sector``: solve one sector where several move alike.
     ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
-    angles are unknowns too.
+    angles are unknowns too. ``machine_code``: whether that evaluates the equations, to the same
+    bits, and no part of what is asked for.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Request:
     sector: bool = True
     keep: tuple[str, ...] | None = None
     angles: str | None = None
+    machine_code: bool = False
 
     @property
     def unit(self) -> float:
@@ -72,7 +74,7 @@ class Request:
         entries = {
             _JSON_KEYS.get(entry.name, entry.name): getattr(self, entry.name)
             for entry in fields(self)
-            if entry.name != "at"
+            if entry.name not in ("at", "machine_code")
         }
         return entries | {
             "peaks": "each" if self.per_dof else "largest",

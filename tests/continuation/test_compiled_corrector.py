@@ -1,7 +1,6 @@
 """The compiled corrector: the same solutions as step by step, in few linear solves."""
 
-import shutil
-
+import casadi as ca
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -11,7 +10,7 @@ from studies import fig03_single_blade as fig03
 from symhbm.continuation.between.located_maximum import falling_zero
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import Slopes, estimate_slopes
-from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of
+from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, newton_graph
 from symhbm.continuation.correctors.bordered_system import point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.events.resonances import modes
@@ -215,40 +214,75 @@ def test_one_nan_is_no_solution(index):
     assert not values[0] < np.inf
 
 
-@pytest.mark.skipif(not any(map(shutil.which, machine_code._COMPILERS)), reason="no compiler of C")
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty folder of compiled functions, and no structure prepared so far."""
+    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    monkeypatch.setattr(compiled, "_OFTEN", 3)
+    compiled._programs.cache_clear()
+    yield tmp_path / "cache"
+    compiled._programs.cache_clear()
+
+
+needs_compiler = pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+
+
+@needs_compiler
 @pytest.mark.parametrize("build", [fig03.problem, mistuned])
-def test_machine_code_gives_the_same_bits(build):
+def test_machine_code_gives_the_same_bits(build, cache):
+    """Of whole corrections that converge, and that do not."""
     problem = build()
     equations, arguments = problem.compiled
     system = point_system(equations)
-    code = machine_code.native(system)
-    assert code is not None
+    function = newton_graph.correction(system)
+    [code] = machine_code.to_machine_code([function])
     rng = np.random.default_rng(0)
-    one, other = Compiled(system), Compiled(code)
+    one, other = Compiled(function), Compiled(code)
     n, n_contacts = problem.n_unknowns, problem.n_contacts
-    for _ in range(50):
-        point = np.append(1e-4 * rng.normal(size=n), 1300.0)
-        inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, 1.01 * point]
-        inputs += [rng.normal(size=n + 1), point, np.eye(n_contacts)[0]]
-        inputs += [rng.integers(2, size=n_contacts), np.array([1e-4, 1300.0])]
-        for a, b in zip(one(*inputs), other(*inputs), strict=True):
+    converged = 0
+    for size in np.repeat([1e-5, 1e-4, 1e-3, np.nan], 20):
+        point = np.append(size * rng.normal(size=n), 1300.0)
+        normal = np.append(np.zeros(n), 1.0)
+        inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, normal, point]
+        inputs += [np.zeros(n_contacts), rng.integers(2, size=n_contacts)]
+        inputs += [np.array([1e-4, 1300.0, 1e-6, 100.0])]
+        first, second = one(*inputs), other(*inputs)
+        converged += first[2][0] == newton_graph.DONE
+        for a, b in zip(first, second, strict=True):
             assert np.array_equal(a, b, equal_nan=True)
+    assert 0 < converged < 80
 
 
-def test_many_curves_without_a_compiler(monkeypatch):
-    """The change to machine code, or none where there is no compiler, changes no number."""
-    problem = fig03.problem()
-    first = sh.frf(problem, (10, 30))
-    monkeypatch.setattr(machine_code.shutil, "which", lambda name: None)
-    monkeypatch.setattr(compiled, "_OFTEN", 2)
-    assert machine_code.native(point_system(problem.compiled[0])) is None
-    for _ in range(3):
-        assert sh.frf(problem, (10, 30)).drop_attrs().equals(first.drop_attrs())
+def curves(problem, n):
+    loads = np.geomspace(2, 30, n)
+    return sh.frf(problem, (10, 30), over={"normal_load": loads}, progress=False)
 
 
-def test_a_compiler_that_fails_is_none(monkeypatch):
-    monkeypatch.setattr(machine_code, "_COMPILERS", ("false",))
-    assert machine_code.native(point_system(fig03.problem().compiled[0])) is None
+@needs_compiler
+def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch):
+    """Decided in front of a call, told in its result, kept for other processes."""
+    problem, name = fig03.problem(), "equations_evaluated_by"
+    few, many = curves(problem, 2), curves(problem, 3)
+    assert (few.attrs[name], many.attrs[name]) == ("the virtual machine of CasADi", "machine code")
+    assert len([*cache.glob("*.so")]) == 1
+    compiled._programs.cache_clear()  # as another process
+    again = curves(problem, 2)
+    assert again.attrs[name] == "machine code"
+    assert again.drop_attrs().equals(few.drop_attrs())
+    monkeypatch.setenv(machine_code.COMPILER, "")
+    compiled._programs.cache_clear()
+    without = curves(problem, 3)
+    assert without.attrs[name] == "the virtual machine of CasADi"
+    assert without.drop_attrs().equals(many.drop_attrs())
+
+
+def test_a_singular_system_is_no_solution():
+    """Neither by LAPACK nor by the factorisation that CasADi generates."""
+    matrix, right = ca.MX.sym("matrix", 3, 3), ca.MX.sym("right", 3)
+    for solver in ("lapacklu", "qr"):
+        solve = Compiled(ca.Function("solve", [matrix, right], [ca.solve(matrix, right, solver)]))
+        with pytest.raises(RuntimeError):
+            solve(np.ones(9), np.ones(3))
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from symhbm.continuation.correctors import compiled
+from symhbm.numerics.machine_code import COMPILER
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file
@@ -111,6 +113,13 @@ def interrupt(name, path, after):
         with pytest.raises(KeyboardInterrupt):
             call(name, archive=path)
     assert len(made) == after
+
+
+@pytest.fixture(autouse=True)
+def _one_evaluator(monkeypatch):
+    """Results tell what evaluates the equations: the same throughout, however many curves."""
+    monkeypatch.setenv(COMPILER, "")
+    compiled._programs.cache_clear()
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
-from symhbm.continuation.correctors.compiled import corrector_of
+from symhbm.continuation.correctors.compiled import corrector_of, prepare
 from symhbm.continuation.correctors.constraints import (
     BEYOND,
     ON_LIMIT,
@@ -28,5 +28,6 @@ __all__ = [
     "StepwiseCorrector",
     "corrector_of",
     "crossed",
+    "prepare",
     "unit_parameter",
 ]

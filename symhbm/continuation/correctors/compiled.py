@@ -6,6 +6,7 @@ all other equations `StepwiseCorrector` does the same step by step.
 """
 
 import threading
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -23,14 +24,16 @@ from symhbm.continuation.correctors.constraints import (
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
-from symhbm.continuation.correctors.newton_graph import DONE, correction, tangent
+from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
 from symhbm.continuation.resonance_count import ResonanceCount
-from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, native
+from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, to_machine_code
 
 _OFTEN = 50
 """Number of curves of one structure from which machine code saves more time than it takes."""
+_Functions = tuple[ca.Function, ca.Function]
+"""A correction and the tangent."""
 
 
 class CompiledCorrector(Corrector):
@@ -39,9 +42,8 @@ class CompiledCorrector(Corrector):
     def __init__(self, curve: FrequencyProblem):
         super().__init__(curve)
         equations, arguments = curve.problem.compiled
-        self._correct, self._tangent = map(
-            Compiled, _programs(equations, curve.problem.structure).functions()
-        )
+        programs = _programs(equations, curve.problem.structure)
+        self._correct, self._tangent = map(Compiled, programs.functions(curve.machine_code))
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_switches = len(self._tangent.inputs[3])
@@ -70,7 +72,7 @@ class CompiledCorrector(Corrector):
             self._correct.run()
         except RuntimeError:
             self.solves += 1
-            return None  # LAPACK refuses a matrix that is exactly singular
+            return None
         point, direction, (status, solves), values = self._correct.outputs
         self.solves += int(solves)
         if status != DONE:
@@ -138,24 +140,53 @@ def corrector_of(curve: ContinuationProblem) -> Corrector:
     return StepwiseCorrector(curve)
 
 
+def prepare(
+    curve: ContinuationProblem, count: int, announce: Callable[[], None] = lambda: None
+) -> bool:
+    """Whether machine code is to evaluate ``count`` curves like one: it is made where it pays.
+
+    ``announce`` is called before what takes seconds.
+    """
+    if not is_compiled(curve):
+        return False
+    programs = _programs(curve.problem.compiled[0], curve.problem.structure)
+    return programs.prepare(count, announce)
+
+
 @lru_cache(maxsize=32)
 def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
     return _Programs(point_system(equations, structure))
 
 
 class _Programs:
-    """The functions of one structure, as machine code once many curves use them."""
+    """The functions of one structure, by CasADi's virtual machine and as machine code."""
 
     def __init__(self, system: ca.Function):
         self._system = system
-        self._functions = correction(system), tangent(system)
+        self._interpreted = correction(system), tangent(system)
+        self._machine_code: _Functions | None = None
         self._uses = 0
         self._lock = threading.Lock()
 
-    def functions(self) -> tuple[ca.Function, ca.Function]:
-        """The correction and the tangent."""
+    def functions(self, as_machine_code: bool | None) -> _Functions:
+        """The correction and the tangent; None for machine code where this process has it."""
         with self._lock:
-            self._uses += 1
-            if self._uses == _OFTEN and (system := native(self._system)) is not None:
-                self._functions = (correction(system), tangent(system))
-            return self._functions
+            if as_machine_code and self._machine_code is None:
+                self._machine_code = self._made(True)
+            if as_machine_code is False:
+                return self._interpreted
+            return self._machine_code or self._interpreted
+
+    def prepare(self, count: int, announce: Callable[[], None]) -> bool:
+        """Whether there is machine code: from another process, or because many curves use it."""
+        with self._lock:
+            self._uses += count
+            if self._machine_code is None:
+                self._machine_code = self._made(self._uses >= _OFTEN, announce)
+            return self._machine_code is not None
+
+    def _made(self, make: bool, announce: Callable[[], None] = lambda: None) -> _Functions | None:
+        if is_generated(self._system):
+            return to_machine_code(self._interpreted, make, announce)  # type: ignore[return-value]
+        made = to_machine_code([self._system], make, announce)
+        return None if made is None else (correction(made[0]), tangent(made[0]))

@@ -7,6 +7,7 @@ from contextlib import suppress
 from ctypes import CDLL
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
@@ -16,8 +17,10 @@ MAX_CORRECTIONS = 10
 STAGNATION = 1e-3
 """Last step up to which an iteration that stagnates on the curve does so by round-off."""
 RUNNING, DONE, FAILED = 0, 1, 2
-_DENSE_LIMIT = 80
+_MOST_UNKNOWNS = 80
 """Number of unknowns up to which LAPACK on the full matrix is faster than sparse elimination."""
+_MOST_ENTRIES = 1200
+"""Entries of the matrix up to which code of the whole correction is faster than LAPACK."""
 
 
 def correction(system: ca.Function) -> ca.Function:
@@ -58,7 +61,7 @@ def tangent(system: ca.Function) -> ca.Function:
     matrix, right, values, limits = system(
         parameters, point, point, normal, point, nothing, imposed, settings[:2]
     )
-    along = ca.solve(matrix, right[:, 1], _solver(system))
+    along = ca.solve(matrix, right[:, 1], *_solver(system))
     direction = along / ca.norm_2(along)
     values = ca.densify(ca.vertcat(values, ca.mtimes(limits, direction)))
     inputs = [parameters, point, normal, imposed, settings]
@@ -117,7 +120,7 @@ def _step(system: ca.Function) -> ca.Function:
     solves = progress[1]
     stop = ca.Function("stop", inputs, [iterate, direction, ca.vertcat(outcome, solves), last])
 
-    solution = ca.solve(matrix, right, _solver(system))
+    solution = ca.solve(matrix, right, *_solver(system))
     step, along = solution[:, 0], solution[:, 1]
     length, size = ca.norm_2(step), ca.norm_2(along)
     finite = ca.logic_and(length < ca.inf, size < ca.inf)
@@ -133,8 +136,20 @@ def _step(system: ca.Function) -> ca.Function:
     return ca.Function.if_else("step", move, stop)
 
 
-def _solver(system: ca.Function) -> str:
-    return _lapack() if system.size1_in("point") <= _DENSE_LIMIT else "csparse"
+def is_generated(system: ca.Function) -> bool:
+    """Whether CasADi writes the code of a whole correction: its factorisation by Householder.
+
+    For few unknowns, or rows with few entries; others are for LAPACK or a sparse elimination.
+    """
+    matrix = system.sparsity_out("matrix")
+    return matrix.size1() <= _MOST_UNKNOWNS and matrix.nnz() <= _MOST_ENTRIES
+
+
+def _solver(system: ca.Function) -> tuple[Any, ...]:
+    """Name and options of the linear solver."""
+    if is_generated(system):
+        return "qr", {"eps": 0.0}  # entries have no size from which on they are zero
+    return (_lapack() if system.size1_in("point") <= _MOST_UNKNOWNS else "csparse",)
 
 
 @cache

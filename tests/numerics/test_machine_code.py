@@ -1,0 +1,85 @@
+"""Machine code of CasADi functions, kept between processes."""
+
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import casadi as ca
+import pytest
+
+from symhbm.numerics import machine_code
+from symhbm.numerics.machine_code import to_machine_code
+
+needs_compiler = pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty folder of compiled functions."""
+    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def power(exponent):
+    x = ca.SX.sym("x")
+    return ca.Function(f"power_{exponent}", [x], [x**exponent])
+
+
+@needs_compiler
+def test_a_damaged_or_foreign_library_is_not_loaded(cache):
+    function = power(2)
+    assert to_machine_code([function], make=False) is None
+    assert to_machine_code([function]) is not None
+    [library] = cache.glob("*.so")
+    intact = library.read_bytes()
+
+    library.write_bytes(intact[: len(intact) // 2])
+    assert to_machine_code([function], make=False) is None
+    assert not library.exists()  # removed, and made anew
+    assert to_machine_code([function]) is not None
+
+    [library] = cache.glob("*.so")
+    library.chmod(0o777)  # somebody else may have written it
+    assert to_machine_code([function], make=False) is None
+    library.chmod(0o700)
+    assert to_machine_code([function], make=False) is not None
+    cache.chmod(0o777)
+    assert to_machine_code([function]) is None
+    cache.chmod(0o700)
+
+
+@needs_compiler
+def test_files_unused_for_long_are_removed(cache, monkeypatch):
+    functions = [power(n) for n in range(2, 5)]
+    for function in functions[:2]:
+        to_machine_code([function])
+    first, second = sorted(cache.glob("*.so"))
+    os.utime(first, (0, 0))
+    to_machine_code(functions[2:])
+    assert not first.exists()
+    assert second.exists()
+    monkeypatch.setattr(machine_code, "_LARGEST_CACHE", 0)
+    to_machine_code([power(5)])
+    assert len([*cache.glob("*.so")]) == 1
+    assert not [*cache.glob("tmp*")]
+
+
+@needs_compiler
+def test_processes_compile_the_same_at_once(cache):
+    """One file comes of it, and each of them has the function."""
+    with ProcessPoolExecutor(4, get_context("spawn")) as pool:
+        values = [*pool.map(_compiled_square, range(4))]
+    assert values == [0.0, 1.0, 4.0, 9.0]
+    assert len([*cache.glob("*.so")]) == 1
+
+
+def _compiled_square(value):
+    [function] = to_machine_code([power(2)])
+    return float(function(value))
+
+
+def test_a_compiler_that_fails_is_none(cache, monkeypatch):
+    monkeypatch.setenv(machine_code.COMPILER, "false")
+    assert to_machine_code([power(2)]) is None
+    monkeypatch.setenv(machine_code.COMPILER, "")
+    assert to_machine_code([power(2)]) is None
