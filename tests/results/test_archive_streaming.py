@@ -116,10 +116,12 @@ def interrupt(name, path, after):
 
 
 @pytest.fixture(autouse=True)
-def _one_evaluator(monkeypatch):
+def _one_evaluator():
     """Results tell what evaluates the equations: the same throughout, however many curves."""
-    monkeypatch.setenv(COMPILER, "")
     compiled._programs.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(COMPILER, "")
+        yield
 
 
 @pytest.fixture
