@@ -28,15 +28,16 @@ def check_each(
     (n_points,) in rad/s.
     """
     first = problems[0]
-    each = zip(problems, unknowns, frequencies.tolist(), strict=True)
     if first.in_closed_form and first.structure is None:
-        compiled = first.compiled[0]
-        found = [compiled.packed(x, omega, problem.compiled[1]) for problem, x, omega in each]
-        residual, magnitude, _, _, *events = zip(*found, strict=True)
-        largest, force = np.abs(residual).max(axis=1), np.concatenate(magnitude)
-        norm = largest / np.where(force > 0, force, 1.0)
-        return norm, compiled.unpack([np.concatenate(part) for part in events], len(problems))
+        equations, arguments = first.compiled
+        if any(problem is not first for problem in problems):
+            each = zip(*(problem.compiled[1] for problem in problems), strict=True)
+            arguments = [np.array(values) for values in each]
+        at = unknowns, frequencies, arguments
+        residual, force, located = equations.check_in_closed_form(*at)
+        return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
     located = _locate_all(problems, unknowns, frequencies)
+    each = zip(problems, unknowns, frequencies.tolist(), strict=True)
     found = zip(each, located.split(len(problems)), strict=True)
     norm = [problem.evaluate(x, at, states=own).norm for (problem, x, at), own in found]
     return np.array(norm), located

@@ -1,6 +1,7 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -15,6 +16,7 @@ from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (
     Assembly,
+    Batched,
     Compiled,
     FloatArray,
     FourierBasis,
@@ -305,11 +307,25 @@ class Equations:
         found = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
         return found[:4], self.unpack(found[4:])
 
-    def packed(
-        self, unknowns: FloatArray, frequency: float, arguments: list[FloatArray]
-    ) -> list[FloatArray]:
-        """The same in states that the motion asks for, with the events as `unpack` takes them."""
-        return self._evaluate_closed(unknowns, frequency, *arguments, FREE)
+    @cached_property
+    def _check_closed(self) -> Batched:
+        """Residual, magnitude and events: most of what the equations take is their Jacobian."""
+        inputs = self.closed_form.sx_in()
+        residual, magnitude, _, _, *events = self.closed_form(*inputs)
+        return Batched(ca.Function("check", inputs, [residual, magnitude, *events]))
+
+    def check_in_closed_form(
+        self, unknowns: FloatArray, frequencies: FloatArray, arguments: Sequence[FloatArray]
+    ) -> tuple[FloatArray, FloatArray, ContactStates]:
+        """Residuals (n_points, n_unknowns), magnitudes (n_points,) and events of several points.
+
+        In states that the motion asks for. ``arguments`` are those of all points, or (n_points, ..)
+        each.
+        """
+        n = len(unknowns)
+        found = self._check_closed(n, unknowns, frequencies[:, None], *arguments, FREE)
+        residual, magnitude, *events = found
+        return residual, magnitude[:, 0], self.unpack(events, n)
 
     def closed_groups(self, packed: list[Any]) -> list[tuple[BalancedGroup, list[Any]]]:
         """The groups that have events, with what `ContactLaw.event_graph` gives of each."""

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 from symhbm.numerics.arrays import FloatArray
 from symhbm.numerics.linear_algebra import DENSE_LIMIT
 
+_MOST = 32
+"""Points that one call evaluates: more take no less time for each."""
+
 
 class Compiled:
     """A CasADi function that reads and writes memory of NumPy, without conversion at a call.
@@ -42,6 +45,43 @@ class Compiled:
                 array[:] = value
             self.run()
             return [array.copy() for array in self.outputs]
+
+
+class Batched:
+    """A CasADi function of several points in one call; calls are safe among threads."""
+
+    def __init__(self, function: ca.Function):
+        self._function = function
+        self._of_size: dict[int, Compiled] = {}
+        self._lock = threading.Lock()
+
+    def __call__(self, n_points: int, *inputs: ArrayLike) -> list[FloatArray]:
+        """Stored entries of the outputs, (n_points, n_entries) each.
+
+        So are the inputs, or (n_entries,) where they are those of all points.
+        """
+        size = min(_MOST, 1 << (n_points - 1).bit_length())
+        with self._lock:
+            if size not in self._of_size:
+                self._of_size[size] = Compiled(self._function.map(size))
+            compiled = self._of_size[size]
+            into = [array.reshape(size, -1) for array in compiled.inputs]
+            out = [array.reshape(size, -1) for array in compiled.outputs]
+            by_point = []
+            for array, value in zip(into, map(np.asarray, inputs), strict=True):
+                if value.ndim > 1:
+                    by_point.append((array, value))
+                else:
+                    array[:] = value
+            results = [np.empty((n_points, array.shape[1])) for array in out]
+            for first in range(0, n_points, size):
+                n = min(size, n_points - first)
+                for array, value in by_point:
+                    array[:n] = value[first : first + n]
+                compiled.run()
+                for array, result in zip(out, results, strict=True):
+                    result[first : first + n] = array[:n]
+            return results
 
 
 class Assembly:
