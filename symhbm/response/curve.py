@@ -167,7 +167,7 @@ class _Curve:
         """All results as arrays."""
         request, solutions = self.request, self.solutions
         points = self._path() if request.at is None else self._grid(request.at)
-        events = [(s.value, event) for s in solutions for event in self._events(s)]
+        events = [(s.value, event) for s in solutions if s.events for event in self._events(s)]
         located = [
             (peak, part.level, error)
             for part in self.parts
@@ -192,7 +192,7 @@ class _Curve:
             if ended in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
         table = dict(
-            event_value=np.array([request.shown(value) for value, _ in events], dtype=float),
+            event_value=request.shown([value for value, _ in events]),
             event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
             event_contact=np.array([event.contact for _, event in events], dtype=int),
         )
@@ -206,9 +206,9 @@ class _Curve:
 
     def _path(self) -> Table:
         solutions = self.solutions
-        values = [self.request.shown(solution.value) for solution in solutions]
+        values = self.request.shown([solution.value for solution in solutions])
         table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
-        return {"value": np.array(values, dtype=float)} | table
+        return {"value": values} | table
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""
@@ -225,12 +225,16 @@ class _Curve:
     ) -> Table:
         """Results of solutions in arrays of a ``shape``, at their places in the flattened array."""
         size, highest = math.prod(shape), self.highest_level
+        solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
+        levels = {solutions[i].level for i in solved}
+        if len(solved) == size and levels == {highest}:
+            table = self._rows(highest, solutions)
+            return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
         table = unsolved(self._problem(highest), size, self.request.stability)
         table |= self._truncation(size, highest) | self._normal(size)
         table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
         table["iterations"][at] = [solution.solves for solution in solutions]
-        solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
-        for level in {solutions[i].level for i in solved}:
+        for level in levels:
             of_level = [i for i in solved if solutions[i].level == level]
             _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
@@ -303,29 +307,32 @@ class _Curve:
         offsets = [0]
         if symmetry is not None and per_dof:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
+        shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()
         rows = [
-            (peak.dof + offset, peak, level, error)
-            for peak, level, error in located
+            (value, peak.dof + offset, peak, level, error)
+            for value, (peak, level, error) in zip(shown, located, strict=True)
             for offset in offsets
         ]
-        rows.sort(key=lambda row: (per_dof * row[0], self.request.shown(row[1].value)))
+        rows.sort(key=lambda row: (per_dof * row[1], row[0]))
         whole = self._problem(self.highest_level)
         shape = whole.model.n_dof, len(whole.harmonics)
         table: Table = dict(
-            peak_value=np.array([self.request.shown(peak.value) for _, peak, _, _ in rows], float),
-            peak_amplitude=np.array([peak.amplitude for _, peak, _, _ in rows], float),
-            peak_dof=np.array([dof for dof, _, _, _ in rows], np.int32),
-            peak_kind=np.array([str(peak.kind) for _, peak, _, _ in rows], object),
-            peak_residual_norm=np.array([peak.residual_norm for _, peak, _, _ in rows], float),
+            peak_value=np.array([value for value, *_ in rows], float),
+            peak_amplitude=np.array([peak.amplitude for _, _, peak, _, _ in rows], float),
+            peak_dof=np.array([dof for _, dof, *_ in rows], np.int32),
+            peak_kind=np.array([str(peak.kind) for _, _, peak, _, _ in rows], object),
+            peak_residual_norm=np.array([peak.residual_norm for _, _, peak, _, _ in rows], float),
             peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
         )
         truncation = self._truncation(len(rows), self.highest_level)
         table |= {f"peak_{name}": values for name, values in truncation.items()}
-        for i, (_, peak, level, error) in enumerate(rows):
-            problem = self._problem(level)
-            coefficients = by_harmonic(problem.basis, problem.layout.everywhere(peak.unknowns))
-            row = dict(coefficient=coefficients[None]) | self._truncation(1, level, error)
-            _put(table, np.array([i]), {f"peak_{name}": values for name, values in row.items()})
+        for level in {level for _, level, _ in located}:
+            problem, at = self._problem(level), [i for i, row in enumerate(rows) if row[3] == level]
+            unknowns = np.array([rows[i][2].unknowns for i in at])
+            coefficients = by_harmonic(problem.basis, problem.layout.everywhere(unknowns))
+            of_level = self._truncation(len(at), level, [rows[i][4] for i in at])
+            of_level |= dict(coefficient=coefficients)
+            _put(table, np.array(at), {f"peak_{name}": of for name, of in of_level.items()})
         return table
 
 

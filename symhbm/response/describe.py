@@ -1,7 +1,6 @@
 """Results at solution points as plain arrays by the names of the dataset."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from symhbm.numerics import (
     by_harmonic,
     largest_displacement,
 )
-from symhbm.results import VARIABLES, records_of_problem, tables
+from symhbm.results import OF_LAWS, VARIABLES, tables
 from symhbm.time_domain import growth_rate, verdict
 
 _OF_CONTACTS = dict(
@@ -28,7 +27,7 @@ _OF_CONTACTS = dict(
 )
 """Results of contacts, and what those have whose law does not tell."""
 _COUNTS = ("contact_state", "reversals")
-_BATCH = 1000
+_BATCH = 20_000
 """Degrees of freedom and contacts described at once: few calls, bounded memory."""
 
 
@@ -44,17 +43,14 @@ def describe_each(
     The problems are of one structure, ``frequencies`` (n_points,) in Hz. Points that do not solve
     the equations become NaN. ``stability`` adds the growth rates of perturbations.
     """
-    first = problems[0]
-    table = unsolved(first, len(problems), stability)
-    table["iterations"][:] = iterations
+    first, omegas = problems[0], RADIANS * frequencies
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
-    for i in range(0, len(problems), size):
-        batch = slice(i, i + size)
-        omegas = RADIANS * frequencies[batch]
-        described = _described(problems[batch], unknowns[batch], omegas, stability)
-        for name, values in described.items():
-            table[name][batch] = values
-    return table
+    batches = [slice(i, i + size) for i in range(0, len(problems), size)]
+    parts = [_described(problems[b], unknowns[b], omegas[b], stability) for b in batches]
+    table: Table = {"iterations": np.array(iterations)}
+    table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    layout = _layout(first, stability)
+    return {name: table[name].astype(dtype, copy=False) for name, (dtype, _) in layout.items()}
 
 
 def describe(
@@ -71,6 +67,14 @@ def describe(
 
 def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -> Table:
     """Results of points without a solution: NaN, -1 or False, and no iterations."""
+    layout = _layout(problem, stability).items()
+    table = {name: tables.blank(dtype, (n_points, *shape)) for name, (dtype, shape) in layout}
+    table["iterations"][:] = 0
+    return table
+
+
+def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
+    """Type and shape of the results of one point."""
     model = problem.model
     sizes = {"dof": model.n_dof, "contact": model.n_contacts}
     sizes |= {"harmonic": len(problem.harmonics), "component": 2}
@@ -83,13 +87,13 @@ def unsolved(problem: HarmonicBalance, n_points: int, stability: bool = False) -
         kinds |= dict(growth_rate=float, stability=np.int8)
     kinds |= dict(contact_state=np.int8, reversals=np.int32)
     kinds |= dict(converged=bool, contact_model_valid=bool)
-    table = {}
-    records: dict[str, Any] = {**VARIABLES, **records_of_problem(problem)}
     kinds |= dict.fromkeys(variables_of_laws(problem), float)
-    for name, kind in kinds.items():
-        shape = n_points, *(sizes[dim] for dim in records[name].inner)
-        table[name] = tables.blank(np.dtype(kind), shape)
-    return table | {"iterations": np.zeros(n_points, dtype=np.int32)}
+    kinds["iterations"] = np.int32
+    inner = {name: VARIABLES[name].inner if name in VARIABLES else OF_LAWS for name in kinds}
+    return {
+        name: (np.dtype(kind), tuple(sizes[dim] for dim in inner[name]))
+        for name, kind in kinds.items()
+    }
 
 
 def _described(

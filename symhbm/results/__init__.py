@@ -25,11 +25,12 @@ from symhbm.results.request import (
 )
 from symhbm.results.schema import check_dataset, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
-from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
+from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, VARIABLES, meaning
 
 __all__ = [
     "DRAWN",
     "LARGEST_OF",
+    "OF_LAWS",
     "OF_MODEL",
     "OF_PEAKS",
     "OWN_DIMENSIONS",

@@ -9,7 +9,13 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS, is_pattern, records_by_name
 from symhbm.model.contacts import Parameter
-from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES, Variable
+from symhbm.results.variables import (
+    OF_LAWS,
+    OF_PLACES,
+    OWN_DIMENSIONS,
+    VARIABLES,
+    Variable,
+)
 
 
 class Description:
@@ -136,7 +142,7 @@ def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variab
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:
     return {
-        name: Variable(("contact",), about[0], about[1])
+        name: Variable(OF_LAWS, about[0], about[1])
         for of_law in variables
         for name, about in of_law.items()
     }

@@ -1,6 +1,6 @@
 """The request behind a dataset: what to follow, its JSON, and checks of its arguments."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal
 
@@ -61,10 +61,13 @@ class Request:
         """Whether stability is wanted, and kept: it takes longer than all else at a point."""
         return self.stability and (self.keep is None or not _STABILITY.isdisjoint(self.keep))
 
-    def shown(self, value: float) -> float:
-        """A value in the user's unit; the ends of the band come back without round-off."""
-        ends = {self.unit * edge: edge for edge in self.band}
-        return ends.get(value, value / self.unit)
+    def shown(self, values: Sequence[float]) -> FloatArray:
+        """Values in the user's unit; the ends of the band come back without round-off."""
+        array = np.array(values, dtype=float)
+        shown = array / self.unit
+        for edge in self.band:
+            shown[array == self.unit * edge] = edge
+        return shown
 
     def to_json(self, harmonics: tuple[int, ...]) -> dict[str, Any]:
         """Entries of the attribute ``followed`` but the grid, which is a coordinate.

@@ -28,6 +28,9 @@ OWN_DIMENSIONS = (
 OF_PLACES = ("node", "direction", "label", *(f"{o}_{a}" for o in ("dof", "contact") for a in "xyz"))
 """Coordinates of structures with places."""
 
+OF_LAWS = ("contact",)
+"""Dimensions of the variables of contact laws, after the point."""
+
 
 class Variable(NamedTuple):
     """Meaning of one variable; ``inner`` are its dimensions after point, peak or event."""

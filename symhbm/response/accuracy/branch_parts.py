@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,7 @@ Span = tuple[int, int]
 """First and last of consecutive points."""
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(NamedTuple):
     """A response (n_unknowns,) [m] at a value of the moving parameter, None if it was not found.
 
     ``level`` is that of its harmonics, ``error`` the relative truncation error, ``solves`` the
@@ -35,12 +35,12 @@ class Solution:
     solves: int
     tangents: FloatArray | None = None
     events: tuple[Event, ...] = ()
-    normal: FloatArray = field(default_factory=lambda: np.zeros(0))
+    normal: FloatArray = np.zeros(0)
 
     @classmethod
     def of(cls, point: PathPoint, level: int, truncation: Truncation) -> "Solution":
         """The solution at a point of a path."""
-        tangents = np.stack([point.before, point.after])
+        tangents = np.array((point.before, point.after))
         if is_smooth_fold(point):
             tangents[:, -1] = 0.0
         solution = point.value, level, point.unknowns, truncation.error
@@ -51,7 +51,7 @@ class Solution:
         """The solution at a value between the points of a path; ``state`` None: not found."""
         if state is None:
             return cls(value, level, None, np.nan, solves)
-        tangents = np.stack([state.direction] * 2)
+        tangents = np.array((state.direction, state.direction))
         return cls(value, level, state.state[:-1], np.nan, solves, tangents)
 
 
@@ -91,6 +91,8 @@ class BranchPart:
 
     def solutions(self) -> list[Solution]:
         """The solutions from the first to the last point, and those between points."""
+        if not self.between:
+            return self.at_points[self.first : self.last + 1]
         return [
             solution
             for i in range(self.first, self.last + 1)
