@@ -6,6 +6,7 @@ resonates. One warning tells what is unusual, with its figures.
 
 import warnings
 from collections.abc import Collection, Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.linalg import eigh
@@ -41,14 +42,32 @@ def warn_of_doubts(
     """
     if not model.has_matrices:
         return
+    call = band, tuple(harmonics), frozenset(moving)
+    known, said = _LAST.get(model, (None, ""))
+    if known != call:
+        said = _doubts(model, *call)
+        _LAST[model] = call, said
+    if said:
+        warnings.warn(f"{DOUBT}? {said}", stacklevel=depth)
+
+
+_LAST: WeakKeyDictionary[Structure, tuple[tuple, str]] = WeakKeyDictionary()
+"""Of each structure the last call and what was said: modes take longer than a point."""
+
+
+def _doubts(
+    model: Structure,
+    band: tuple[float, float],
+    harmonics: Sequence[int],
+    moving: Collection[str],
+) -> str:
+    """All doubts, an empty text without any."""
     said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
     if not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))
     if not {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"} & {*moving}:
         said.append(_of_band(model, band, harmonics))
-    said = [doubt for doubt in said if doubt]
-    if said:
-        warnings.warn(f"{DOUBT}? {'; '.join(said)}", stacklevel=depth)
+    return "; ".join(doubt for doubt in said if doubt)
 
 
 def _of_symmetry(model: Structure) -> str:

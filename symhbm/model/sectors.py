@@ -129,15 +129,19 @@ def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis)
     """
     if not model.has_matrices or model.matrix_terms:
         return None
-    shape, static = model.felt_shape(excitation, basis), model.felt_static(excitation)
     for n_dof in range(1, model.n_dof // 2 + 1):
-        if model.n_dof % n_dof == 0:
-            n_sectors = model.n_dof // n_dof
-            repeats = np.array_equal(np.roll(static, -n_dof), static) and _repeats(model, n_dof)
-            order = _contact_order(model, n_dof, n_sectors) if repeats else None
-            lag = None if order is None else _lag(shape, n_dof, n_sectors, basis)
-            if order is not None and lag is not None:
-                return Symmetry(n_sectors, n_dof, lag, *order)
+        if model.n_dof % n_dof or not _repeats(model, n_dof):
+            continue
+        n_sectors = model.n_dof // n_dof
+        order = _contact_order(model, n_dof, n_sectors)
+        if order is None:
+            continue
+        shape, static = model.felt_shape(excitation, basis), model.felt_static(excitation)
+        if not np.array_equal(np.roll(static, -n_dof), static):
+            continue
+        lag = _lag(shape, n_dof, n_sectors, basis)
+        if lag is not None:
+            return Symmetry(n_sectors, n_dof, lag, *order)
     return None
 
 

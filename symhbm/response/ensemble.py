@@ -8,7 +8,7 @@ import threading
 import time
 import uuid
 from collections import deque
-from collections.abc import Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from typing import Any
 
@@ -42,7 +42,7 @@ def compute(
     problem: HarmonicBalance,
     sweep: Sweep,
     request: Request,
-    blank: Table,
+    blank: Callable[[], Table],
     executor: Executor | None = None,
     progress: bool = True,
     done: Collection[int] = (),
@@ -53,16 +53,16 @@ def compute(
     workers die or it is closed, are computed in this process. A set whose computation fails has the
     ``blank`` curve with a status that tells why.
     """
+
+    def table(outcome: Outcome) -> tables.Encoded:
+        failed = isinstance(outcome, str)
+        return tables.encode(tables.failed(blank(), outcome)) if failed else outcome
+
     with progress_bar("curve", progress, sweep.size, len(done)) as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
         for finished in _outcomes(problem, sweep, request, numbers, executor):
             bar.update(len(finished))
-            yield [(number, _table(blank, outcome)) for number, outcome in finished]
-
-
-def _table(blank: Table, outcome: Outcome) -> tables.Encoded:
-    failed = isinstance(outcome, str)
-    return tables.encode(tables.failed(blank, outcome)) if failed else outcome
+            yield [(number, table(outcome)) for number, outcome in finished]
 
 
 def _outcomes(
@@ -222,7 +222,8 @@ def _work(
 
 def _outcome(problem: HarmonicBalance, request: Request, chosen: dict[str, Any]) -> Outcome:
     try:
-        curve = compute_curve(problem.with_parameters(**chosen), request)
+        of_set = problem.with_parameters(**chosen) if chosen else problem
+        curve = compute_curve(of_set, request)
         return tables.encode(tables.reduced(curve, request))
     except Exception as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())

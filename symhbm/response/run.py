@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 import xarray as xr
@@ -18,7 +19,7 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
 from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
-from symhbm.results import Request, Sweep, schema, tables
+from symhbm.results import DatasetParts, Request, Sweep, schema, tables
 from symhbm.results.archive import (
     SUFFIX,
     ArchiveError,
@@ -51,15 +52,9 @@ def run(
     Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
     is of another computation, is in use, or cannot be written.
     """
-    call, whole = schema.describe(problem, sweep, request), blank_curve(problem, request)
-    blank = tables.reduced(whole, request)
-    names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
-    allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
-    for name in request.keep or ():
-        check.known(name, allowed, "variable to keep")
+    call, blank = schema.describe(problem, sweep, request), _blank(problem, request)
     if request.keep is not None:
-        kept = {tables.name_of(key, request) for key in blank}
-        call.attributes["left_out"] = json.dumps([name for name in names if name not in kept])
+        call.attributes["left_out"] = json.dumps(_left_out(problem, request, call))
     if archive is None:
         with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
             for encoded in compute(problem, sweep, request, blank, executor, progress):
@@ -75,7 +70,7 @@ def run(
                 _check_same(call, call_of(store), file)
                 store.remove()
         return complete
-    call_bytes, encoded_blank = bytes_of(call), tables.encode(blank)
+    call_bytes, encoded_blank = bytes_of(call), tables.encode(blank())
     with Store(file) as store:
         if store.call is None:
             store.begin(call_bytes, sweep.size, encoded_blank)
@@ -83,12 +78,28 @@ def run(
         return _finished(store, target, call, problem, request, blank, executor, progress)
 
 
+def _blank(problem: HarmonicBalance, request: Request) -> Callable[[], Table]:
+    """What gives the curve of a request without points: made once, where it is needed."""
+    return cache(lambda: tables.reduced(blank_curve(problem, request), request))
+
+
+def _left_out(problem: HarmonicBalance, request: Request, call: DatasetParts) -> list[str]:
+    """Names of results that are not kept; KeyError for names to keep that there are not."""
+    whole = blank_curve(problem, request)
+    names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
+    allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
+    for name in request.keep or ():
+        check.known(name, allowed, "variable to keep")
+    kept = {tables.name_of(key, request) for key in tables.reduced(whole, request)}
+    return [name for name in names if name not in kept]
+
+
 def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
     """The result, with a warning, or SolveError, if curves are incomplete.
 
     ``depth`` is the number of calls to the user's, where the warning points.
     """
-    statuses = list(map(str, result["status"].values.ravel()))
+    statuses = list(map(str, result.variables["status"].values.ravel()))
     reasons = Counter(status for status in statuses if status != Status.REACHED_END)
     if not reasons:
         return result
@@ -164,7 +175,7 @@ def _resume(
         call = call_of(store)
         problem, (sweep, request) = rebuild(call, laws), schema.recall(call)
         request = prepared(problem, sweep, request, progress)
-        blank = tables.reduced(blank_curve(problem, request), request)
+        blank = _blank(problem, request)
         return _finished(store, target, call, problem, request, blank, executor, progress)
 
 
@@ -174,7 +185,7 @@ def _finished(
     call: xr.Dataset,
     problem: HarmonicBalance,
     request: Request,
-    blank: Table,
+    blank: Callable[[], Table],
     executor: Executor | None,
     progress: bool,
 ) -> xr.Dataset:
@@ -183,7 +194,7 @@ def _finished(
         store.remove()
         return complete
     sweep, _ = schema.recall(call)
-    _check_names(store, blank)
+    _check_names(store, blank())
     with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
         curves = compute(problem, sweep, request, blank, executor, progress, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.

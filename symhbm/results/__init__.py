@@ -9,6 +9,7 @@ from symhbm.results.provenance import (
     LARGEST_OF,
     OF_MODEL,
     SCHEMA_VERSION,
+    DatasetParts,
     law_of_library,
     with_provenance,
 )
@@ -37,6 +38,7 @@ __all__ = [
     "SCHEMA_VERSION",
     "VARIABLES",
     "Angles",
+    "DatasetParts",
     "Description",
     "Peaks",
     "Request",

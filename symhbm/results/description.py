@@ -121,23 +121,25 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
 
 
 def check_names(problem: HarmonicBalance) -> None:
-    """Raise ValueError for parameters of contacts that are called as results are."""
+    """Raise ValueError for parameters or variables of contact laws that are called as results."""
     for name in problem.model.records.keys() - {*PARAMETERS}:
         if name in {*VARIABLES, *OWN_DIMENSIONS, *OF_PLACES} or is_pattern(name):
             raise ValueError(
                 f"problem: the parameter {name!r} of a contact law needs a name of its own, "
                 f"{name!r} is the result's"
             )
+    for group in problem.groups:
+        for name in group.law.variables:
+            if name in VARIABLES:
+                raise ValueError(
+                    f"variables: {name!r} of a contact law is a variable of all datasets"
+                )
 
 
 def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
     """The same of a problem; ValueError for a name that all datasets have."""
     check_names(problem)
-    variables = _of_laws([group.law.variables for group in problem.groups])
-    for name in variables:
-        if name in VARIABLES:
-            raise ValueError(f"variables: {name!r} of a contact law is a variable of all datasets")
-    return problem.records | variables
+    return problem.records | _of_laws([group.law.variables for group in problem.groups])
 
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:
