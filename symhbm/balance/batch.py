@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.numerics import FloatArray
 
@@ -30,7 +31,7 @@ def check_each(
     first = problems[0]
     if first.in_closed_form and first.structure is None:
         equations, arguments = first.compiled
-        if any(problem is not first for problem in problems):
+        if not _are_one(problems):
             each = zip(*(problem.compiled[1] for problem in problems), strict=True)
             arguments = [np.array(values) for values in each]
         at = unknowns, frequencies, arguments
@@ -43,6 +44,21 @@ def check_each(
     return np.array(norm), located
 
 
+def values_at_each(
+    problems: Sequence[HarmonicBalance], group: BalancedGroup
+) -> dict[str, FloatArray]:
+    """Values of the contacts of a group in several problems of one structure, one after another."""
+    if _are_one(problems):
+        values = problems[0].contacts.values_of(group)
+        return {name: np.tile(value, len(problems)) for name, value in values.items()}
+    each = [problem.contacts.values_of(group) for problem in problems]
+    return {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+
+
+def _are_one(problems: Sequence[HarmonicBalance]) -> bool:
+    return all(problem is problems[0] for problem in problems)
+
+
 def _locate_all(
     problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
 ) -> ContactStates:
@@ -51,8 +67,7 @@ def _locate_all(
     relative = first.layout.relative(unknowns)
     for group in first.groups:
         motion = first.contacts.motions(group, relative)
-        each = [problem.contacts.values_of(group) for problem in problems]
-        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+        values = values_at_each(problems, group)
         at = np.repeat(frequencies, group.n)
         flat = motion.reshape(-1, motion.shape[-1])
         located[group.name] = group.law.locate(first.basis, flat, at, values)

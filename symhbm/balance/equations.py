@@ -340,7 +340,7 @@ class Equations:
     def unpack(self, packed: list[FloatArray], n_points: int = 1) -> ContactStates:
         """Events of all contacts in closed form, of one point or of several."""
         size = self.basis.n_components
-        located = {group.name: _nothing(group, n_points * group.n, size) for group in self.groups}
+        located = {}
         for group, parts in self.closed_groups(packed):
             n, q = n_points * group.n, len(group.law.switches)
             by_contact = [part.reshape(n, -1) for part in parts]
@@ -348,7 +348,12 @@ class Equations:
             by_contact[3] = by_contact[3].reshape(n, -1, q).transpose(0, 2, 1)
             own = [*by_contact[:4], *by_contact[5:]]
             located[group.name] = group.law.unpack(self.basis, own)
-        return ContactStates(located)
+        return ContactStates(
+            {
+                group.name: located.get(group.name) or _nothing(group, n_points * group.n, size)
+                for group in self.groups
+            }
+        )
 
 
 def _nothing(group: BalancedGroup, n: int, size: int) -> Located:

@@ -38,10 +38,10 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
     if growing:
         return
     acts = model.force_shape(problem.excitation, problem.basis).any(axis=0)
-    exciting = tuple(int(n) for n in np.unique(problem.basis.order[acts]))
+    exciting = tuple(sorted({*problem.basis.order[acts].astype(int).tolist()}))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
-    elif not model.unique and 0 in complete_harmonics(harmonics, 1):
+    elif 0 in complete_harmonics(harmonics, 1) and not model.unique:
         why = "a motion of even harmonics"
     else:
         return

@@ -5,6 +5,7 @@ coefficients are stored along one axis of length ``n_components``, harmonic by h
 before sine; harmonic 0 has a cosine only.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,14 +45,14 @@ def complete_harmonics(harmonics: tuple[int, ...], highest: int) -> tuple[int, .
 
     Symmetric contacts answer odd harmonics with odd ones.
     """
-    divisor = int(np.gcd.reduce(harmonics))
+    divisor = math.gcd(*harmonics)
     odd = all(n // divisor % 2 for n in harmonics)
     return tuple(range(divisor if odd else 0, highest + 1, divisor * (1 + odd)))
 
 
 def larger_set(harmonics: tuple[int, ...]) -> tuple[int, ...]:
     """The harmonics up to twice the highest and one, without those that symmetry forbids."""
-    return complete_harmonics(harmonics, 2 * max(harmonics) + int(np.gcd.reduce(harmonics)))
+    return complete_harmonics(harmonics, 2 * max(harmonics) + math.gcd(*harmonics))
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class FourierBasis:
     @cached_property
     def divisor(self) -> int:
         """Greatest common divisor of the harmonics: the number of equal periods in one."""
-        return int(np.gcd.reduce(self.harmonics))
+        return math.gcd(*self.harmonics)
 
     @cached_property
     def reduced(self) -> "FourierBasis":

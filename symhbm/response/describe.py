@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symhbm.balance import ContactStates, HarmonicBalance, check_each
+from symhbm.balance import ContactStates, HarmonicBalance, check_each, values_at_each
 from symhbm.continuation import ACCEPTED
 from symhbm.numerics import (
     RADIANS,
@@ -146,8 +146,7 @@ def results_of_contacts(
     for group in first.groups:
         if not group.n or group.name not in located.groups:
             continue
-        each = [problem.contacts.values_of(group) for problem in problems]
-        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+        values = values_at_each(problems, group)
         motion = first.contacts.motions(group, relative)
         motion = motion.reshape(-1, motion.shape[-1])
         at = np.repeat(frequencies, group.n)

@@ -111,28 +111,30 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
     The moving parameter is a coordinate: along ``point``, or a dimension of its own on a grid.
     """
     along = "point" if request.at is None else request.name
-    records = records_of(json.loads(call.attributes["problem"]))
+    problem, attributes = json.loads(call.attributes["problem"]), call.attributes
+    records = records_of(problem)
+    slope = {"units": derivative("amplitude", request.name, records).units}
     variables: dict[str, tuple] = {}
     for key, stacked in results.items():
         name = name_of(key, request)
         if key == "harmonics" or (key == "value" and request.at is not None):
             continue
-        axis = next((axis for axis in ("peak", "event") if key.startswith(f"{axis}_")), along)
-        inner, attributes = meaning(name, records).inner, _attributes(name, records)
+        prefix = key.partition("_")[0]
+        axis = prefix if prefix in ("peak", "event") else along
+        inner, about = meaning(name, records).inner, _attributes(name, records)
         if name in SLOPES:
-            units = derivative("amplitude", request.name, records).units
-            attributes = attributes | {"units": units}
+            about |= slope
         axes = (axis, "solution")[: stacked.ndim - 1 - len(inner)]
         values = stacked.reshape(sweep.shape + stacked.shape[1:])
-        variables[name] = (*sweep.dims, *axes, *inner), values, attributes
+        variables[name] = (*sweep.dims, *axes, *inner), values, about
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
-    problem = json.loads(call.attributes["problem"]) | {"harmonics": harmonics}
+    if harmonics != problem["harmonics"]:
+        attributes = attributes | {"problem": json.dumps(problem | {"harmonics": harmonics})}
     coordinates = dict(call.coordinates)
     if request.at is None:
         coordinates[request.name] = variables.pop(request.name)
     assert call.sizes is not None
     sizes = *call.sizes[:2], tuple(harmonics)
-    attributes = call.attributes | {"problem": json.dumps(problem)}
     return DatasetParts(variables | call.variables, coordinates, attributes, sizes).dataset()
 
 

@@ -19,6 +19,8 @@ from symhbm.results.request import Request
 
 _VALIDITY = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
 """Variables that tell which points are valid."""
+_MOVING = ("value", "event_value", "peak_value")
+"""Arrays that hold the moving parameter."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
 Encoded = tuple[str, bytes]
@@ -29,8 +31,7 @@ Layout = dict[str, tuple[np.dtype, tuple[int, ...]]]
 
 def name_of(key: str, request: Request) -> str:
     """Name in the dataset of an array of a curve table."""
-    names = {"value": request.name, "event_value": f"event_{request.name}"}
-    return (names | {"peak_value": f"peak_{request.name}"}).get(key, key)
+    return key.removesuffix("value") + request.name if key in _MOVING else key
 
 
 def reduced(curve: Table, request: Request) -> Table:

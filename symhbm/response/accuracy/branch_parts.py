@@ -1,6 +1,6 @@
 """Solutions with an error estimate, and branch parts of different levels that make a curve."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
@@ -23,7 +23,7 @@ class Solution(NamedTuple):
     """A response (n_unknowns,) [m] at a value of the moving parameter, None if it was not found.
 
     ``level`` is that of its harmonics, ``error`` the relative truncation error, ``solves`` the
-    number of linear solves, ``tangents`` (2, n_unknowns + 1) the tangents of the path before and
+    number of linear solves, ``tangents`` (n_unknowns + 1,) the two of the path before and
     after it, ``events`` those at it. At a fold the last entry of a tangent is 0. ``normal``
     (n_contacts,) are errors of normal forces, as of `Truncation`.
     """
@@ -33,16 +33,16 @@ class Solution(NamedTuple):
     unknowns: FloatArray | None
     error: float
     solves: int
-    tangents: FloatArray | None = None
+    tangents: Sequence[FloatArray] = ()
     events: tuple[Event, ...] = ()
     normal: FloatArray = np.zeros(0)
 
     @classmethod
     def of(cls, point: PathPoint, level: int, truncation: Truncation) -> "Solution":
         """The solution at a point of a path."""
-        tangents = np.array((point.before, point.after))
-        if is_smooth_fold(point):
-            tangents[:, -1] = 0.0
+        tangents = point.before, point.after
+        if point.events and is_smooth_fold(point):
+            tangents = tuple(np.append(tangent[:-1], 0.0) for tangent in tangents)
         solution = point.value, level, point.unknowns, truncation.error
         return cls(*solution, point.solves, tangents, point.events, truncation.normal)
 
@@ -51,7 +51,7 @@ class Solution(NamedTuple):
         """The solution at a value between the points of a path; ``state`` None: not found."""
         if state is None:
             return cls(value, level, None, np.nan, solves)
-        tangents = np.array((state.direction, state.direction))
+        tangents = state.direction, state.direction
         return cls(value, level, state.state[:-1], np.nan, solves, tangents)
 
 

@@ -92,7 +92,7 @@ class Refinement:
                 break
             solves += result.iterations
             level, unknowns = needed, result.unknowns
-            tangents = np.stack([np.append(slope_of(result.evaluation), 1.0)] * 2)
+            tangents = [np.append(slope_of(result.evaluation), 1.0)] * 2
         return solution
 
     def fill(self, part: BranchPart) -> None:

@@ -32,6 +32,9 @@ class Spool:
 
     def stacked(self) -> Table:
         """All tables in the order of their numbers, as one."""
+        if len(self._offsets) == 1:  # nothing to pad
+            [table] = self._tables()
+            return {name: array[None].copy() for name, array in table.items()}
         layout: Layout = tables.common(map(tables.stored_layout, self._layouts))
         return tables.stack(self._tables(), len(self._offsets), layout)
 
