@@ -21,12 +21,15 @@ def locate_each(
 
 
 def check_each(
-    problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
+    problems: Sequence[HarmonicBalance],
+    unknowns: FloatArray,
+    frequencies: FloatArray,
+    machine_code: bool = False,
 ) -> tuple[FloatArray, ContactStates]:
     """Norms (n_points,) of the equations, and the events of all contacts point by point.
 
     ``unknowns`` (n_points, n_unknowns) of problems of one structure; ``frequencies``
-    (n_points,) in rad/s.
+    (n_points,) in rad/s. ``machine_code`` evaluates them where there is some.
     """
     first = problems[0]
     if first.in_closed_form and first.structure is None:
@@ -34,7 +37,7 @@ def check_each(
         if not _are_one(problems):
             each = zip(*(problem.compiled[1] for problem in problems), strict=True)
             arguments = [np.array(values) for values in each]
-        at = unknowns, frequencies, arguments
+        at = unknowns, frequencies, arguments, machine_code
         residual, force, located = equations.check_in_closed_form(*at)
         return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
     located = _locate_all(problems, unknowns, frequencies)

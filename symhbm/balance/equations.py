@@ -23,6 +23,7 @@ from symhbm.numerics import (
     check,
     constant,
     sparsity_of,
+    to_machine_code,
 )
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
@@ -308,23 +309,35 @@ class Equations:
         return found[:4], self.unpack(found[4:])
 
     @cached_property
-    def _check_closed(self) -> Batched:
-        """Residual, magnitude and events: most of what the equations take is their Jacobian."""
+    def check(self) -> ca.Function:
+        """`closed_form` without what a solve alone needs: residual, magnitude and events."""
         inputs = self.closed_form.sx_in()
         residual, magnitude, _, _, *events = self.closed_form(*inputs)
-        return Batched(ca.Function("check", inputs, [residual, magnitude, *events]))
+        return ca.Function("check", inputs, [residual, magnitude, *events])
+
+    @cached_property
+    def _checks(self) -> Batched:
+        return Batched(self.check)
+
+    @cached_property
+    def _compiled_checks(self) -> Batched:
+        made = to_machine_code([self.check], make=False)
+        return self._checks if made is None else Batched(made[0])
 
     def check_in_closed_form(
-        self, unknowns: FloatArray, frequencies: FloatArray, arguments: Sequence[FloatArray]
+        self,
+        unknowns: FloatArray,
+        frequencies: FloatArray,
+        arguments: Sequence[FloatArray],
+        machine_code: bool = False,
     ) -> tuple[FloatArray, FloatArray, ContactStates]:
         """Residuals (n_points, n_unknowns), magnitudes (n_points,) and events of several points.
 
         In states that the motion asks for. ``arguments`` are those of all points, or (n_points, ..)
-        each.
+        each. By ``machine_code`` where there is some, to the same bits.
         """
-        n = len(unknowns)
-        found = self._check_closed(n, unknowns, frequencies[:, None], *arguments, FREE)
-        residual, magnitude, *events = found
+        n, check = len(unknowns), self._compiled_checks if machine_code else self._checks
+        residual, magnitude, *events = check(n, unknowns, frequencies[:, None], *arguments, FREE)
         return residual, magnitude[:, 0], self.unpack(events, n)
 
     def closed_groups(self, packed: list[Any]) -> list[tuple[BalancedGroup, list[Any]]]:

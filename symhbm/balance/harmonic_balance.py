@@ -346,7 +346,7 @@ class HarmonicBalance:
         }
         return self.with_parameters(**values)
 
-    @property
+    @cached_property
     def single_valued(self) -> bool:
         """Whether there is one response at every frequency.
 

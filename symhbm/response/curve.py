@@ -4,7 +4,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import chain
 from typing import Any
 
@@ -22,7 +22,7 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, find_symmetry, is_pattern
-from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
+from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic, to_machine_code
 from symhbm.response.accuracy import (
     BranchPart,
     Refinement,
@@ -37,6 +37,8 @@ from symhbm.results import Request, Sweep, tables
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
+_MANY = 500
+"""Curves of a sweep from which machine code of their checks saves more time than it takes."""
 
 
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
@@ -92,6 +94,7 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
 def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress: bool) -> Request:
     """The request with what evaluates all of its curves, compiled in front of the first one."""
 
+    @cache
     def announce() -> None:
         if progress:
             print("symhbm: compiling the equations, once for each structure", file=sys.stderr)
@@ -102,7 +105,10 @@ def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress:
     symmetry = None if scattered else symmetry_of(request, problem)
     if symmetry is not None:
         equations = continuation_problem_of(request, problem.of_sector(symmetry))
-    return replace(request, machine_code=prepare(equations, sweep.size, announce))
+    machine_code = prepare(equations, sweep.size, announce)
+    if machine_code and sweep.size >= _MANY:
+        to_machine_code([equations.problem.compiled[0].check], True, announce)
+    return replace(request, machine_code=machine_code)
 
 
 def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
@@ -228,15 +234,15 @@ class _Curve:
         solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
         levels = {solutions[i].level for i in solved}
         if len(solved) == size and levels == {highest}:
-            table = self._rows(highest, solutions)
-            return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
-        table = unsolved(self._problem(highest), size, self.request.stability)
-        table |= self._truncation(size, highest) | self._normal(size)
-        table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
-        table["iterations"][at] = [solution.solves for solution in solutions]
-        for level in levels:
-            of_level = [i for i in solved if solutions[i].level == level]
-            _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
+            table = self._rows(highest, solutions)  # all of them, in order
+        else:
+            table = unsolved(self._problem(highest), size, self.request.stability)
+            table |= self._truncation(size, highest) | self._normal(size)
+            table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
+            table["iterations"][at] = [solution.solves for solution in solutions]
+            for level in levels:
+                of_level = [i for i in solved if solutions[i].level == level]
+                _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
         return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
 
     def _rows(self, level: int, solutions: list[Solution]) -> Table:
@@ -245,7 +251,8 @@ class _Curve:
         problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
         unknowns = np.array([solution.unknowns for solution in solutions])
         frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
-        table = describe_each(problems, unknowns, frequencies, solves, self.request.tells_stability)
+        options = self.request.tells_stability, self.request.machine_code
+        table = describe_each(problems, unknowns, frequencies, solves, *options)
         if self.request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):
                 both = slip_angles(*pair, table["contact_state"][i] == 1)

@@ -37,16 +37,20 @@ def describe_each(
     frequencies: FloatArray,
     iterations: Sequence[int],
     stability: bool = False,
+    machine_code: bool = False,
 ) -> Table:
     """All results at points with ``unknowns`` (n_points, n_unknowns) [m], one problem each.
 
     The problems are of one structure, ``frequencies`` (n_points,) in Hz. Points that do not solve
-    the equations become NaN. ``stability`` adds the growth rates of perturbations.
+    the equations become NaN. ``stability`` adds the growth rates of perturbations;
+    ``machine_code`` evaluates the equations where there is some.
     """
     first, omegas = problems[0], RADIANS * frequencies
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     batches = [slice(i, i + size) for i in range(0, len(problems), size)]
-    parts = [_described(problems[b], unknowns[b], omegas[b], stability) for b in batches]
+    parts = [
+        _described(problems[b], unknowns[b], omegas[b], stability, machine_code) for b in batches
+    ]
     table: Table = {"iterations": np.array(iterations)}
     table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     layout = _layout(first, stability)
@@ -101,10 +105,11 @@ def _described(
     unknowns: FloatArray,
     frequencies: FloatArray,
     stability: bool,
+    machine_code: bool,
 ) -> Table:
     """Results at points but the iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
-    norm, located = check_each(problems, unknowns, frequencies)
+    norm, located = check_each(problems, unknowns, frequencies, machine_code)
     converged = norm <= ACCEPTED
     contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(

@@ -150,12 +150,12 @@ def _assembled(
     if any(isinstance(variable, xr.DataArray) for variable in variables.values()):
         return xr.Dataset(variables, labels, attributes).set_coords(coordinates)
     own = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
-    names, indexes = {*coordinates}, dict[Any, Any]()
+    whole, names, indexes = dict[Any, Any](variables), set[Any](coordinates), dict[Any, Any]()
     for part in (xr.Coordinates(own), labels) if own else (labels,):
-        variables = variables | dict(part.variables)
+        whole |= dict(part.variables)
         names |= {*part}
         indexes |= dict(part.xindexes)
-    return xr.Dataset._construct_direct(variables, names, attrs=attributes, indexes=indexes)
+    return xr.Dataset._construct_direct(whole, names, attrs=attributes, indexes=indexes)
 
 
 def _speeds(variables: dict[str, Any], order: int) -> dict[str, Any]:
