@@ -16,7 +16,6 @@ from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (
     Assembly,
-    Batched,
     Compiled,
     FloatArray,
     FourierBasis,
@@ -316,13 +315,13 @@ class Equations:
         return ca.Function("check", inputs, [residual, magnitude, *events])
 
     @cached_property
-    def _checks(self) -> Batched:
-        return Batched(self.check)
+    def _checks(self) -> Compiled:
+        return Compiled(self.check)
 
     @cached_property
-    def _compiled_checks(self) -> Batched:
+    def _compiled_checks(self) -> Compiled:
         made = to_machine_code([self.check], make=False)
-        return self._checks if made is None else Batched(made[0])
+        return self._checks if made is None else Compiled(made[0])
 
     def check_in_closed_form(
         self,
@@ -337,7 +336,8 @@ class Equations:
         each. By ``machine_code`` where there is some, to the same bits.
         """
         n, check = len(unknowns), self._compiled_checks if machine_code else self._checks
-        residual, magnitude, *events = check(n, unknowns, frequencies[:, None], *arguments, FREE)
+        at = unknowns, frequencies[:, None], *arguments, FREE
+        residual, magnitude, *events = check.at_points(n, *at)
         return residual, magnitude[:, 0], self.unpack(events, n)
 
     def closed_groups(self, packed: list[Any]) -> list[tuple[BalancedGroup, list[Any]]]:

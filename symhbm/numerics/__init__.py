@@ -2,7 +2,7 @@
 
 from symhbm.numerics import check
 from symhbm.numerics.arrays import RADIANS, ComplexArray, FloatArray, Table, relative_difference
-from symhbm.numerics.compiled import Assembly, Batched, Compiled, constant, sparsity_of
+from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
     FourierBasis,
     by_harmonic,
@@ -45,7 +45,6 @@ __all__ = [
     "MACHINE",
     "RADIANS",
     "Assembly",
-    "Batched",
     "Cells",
     "Compiled",
     "ComplexArray",

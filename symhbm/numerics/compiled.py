@@ -13,6 +13,8 @@ from symhbm.numerics.linear_algebra import DENSE_LIMIT
 
 _MOST = 32
 """Points that one call evaluates: more take no less time for each."""
+_ENTRIES = 1_000_000
+"""Entries of inputs and outputs of one call, 8 MB."""
 
 
 class Compiled:
@@ -23,6 +25,7 @@ class Compiled:
     """
 
     def __init__(self, function: ca.Function):
+        self._function, self._mapped = function, dict[int, Compiled]()
         self._buffer, self._evaluate = function.buffer()
         self.inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self.outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
@@ -46,27 +49,19 @@ class Compiled:
             self.run()
             return [array.copy() for array in self.outputs]
 
-
-class Batched:
-    """A CasADi function of several points in one call; calls are safe among threads."""
-
-    def __init__(self, function: ca.Function):
-        self._function = function
-        self._of_size: dict[int, Compiled] = {}
-        self._lock = threading.Lock()
-
-    def __call__(self, n_points: int, *inputs: ArrayLike) -> list[FloatArray]:
-        """Stored entries of the outputs, (n_points, n_entries) each.
+    def at_points(self, n_points: int, *inputs: ArrayLike) -> list[FloatArray]:
+        """Stored entries of the outputs at several points, (n_points, n_entries) each.
 
         So are the inputs, or (n_entries,) where they are those of all points.
         """
-        size = min(_MOST, 1 << (n_points - 1).bit_length())
+        most = _ENTRIES // sum(map(len, [*self.inputs, *self.outputs]))
+        size = max(1, min(_MOST, most, 1 << (n_points - 1).bit_length()))
         with self._lock:
-            if size not in self._of_size:
-                self._of_size[size] = Compiled(self._function.map(size))
-            compiled = self._of_size[size]
-            into = [array.reshape(size, -1) for array in compiled.inputs]
-            out = [array.reshape(size, -1) for array in compiled.outputs]
+            if size not in self._mapped:
+                self._mapped[size] = Compiled(self._function.map(size))
+            mapped = self._mapped[size]
+            into = [array.reshape(size, -1) for array in mapped.inputs]
+            out = [array.reshape(size, -1) for array in mapped.outputs]
             by_point = []
             for array, value in zip(into, map(np.asarray, inputs), strict=True):
                 if value.ndim > 1:
@@ -78,7 +73,7 @@ class Batched:
                 n = min(size, n_points - first)
                 for array, value in by_point:
                     array[:n] = value[first : first + n]
-                compiled.run()
+                mapped.run()
                 for array, result in zip(out, results, strict=True):
                     result[first : first + n] = array[:n]
             return results

@@ -84,9 +84,9 @@ def test_each_stored_point_is_evaluated_once(monkeypatch):
     """With its contacts free, whatever states the path held."""
     evaluated, check = [], point.check_each
 
-    def counted(problems, unknowns, frequencies):
+    def counted(problems, unknowns, frequencies, *options):
         evaluated.extend(frequencies)
-        return check(problems, unknowns, frequencies)
+        return check(problems, unknowns, frequencies, *options)
 
     monkeypatch.setattr(point, "check_each", counted)
     for problem in (blade(), blade((1, 3)), disk()):
