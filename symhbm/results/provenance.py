@@ -152,7 +152,8 @@ def _assembled(
     own = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
     whole, names, indexes = dict[Any, Any](variables), set[Any](coordinates), dict[Any, Any]()
     for part in (xr.Coordinates(own), labels) if own else (labels,):
-        whole |= dict(part.variables)
+        # Datasets share labels, but not what is told of them.
+        whole |= {name: label.copy(deep=False) for name, label in part.variables.items()}
         names |= {*part}
         indexes |= dict(part.xindexes)
     return xr.Dataset._construct_direct(whole, names, attrs=attributes, indexes=indexes)

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 import symhbm as sh
 from symhbm.balance.mean_position import is_held
 from symhbm.continuation.start import linear_response
+from symhbm.model import plausibility
 from symhbm.model.plausibility import DOUBT, _highest, _lowest, _resonances
 
 ONE = np.eye(2)
@@ -40,6 +41,22 @@ def said(call):
     assert len(caught) <= 1
     assert all(warning.filename == __file__ for warning in caught)
     return str(caught[0].message) if caught else ""
+
+
+def test_doubts_are_looked_for_once(monkeypatch):
+    """Of one model in one band, and told at each call."""
+    looked, find = [], plausibility._of_band
+    monkeypatch.setattr(
+        plausibility, "_of_band", lambda *call: looked.append(call[1]) or find(*call)
+    )
+    problem, near, far = blade(), (10, 30), (1000, 1001)
+    assert [said(lambda: frf(problem, near)) for _ in range(2)] == ["", ""]
+    first, second = [said(lambda: frf(problem, far)) for _ in range(2)]
+    assert first == second
+    assert "the band 1000 to 1001 Hz lies" in first
+    assert not said(lambda: frf(problem, near))
+    assert said(lambda: frf(problem.with_parameters(stiffness=1e8), near))
+    assert looked == [near, far, near, near]
 
 
 # Contacts that do nothing

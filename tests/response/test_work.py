@@ -12,9 +12,11 @@ import xarray as xr
 import symhbm as sh
 from symhbm.balance import harmonic_balance
 from symhbm.balance.equations import Equations
+from symhbm.continuation.correctors import compiled as compiled_corrector
+from symhbm.numerics import machine_code
 from symhbm.numerics.arrays import RADIANS
+from symhbm.response import curve, ensemble
 from symhbm.response import describe as point
-from symhbm.response import ensemble
 from symhbm.response.describe import describe, describe_each
 from symhbm.results import tables
 from symhbm.results.archive import spool
@@ -266,6 +268,30 @@ def test_spooled_results_do_not_stay_in_memory(monkeypatch):
     # Once its place in memory is full, a spool moves to a file: both are there for a moment.
     assert waiting < 4e6
     assert largest < 1.2 * stacked.nbytes
+
+
+@pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+def test_checks_of_a_large_sweep_are_machine_code(tmp_path, monkeypatch):
+    """To the same bits, and not where corrections are none."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv(machine_code.CACHE, str(folder))
+    monkeypatch.setattr(compiled_corrector, "_OFTEN", 3)
+    monkeypatch.setattr(curve, "_MANY", 4)
+    compiled_corrector._programs.cache_clear()
+    loads = np.linspace(1, 4, 4)
+    plain = [call(blade(), [load]) for load in loads]
+    assert not folder.exists() or not [*folder.glob("*.so")]
+    call(blade(), loads[:3])
+    assert len([*folder.glob("*.so")]) == 1
+    several = call(blade(), loads)
+    assert len([*folder.glob("*.so")]) == 2
+    assert several.attrs["equations_evaluated_by"] == "machine code"
+    compiled_corrector._programs.cache_clear()
+    for i, alone in enumerate(plain):
+        assert alone.attrs["equations_evaluated_by"] != "machine code"
+        n = int(alone.n_points.item())
+        for name in ("residual_norm", "amplitude", "theta_star", "dissipation", "contact_state"):
+            np.testing.assert_array_equal(several[name].values[i][:n], alone[name].values[0])
 
 
 def test_copies_do_not_see_each_others_springs():

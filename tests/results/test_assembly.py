@@ -1,0 +1,68 @@
+"""Datasets are those that xarray makes of the same parts."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import symhbm as sh
+from symhbm.results import provenance
+
+BLADE = sh.HarmonicBalance(
+    sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    ),
+    sh.PointForce(),
+)
+NAMED = xr.DataArray(
+    [1.0, 3.0], dims="case", coords={"case": ["low", "high"], "cost": ("case", [1, 2])}
+)
+CALLS = {
+    "path": {},
+    "grid": dict(at=[15.0, 19.0]),
+    "list": dict(over={"normal_load": [1.0, 3.0]}),
+    "dimension": dict(over={"normal_load": xr.DataArray([1.0, 3.0], dims="case")}),
+    "labels": dict(over={"normal_load": NAMED}),
+}
+
+
+def by_xarray(variables, coordinates, labels, attributes):
+    return xr.Dataset(variables, labels, attributes).set_coords(coordinates)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_parts_make_the_same_dataset(name, monkeypatch):
+    def call():
+        return sh.frf(BLADE, (15, 22), progress=False, **CALLS[name])
+
+    ours = call()
+    monkeypatch.setattr(provenance, "_assembled", by_xarray)
+    theirs = call()
+    xr.testing.assert_identical(ours, theirs)
+    assert [*ours.variables] == [*theirs.variables]
+    assert [*ours.coords] == [*theirs.coords]
+    assert [*ours.indexes] == [*theirs.indexes]
+    assert dict(ours.sizes) == dict(theirs.sizes)
+    for label in theirs.variables:
+        assert type(ours.variables[label]) is type(theirs.variables[label])
+        assert ours.variables[label].dtype == theirs.variables[label].dtype
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_results_belong_to_their_dataset(name):
+    """They may be written to, and labels that datasets share stay as they are."""
+    first, second = (sh.frf(BLADE, (15, 22), progress=False, **CALLS[name]) for _ in range(2))
+    before = second.copy(deep=True)
+    for variable in first.data_vars.values():
+        if variable.dtype.kind == "f" and variable.ndim > 1:
+            variable.values[:] = 0.0
+    first.attrs["title"] = "another"
+    first["dof"].attrs["long_name"] = "another"
+    first = first.assign_coords(dof=first["dof"] + 1)
+    xr.testing.assert_identical(second, before)
+    assert not np.any(first.amplitude)
+    assert sh.frf(BLADE, (15, 22), progress=False, **CALLS[name]).dof.values.tolist() == [0]
