@@ -27,7 +27,7 @@ _OF_CONTACTS = dict(
 )
 """Results of contacts, and what those have whose law does not tell."""
 _COUNTS = ("contact_state", "reversals")
-_BATCH = 20_000
+_BATCH = 4000
 """Degrees of freedom and contacts described at once: few calls, bounded memory."""
 
 

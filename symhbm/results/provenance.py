@@ -145,7 +145,8 @@ def _assembled(
 ) -> xr.Dataset:
     """``xr.Dataset(variables, labels, attributes).set_coords(coordinates)``.
 
-    That merges and copies all variables, which takes ten times as long where nothing is to merge.
+    That merges and copies all variables, which takes ten times as long. Where nothing is to merge,
+    the dataset is made as xarray makes its own ones.
     """
     if any(isinstance(variable, xr.DataArray) for variable in variables.values()):
         return xr.Dataset(variables, labels, attributes).set_coords(coordinates)
@@ -156,7 +157,7 @@ def _assembled(
         whole |= {name: label.copy(deep=False) for name, label in part.variables.items()}
         names |= {*part}
         indexes |= dict(part.xindexes)
-    return xr.Dataset._construct_direct(whole, names, attrs=attributes, indexes=indexes)
+    return xr.Dataset._construct_direct(whole, names, attrs={**attributes}, indexes=indexes)
 
 
 def _speeds(variables: dict[str, Any], order: int) -> dict[str, Any]:
@@ -181,8 +182,10 @@ def _of_kept(variable: Any, kept: str) -> Any:
 
 def _variable(part: Any) -> Any:
     """A part as an xarray variable, made without xarray's slow search for array packages."""
-    if isinstance(part, (xr.Variable, xr.DataArray)):
+    if isinstance(part, xr.DataArray):
         return part
+    if isinstance(part, xr.Variable):
+        return part.copy(deep=False)
     dims, values, attributes = part
     return xr.Variable(dims, np.asarray(values), attributes, fastpath=True)
 
