@@ -32,19 +32,24 @@ def check_each(
     (n_points,) in rad/s. ``machine_code`` evaluates them where there is some.
     """
     first = problems[0]
-    if first.in_closed_form and first.structure is None:
-        equations, arguments = first.compiled
-        if not _are_one(problems):
-            each = zip(*(problem.compiled[1] for problem in problems), strict=True)
-            arguments = [np.array(values) for values in each]
-        at = unknowns, frequencies, arguments, machine_code
-        residual, force, located = equations.check_in_closed_form(*at)
-        return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
-    located = _locate_all(problems, unknowns, frequencies)
-    each = zip(problems, unknowns, frequencies.tolist(), strict=True)
-    found = zip(each, located.split(len(problems)), strict=True)
-    norm = [problem.evaluate(x, at, states=own).norm for (problem, x, at), own in found]
-    return np.array(norm), located
+    if first.structure is not None:
+        located = _locate_all(problems, unknowns, frequencies)
+        each = zip(
+            problems, unknowns, frequencies.tolist(), located.split(len(problems)), strict=True
+        )
+        norm = [problem.evaluate(x, at, states=own).norm for problem, x, at, own in each]
+        return np.array(norm), located
+    equations, arguments = first.compiled
+    if not _are_one(problems):
+        of_each = zip(*(problem.compiled[1] for problem in problems), strict=True)
+        arguments = [np.array(values) for values in of_each]
+    at = unknowns, frequencies, arguments
+    if first.in_closed_form:
+        residual, force, located = equations.check_in_closed_form(*at, machine_code)
+    else:
+        located = _locate_all(problems, unknowns, frequencies)
+        residual, force = equations.check_located(*at, located)
+    return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
 
 
 def values_at_each(

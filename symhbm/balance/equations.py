@@ -315,6 +315,29 @@ class Equations:
         return ca.Function("check", inputs, [residual, magnitude, *events])
 
     @cached_property
+    def _located_checks(self) -> Compiled:
+        inputs = self.residual.sx_in()
+        return Compiled(ca.Function("check", inputs, self._evaluate.function(*inputs)[:2]))
+
+    def check_located(
+        self,
+        unknowns: FloatArray,
+        frequencies: FloatArray,
+        arguments: Sequence[FloatArray],
+        contacts: ContactStates,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Residuals (n_points, n_unknowns) and magnitudes (n_points,) of several points.
+
+        ``arguments`` are those of all points, or (n_points, ..) each; ``contacts`` those of one
+        point after the other.
+        """
+        n = len(unknowns)
+        events = [contacts.groups[group.name].events.reshape(n, -1) for group in self.located]
+        at = unknowns, frequencies[:, None], *arguments, *events
+        residual, magnitude = self._located_checks.at_points(n, *at)
+        return residual, magnitude[:, 0]
+
+    @cached_property
     def _checks(self) -> Compiled:
         return Compiled(self.check)
 
@@ -330,10 +353,9 @@ class Equations:
         arguments: Sequence[FloatArray],
         machine_code: bool = False,
     ) -> tuple[FloatArray, FloatArray, ContactStates]:
-        """Residuals (n_points, n_unknowns), magnitudes (n_points,) and events of several points.
+        """The same and the events, where those are closed forms, as the motions ask for.
 
-        In states that the motion asks for. ``arguments`` are those of all points, or (n_points, ..)
-        each. By ``machine_code`` where there is some, to the same bits.
+        By ``machine_code`` where there is some, to the same bits.
         """
         n, check = len(unknowns), self._compiled_checks if machine_code else self._checks
         at = unknowns, frequencies[:, None], *arguments, FREE

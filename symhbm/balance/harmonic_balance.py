@@ -291,10 +291,9 @@ class HarmonicBalance:
                     changes |= dict(model=model, shared={})
         other = self._copy(**changes)
         compared = {*self.model.records, "force_amplitude"}  # sector by sector, as they were set
-        if self.symmetry is not None and not {*values} <= compared:
-            found = find_symmetry(other.model, other.excitation, self.basis)
-            if found != self.symmetry:
-                raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
+        may_differ = self.symmetry is not None and not {*values} <= compared
+        if may_differ and other.equal_sectors != self.symmetry:
+            raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
         return other
 
     def with_harmonics(self, harmonics: tuple[int, ...]) -> "HarmonicBalance":
@@ -321,6 +320,11 @@ class HarmonicBalance:
             shared=self._once(("in modes",), dict),
             linear=None,
         )
+
+    @cached_property
+    def equal_sectors(self) -> Symmetry | None:
+        """The symmetry of sectors that move alike, as of `symhbm.model.find_symmetry`."""
+        return find_symmetry(self.model, self.excitation, self.basis)
 
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""

@@ -12,7 +12,6 @@ import numpy as np
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem, Status, follow_branch
 from symhbm.continuation.between import Peak, PeakKind
-from symhbm.model import find_symmetry
 from symhbm.numerics import RADIANS, largest_displacement
 from symhbm.peaks.maximum import Maximum
 from symhbm.workers import Workers, progress_bar
@@ -51,7 +50,7 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
     """The equations of one sector where all are alike, else the problem itself."""
     if not problem.single_valued or problem.symmetry is not None:
         return problem
-    symmetry = find_symmetry(problem.model, problem.excitation, problem.basis)
+    symmetry = problem.equal_sectors
     if symmetry is None:
         return problem
     return problem.of_sector(symmetry)

@@ -21,7 +21,7 @@ from symhbm.continuation import (
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
-from symhbm.model import Symmetry, find_symmetry, is_pattern
+from symhbm.model import Symmetry, is_pattern
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic, to_machine_code
 from symhbm.response.accuracy import (
     BranchPart,
@@ -120,7 +120,7 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
     unique = problem.single_valued and not request.may_fold and not request.stability
     if not request.sector or not unique or request.index is not None or problem.samples is not None:
         return None
-    return find_symmetry(problem.model, problem.excitation, problem.basis)
+    return problem.equal_sectors
 
 
 @dataclass(frozen=True)
