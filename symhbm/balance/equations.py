@@ -317,7 +317,8 @@ class Equations:
     @cached_property
     def _located_checks(self) -> Compiled:
         inputs = self.residual.sx_in()
-        return Compiled(ca.Function("check", inputs, self._evaluate.function(*inputs)[:2]))
+        residual, magnitude, *_ = self._evaluate.function(*inputs)
+        return Compiled(ca.Function("check", inputs, [residual, magnitude]))
 
     def check_located(
         self,

@@ -32,8 +32,8 @@ from symhbm.response.accuracy import (
     joined,
     status_of,
 )
-from symhbm.response.describe import amplitude_slopes, describe_each, unsolved
-from symhbm.results import Request, Sweep, tables
+from symhbm.response.describe import describe_each, unsolved
+from symhbm.results import SLOPES, Request, Sweep, tables
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -238,7 +238,7 @@ class _Curve:
         else:
             table = unsolved(self._problem(highest), size, self.request.stability)
             table |= self._truncation(size, highest) | self._normal(size)
-            table |= self._slopes(np.full((size, 2, *table["amplitude"].shape[1:]), np.nan))
+            table |= {name: np.full_like(table["amplitude"], np.nan) for name in self._slopes}
             table["iterations"][at] = [solution.solves for solution in solutions]
             for level in levels:
                 of_level = [i for i in solved if solutions[i].level == level]
@@ -251,8 +251,10 @@ class _Curve:
         problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
         unknowns = np.array([solution.unknowns for solution in solutions])
         frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
-        options = self.request.tells_stability, self.request.machine_code
+        tangents = np.array([solution.tangents for solution in solutions])
+        options = self.request.tells_stability, self.request.machine_code, tangents
         table = describe_each(problems, unknowns, frequencies, solves, *options)
+        slopes = {name: table.pop(name) * self.request.unit for name in SLOPES}
         if self.request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):
                 both = slip_angles(*pair, table["contact_state"][i] == 1)
@@ -261,18 +263,14 @@ class _Curve:
                     unknown = np.isnan(table[name][i])
                     table[name][i] = np.where(unknown, angles, table[name][i])
         errors = [solution.error for solution in solutions]
-        tangents = np.array([solution.tangents for solution in solutions])
-        slopes = amplitude_slopes(problems[0], unknowns, tangents) * self.request.unit
-        slopes[~table["converged"]] = np.nan
         truncation = self._truncation(len(solutions), level, errors)
         table |= truncation | self._normal(len(solutions), solutions)
-        return table | self._slopes(slopes)
+        return table | {name: slopes[name] for name in self._slopes}
 
-    def _slopes(self, slopes: FloatArray) -> Table:
-        """Slopes of the amplitudes (n_points, 2, n_dof) before and after the points, by name."""
-        if self.request.at is not None:
-            return dict(amplitude_slope=slopes[:, 1])
-        return dict(amplitude_slope=slopes[:, 1], amplitude_slope_before=slopes[:, 0])
+    @property
+    def _slopes(self) -> tuple[str, ...]:
+        """Names of slopes of amplitudes: on a grid of those after its values alone."""
+        return SLOPES if self.request.at is None else SLOPES[:1]
 
     def _truncation(self, count: int, level: int, errors: Any = np.nan) -> Table:
         """Highest harmonics and errors of ``count`` rows; empty without an accuracy."""

@@ -38,12 +38,15 @@ def describe_each(
     iterations: Sequence[int],
     stability: bool = False,
     machine_code: bool = False,
+    tangents: FloatArray | None = None,
 ) -> Table:
     """All results at points with ``unknowns`` (n_points, n_unknowns) [m], one problem each.
 
     The problems are of one structure, ``frequencies`` (n_points,) in Hz. Points that do not solve
     the equations become NaN. ``stability`` adds the growth rates of perturbations;
-    ``machine_code`` evaluates the equations where there is some.
+    ``machine_code`` evaluates the equations where there is some. ``tangents`` (n_points, 2,
+    n_unknowns + 1), derivatives of unknowns and parameter along the path before and after each
+    point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter.
     """
     first, omegas = problems[0], RADIANS * frequencies
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
@@ -53,8 +56,11 @@ def describe_each(
     ]
     table: Table = {"iterations": np.array(iterations)}
     table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    layout = _layout(first, stability)
-    return {name: table[name].astype(dtype, copy=False) for name, (dtype, _) in layout.items()}
+    amplitudes = _amplitudes(first, unknowns, tangents)
+    amplitudes = {name: _where(table["converged"], of, np.nan) for name, of in amplitudes.items()}
+    table, layout = amplitudes | table, _layout(first, stability)
+    kinds = {name: dtype for name, (dtype, _) in layout.items()} | dict.fromkeys(amplitudes, float)
+    return {name: table[name].astype(kind, copy=False) for name, kind in kinds.items()}
 
 
 def describe(
@@ -114,7 +120,6 @@ def _described(
     contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(
         coefficient=by_harmonic(basis, first.layout.everywhere(unknowns)),
-        amplitude=_amplitude(first, unknowns),
         **{name: of for name, of in contacts.items() if name not in _COUNTS},
     )
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
@@ -175,39 +180,35 @@ def _where(condition: np.ndarray, values: np.ndarray, otherwise: float) -> np.nd
     return np.where(condition.reshape(-1, *[1] * (values.ndim - 1)), values, otherwise)
 
 
-def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
-    """Largest displacements (n_points, n_dof) of the structure, whose sectors move alike."""
-    basis = problem.basis
-    motions = unknowns.reshape(-1, basis.n_components)
-    amplitude = largest_displacement(basis, motions)[0].reshape(len(unknowns), -1)
-    return np.tile(amplitude, problem.model.n_dof // problem.n_dof)
+def _amplitudes(
+    problem: HarmonicBalance, unknowns: FloatArray, tangents: FloatArray | None
+) -> Table:
+    """Largest displacements (n_points, n_dof) of the structure, whose sectors move alike.
 
-
-def amplitude_slopes(
-    problem: HarmonicBalance, unknowns: FloatArray, tangents: FloatArray
-) -> FloatArray:
-    """Derivatives (n_points, 2, n_dof) of amplitudes by the parameter, before and after each point.
-
-    ``unknowns`` (n_points, n_unknowns), and ``tangents`` (n_points, 2, n_unknowns + 1), derivatives
-    of unknowns and parameter along the path. Infinite at folds, where the parameter turns back.
+    And their derivatives by the parameter, infinite at folds, where the parameter turns back.
     """
-    basis, shape = problem.basis, (len(unknowns), 2, problem.n_dof)
+    basis, shape = problem.basis, (len(unknowns), problem.n_dof)
+    n_sectors = problem.model.n_dof // problem.n_dof
     motions = unknowns.reshape(-1, basis.n_components)
     amplitude, angle = largest_displacement(basis, motions)
+    table: Table = dict(amplitude=np.tile(amplitude.reshape(shape), n_sectors))
+    if tangents is None:
+        return table
     # The angle of a maximum moves, but the displacement is stationary in it.
     row = basis.values(angle)
     row *= np.sign(np.einsum("dm,dm->d", row, motions))[:, None]
-    along = tangents[..., :-1].reshape(*shape, -1)
-    slope = np.einsum("pdm,psdm->psd", row.reshape(len(unknowns), shape[-1], -1), along)
-    at_rest = (amplitude == 0).reshape(len(unknowns), shape[-1])
+    along = tangents[..., :-1].reshape(len(unknowns), 2, problem.n_dof, -1)
+    slope = np.einsum("pdm,psdm->psd", row.reshape(*shape, -1), along)
+    at_rest = (amplitude == 0).reshape(shape)
     if at_rest.any():
         # At rest the amplitude is minimal: it falls before the point and rises after it.
         rise = largest_displacement(basis, along.reshape(-1, basis.n_components))[0]
-        rise = rise.reshape(shape) * np.array([-1.0, 1.0])[:, None]
+        rise = rise.reshape(slope.shape) * np.array([-1.0, 1.0])[:, None]
         slope = np.where(at_rest[:, None], rise, slope)
     still = tangents[..., -1:] == 0
     slope = np.where(still, np.inf, slope / np.where(still, 1.0, tangents[..., -1:]))
-    return np.tile(slope, problem.model.n_dof // problem.n_dof)
+    before, after = np.tile(slope, n_sectors).transpose(1, 0, 2)
+    return table | dict(amplitude_slope=after, amplitude_slope_before=before)
 
 
 def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:

@@ -26,7 +26,7 @@ from symhbm.results.request import (
 )
 from symhbm.results.schema import check_dataset, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
-from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, VARIABLES, meaning
+from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES, meaning
 
 __all__ = [
     "DRAWN",
@@ -36,6 +36,7 @@ __all__ = [
     "OF_PEAKS",
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",
+    "SLOPES",
     "VARIABLES",
     "Angles",
     "DatasetParts",
