@@ -1,13 +1,17 @@
 """The equations at several points at once, of one problem or of several of one structure."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from weakref import WeakKeyDictionary
 
+import casadi as ca
 import numpy as np
 
 from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedGroup
+from symhbm.balance.equations import Equations
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.numerics import FloatArray
+from symhbm.model.contacts import FREE
+from symhbm.numerics import Compiled, FloatArray, to_machine_code
 
 
 def locate_each(
@@ -43,13 +47,47 @@ def check_each(
     if not _are_one(problems):
         of_each = zip(*(problem.compiled[1] for problem in problems), strict=True)
         arguments = [np.array(values) for values in of_each]
-    at = unknowns, frequencies, arguments
+    n, at = len(unknowns), (unknowns, frequencies[:, None], *arguments)
     if first.in_closed_form:
-        residual, force, located = equations.check_in_closed_form(*at, machine_code)
+        check = _check(equations, machine_code)
+        residual, magnitude, *events = check.at_points(n, *at, FREE)
+        located = equations.unpack(events, n)
     else:
         located = _locate_all(problems, unknowns, frequencies)
-        residual, force = equations.check_located(*at, located)
+        events = [located.groups[group.name].events.reshape(n, -1) for group in equations.located]
+        residual, magnitude = _check(equations, False).at_points(n, *at, *events)
+    force = magnitude[:, 0]
     return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
+
+
+def compile_checks(problem: HarmonicBalance, announce: Callable[[], None]) -> None:
+    """Make machine code of what `check_each` evaluates, where events are closed forms.
+
+    ``announce`` is called before what takes seconds.
+    """
+    if problem.in_closed_form and problem.structure is None:
+        to_machine_code([_check_function(problem.compiled[0])], True, announce)
+
+
+_CHECKS: WeakKeyDictionary[Equations, dict[bool, Compiled]] = WeakKeyDictionary()
+"""What checks points of each structure, without machine code and with it."""
+
+
+def _check(equations: Equations, machine_code: bool) -> Compiled:
+    known = _CHECKS.setdefault(equations, {})
+    if machine_code not in known:
+        function = _check_function(equations)
+        made = to_machine_code([function], make=False) if machine_code else None
+        known[machine_code] = Compiled(function if made is None else made[0])
+    return known[machine_code]
+
+
+def _check_function(equations: Equations) -> ca.Function:
+    """The equations without what a solve alone needs: residual, magnitude, events if found."""
+    whole = equations.closed_form if equations.closed else equations.located_form
+    inputs = whole.sx_in()
+    residual, magnitude, _, _, *events = whole(*inputs)
+    return ca.Function("check", inputs, [residual, magnitude, *events])
 
 
 def values_at_each(

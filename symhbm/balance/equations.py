@@ -1,7 +1,6 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-from collections.abc import Collection, Sequence
-from functools import cached_property
+from collections.abc import Collection
 from typing import Any
 
 import casadi as ca
@@ -22,7 +21,6 @@ from symhbm.numerics import (
     check,
     constant,
     sparsity_of,
-    to_machine_code,
 )
 
 MATRIX_INPUTS = ("mass", "damping", "stiffness")
@@ -45,8 +43,9 @@ class Equations:
     of one sector: its unknowns, its equations and its contacts.
 
     ``layout`` tells what the unknowns are. ``assemble`` makes the stored entries of the Jacobian a
-    matrix, full up to a size, sparse above. ``closed`` tells that the events of contacts are closed
-    forms, found in the same call: ``closed_form`` maps unknowns, frequency, parameters and imposed
+    matrix, full up to a size, sparse above. ``located_form`` is the function of a call, from
+    unknowns, frequency, parameters and the events of the groups of ``located``. ``closed`` tells
+    that the events of contacts are closed forms, found in the same call: ``closed_form`` maps unknowns, frequency, parameters and imposed
     states of switches to residual, magnitude, Jacobian, derivative by frequency and what
     `ContactLaw.event_graph` gives of each group, a contact a column; ``conservative`` maps the
     first three to the Jacobian of elastic less inertia forces and the inertia forces
@@ -154,7 +153,8 @@ class Equations:
         self._known = {"unknowns": jacobian, "frequency": slope}
         magnitude = ca.mmax(total) + largest_difference
         outputs = [self._balance, magnitude, jacobian, ca.densify(slope)]
-        self._evaluate = Compiled(ca.Function("evaluate", inputs, outputs))
+        self.located_form = ca.Function("evaluate", inputs, outputs)
+        self._evaluate = Compiled(self.located_form)
         self.assemble = Assembly(jacobian.sparsity())
         graphs = [graph_of(group.law, basis).events for group in self.groups]
         self.closed = all(
@@ -306,62 +306,6 @@ class Equations:
         imposed = FREE if held is None else held
         found = self._evaluate_closed(unknowns, frequency, *arguments, imposed)
         return found[:4], self.unpack(found[4:])
-
-    @cached_property
-    def check(self) -> ca.Function:
-        """`closed_form` without what a solve alone needs: residual, magnitude and events."""
-        inputs = self.closed_form.sx_in()
-        residual, magnitude, _, _, *events = self.closed_form(*inputs)
-        return ca.Function("check", inputs, [residual, magnitude, *events])
-
-    @cached_property
-    def _located_checks(self) -> Compiled:
-        inputs = self.residual.sx_in()
-        residual, magnitude, *_ = self._evaluate.function(*inputs)
-        return Compiled(ca.Function("check", inputs, [residual, magnitude]))
-
-    def check_located(
-        self,
-        unknowns: FloatArray,
-        frequencies: FloatArray,
-        arguments: Sequence[FloatArray],
-        contacts: ContactStates,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Residuals (n_points, n_unknowns) and magnitudes (n_points,) of several points.
-
-        ``arguments`` are those of all points, or (n_points, ..) each; ``contacts`` those of one
-        point after the other.
-        """
-        n = len(unknowns)
-        events = [contacts.groups[group.name].events.reshape(n, -1) for group in self.located]
-        at = unknowns, frequencies[:, None], *arguments, *events
-        residual, magnitude = self._located_checks.at_points(n, *at)
-        return residual, magnitude[:, 0]
-
-    @cached_property
-    def _checks(self) -> Compiled:
-        return Compiled(self.check)
-
-    @cached_property
-    def _compiled_checks(self) -> Compiled:
-        made = to_machine_code([self.check], make=False)
-        return self._checks if made is None else Compiled(made[0])
-
-    def check_in_closed_form(
-        self,
-        unknowns: FloatArray,
-        frequencies: FloatArray,
-        arguments: Sequence[FloatArray],
-        machine_code: bool = False,
-    ) -> tuple[FloatArray, FloatArray, ContactStates]:
-        """The same and the events, where those are closed forms, as the motions ask for.
-
-        By ``machine_code`` where there is some, to the same bits.
-        """
-        n, check = len(unknowns), self._compiled_checks if machine_code else self._checks
-        at = unknowns, frequencies[:, None], *arguments, FREE
-        residual, magnitude, *events = check.at_points(n, *at)
-        return residual, magnitude[:, 0], self.unpack(events, n)
 
     def closed_groups(self, packed: list[Any]) -> list[tuple[BalancedGroup, list[Any]]]:
         """The groups that have events, with what `ContactLaw.event_graph` gives of each."""

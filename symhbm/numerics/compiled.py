@@ -18,14 +18,14 @@ _ENTRIES = 1_000_000
 
 
 class Compiled:
-    """A CasADi ``function`` that reads and writes memory of NumPy, without conversion at a call.
+    """A CasADi function that reads and writes memory of NumPy, without conversion at a call.
 
     Inputs and outputs are stored entries, column after column, a one-dimensional array each. One
     thread alone may fill ``inputs``, ``run`` and read ``outputs``; calls are safe among threads.
     """
 
     def __init__(self, function: ca.Function):
-        self.function, self._mapped = function, dict[int, Compiled]()
+        self._function, self._mapped = function, dict[int, Compiled]()
         self._buffer, self._evaluate = function.buffer()
         self.inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self.outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
@@ -58,7 +58,7 @@ class Compiled:
         size = max(1, min(_MOST, most, 1 << (n_points - 1).bit_length()))
         with self._lock:
             if size not in self._mapped:
-                self._mapped[size] = Compiled(self.function.map(size))
+                self._mapped[size] = Compiled(self._function.map(size))
             mapped = self._mapped[size]
             into = [array.reshape(size, -1) for array in mapped.inputs]
             out = [array.reshape(size, -1) for array in mapped.outputs]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, slip_angles
+from symhbm.balance import HarmonicBalance, compile_checks, slip_angles
 from symhbm.continuation import (
     ContinuationProblem,
     Event,
@@ -22,7 +22,7 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, is_pattern
-from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic, to_machine_code
+from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.response.accuracy import (
     BranchPart,
     Refinement,
@@ -107,7 +107,7 @@ def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress:
         equations = continuation_problem_of(request, problem.of_sector(symmetry))
     machine_code = prepare(equations, sweep.size, announce)
     if machine_code and sweep.size >= _MANY:
-        to_machine_code([equations.problem.compiled[0].check], True, announce)
+        compile_checks(equations.problem, announce)
     return replace(request, machine_code=machine_code)
 
 
