@@ -45,11 +45,11 @@ class Equations:
     ``layout`` tells what the unknowns are. ``assemble`` makes the stored entries of the Jacobian a
     matrix, full up to a size, sparse above. ``located_form`` is the function of a call, from
     unknowns, frequency, parameters and the events of the groups of ``located``. ``closed`` tells
-    that the events of contacts are closed forms, found in the same call: ``closed_form`` maps unknowns, frequency, parameters and imposed
-    states of switches to residual, magnitude, Jacobian, derivative by frequency and what
-    `ContactLaw.event_graph` gives of each group, a contact a column; ``conservative`` maps the
-    first three to the Jacobian of elastic less inertia forces and the inertia forces
-    (n_dof, n_components).
+    that the events of contacts are closed forms, found in the same call: ``closed_form`` maps
+    unknowns, frequency, parameters and imposed states of switches to residual, magnitude, Jacobian,
+    derivative by frequency and what `ContactLaw.event_graph` gives of each group, a contact a
+    column; ``conservative`` maps the first three to the Jacobian of elastic less inertia forces and
+    the inertia forces (n_dof, n_components).
     """
 
     def __init__(
