@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, is_pattern, records_by_name
+from symhbm.model import PARAMETERS, is_pattern, records_by_name, records_of_blade_modes
 from symhbm.model.contacts import Parameter
 from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES, Variable
 
@@ -111,7 +111,8 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
         for group, entry in groups.items()
     }
     variables = [entry["variables"] for entry in groups.values()]
-    return PARAMETERS | records_by_name(own) | _of_laws(variables)
+    of_modes = records_of_blade_modes(description.get("blade_modes", 0))
+    return PARAMETERS | of_modes | records_by_name(own) | _of_laws(variables)
 
 
 def check_names(problem: HarmonicBalance) -> None:

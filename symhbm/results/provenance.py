@@ -40,7 +40,7 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.cyclic import Sector
-from symhbm.model.reduction import DEVIATIONS, DeviatingModel
+from symhbm.model.reduction import DeviatingModel, deviations_of
 from symhbm.model.rotation import recalled_model, speed_order
 from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
@@ -276,8 +276,10 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 
 def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
-    """What blades add to the stored entries of a matrix for a deviation of 1."""
-    units, long_name = PARAMETERS[name].units, f"part of the {name} matrix that is the blade's"
+    """A part of all blades among the stored entries of a matrix, by its name in a `Deviation`."""
+    whole, mode = name in PARAMETERS, name.replace("_", " ")
+    matrix, whose = (name, "the blade's") if whole else ("stiffness", f"its {mode}'s, alone")
+    units, long_name = PARAMETERS[matrix].units, f"part of the {matrix} matrix that is {whose}"
     parts = {
         "place": (entries.row.astype(np.int64), "stored entry", "1"),
         "number": (entries.col.astype(np.int64), "blade", "1"),
@@ -523,14 +525,15 @@ def _with_blades(
     dataset: xr.Dataset, matrices: list[Any], contacts: Any, varied: list[str]
 ) -> DeviatingModel:
     base: dict[str, Any] = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
-    values = {name: _nominal(dataset, name, varied) for name in DEVIATIONS}
-    shape = len(np.atleast_1d(values[DEVIATIONS[0]]))
+    deviations = deviations_of(Description(dataset).problem.get("blade_modes", 0))
+    values = {name: _nominal(dataset, name, varied) for name in deviations}
+    shape = len(np.atleast_1d(next(iter(values.values()))))
     blades = {}
-    for name in ("mass", "stiffness"):
+    for matrix, name, _ in deviations.values():
         place, number, value = (
             dataset[f"blade_{name}_{part}"].values for part in ("place", "number", "value")
         )
-        size = base[name].nnz, shape
+        size = base[matrix].nnz, shape
         blades[name] = sp.csr_array((value, (place, number)), shape=size)
     return DeviatingModel(base, blades, contacts, **values)
 

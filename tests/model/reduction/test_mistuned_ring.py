@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.linalg import eigh
 
 import symhbm as sh
 from tests.sectors_to_reduce import plane_sector, plate_sector
@@ -13,6 +14,9 @@ N = 12
 TIP = 76
 BLADE = range(40, 80)
 DEVIATIONS = 0.02 * np.random.default_rng(3).standard_normal(N)
+OF_MODES = {
+    f"frequency_deviation_{k}": 0.02 * np.random.default_rng(k).standard_normal(N) for k in (0, 2)
+}
 FORCE = sh.EngineOrder(3, pattern={TIP: 1.0, 50: 0.5j}, amplitude=30.0)
 
 
@@ -23,10 +27,35 @@ def disk():
 
 @pytest.fixture(scope="module")
 def reduced(disk):
-    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE)
+    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=3)
 
 
-def whole_ring(disk, deviations):
+def blade_alone(disk):
+    """Stiffness, mass and modes of the blade held at its root: squares of frequencies, shapes."""
+    at = np.ix_(BLADE, BLADE)
+    stiffness = disk.structure.stiffness_matrix.toarray()[at]
+    mass = disk.structure.mass_matrix.toarray()[at]
+    return stiffness, mass, *eigh(stiffness, mass)
+
+
+def stiffer(disk):
+    """What `DEVIATIONS` add to the stiffness of each blade."""
+    return [deviation * blade_alone(disk)[0] for deviation in DEVIATIONS]
+
+
+def stiffer_modes(disk):
+    """What `OF_MODES` add to the stiffness of each blade."""
+    _, mass, squares, shapes = blade_alone(disk)
+    result = np.zeros((N, *mass.shape))
+    for name, values in OF_MODES.items():
+        mode = int(name[-1])
+        coordinate = mass @ shapes[:, mode]
+        added = ((1 + values) ** 2 - 1) * squares[mode]
+        result += added[:, None, None] * np.outer(coordinate, coordinate)
+    return result
+
+
+def whole_ring(disk, added):
     """The unreduced ring, whose blades have other springs: by hand, without the library's ring."""
     model, n = disk.structure, disk.structure.n_dof
     right, left = disk.interfaces.right, disk.interfaces.left
@@ -36,7 +65,7 @@ def whole_ring(disk, deviations):
     number[:, right] = np.roll(number[:, left], -1, axis=0)
     parts = np.zeros((3, N * len(others), N * len(others)))
     blade = np.array(BLADE)
-    for j, deviation in enumerate(deviations):
+    for j in range(N):
         stiffness = model.stiffness_matrix.toarray()
         # What resists the motion of the blade beside that with its root.
         rest = np.setdiff1d(np.arange(n), blade)
@@ -44,7 +73,7 @@ def whole_ring(disk, deviations):
         relative = np.zeros((len(blade), n))
         relative[:, blade] = np.eye(len(blade))
         relative[:, rest] = np.linalg.solve(inside, stiffness[np.ix_(blade, rest)])
-        stiffness = stiffness + deviation * relative.T @ inside @ relative
+        stiffness = stiffness + relative.T @ added[j] @ relative
         matrices = model.mass_matrix.toarray(), model.damping_matrix.toarray(), stiffness
         at = np.ix_(number[j], number[j])
         for part, matrix in zip(parts, matrices, strict=True):
@@ -99,11 +128,15 @@ def test_a_tuned_ring_responds_as_its_sector(make):
         assert_allclose(own, expected, atol=1e-10 * scale)
 
 
-def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
+@pytest.mark.parametrize(
+    ("added", "deviations"),
+    [(stiffer, {"stiffness_deviation": DEVIATIONS}), (stiffer_modes, OF_MODES)],
+)
+def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviations):
     certificate = reduced.structure.certificate
-    exact, number = whole_ring(disk, DEVIATIONS)
-    tuned, _ = whole_ring(disk, np.zeros(N))
-    ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
+    exact, number = whole_ring(disk, added(disk))
+    tuned, _ = whole_ring(disk, np.zeros((N, 40, 40)))
+    ring = sh.mistuned_ring(reduced, **deviations)
     count = 2 * N
     modes = [
         sh.natural_modes(model, count=count).frequency.values
@@ -126,7 +159,7 @@ def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
 
 
 def test_derivatives_by_deviations(reduced):
-    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation")
+    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation", *OF_MODES)
     rng = np.random.default_rng(0)
     values = {name: 0.03 * rng.standard_normal(N) for name in names}
     ring = sh.mistuned_ring(reduced, **values)
@@ -151,6 +184,45 @@ def test_a_frequency_deviation_is_one_of_the_square(reduced):
     by_frequency = sh.mistuned_ring(reduced, frequency_deviation=DEVIATIONS)
     by_stiffness = sh.mistuned_ring(reduced, stiffness_deviation=(1 + DEVIATIONS) ** 2 - 1)
     assert abs(by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix).max() < 1e-6
+
+
+@pytest.fixture(scope="module")
+def complete():
+    """A sector in other coordinates, with all its modes and all of its blade."""
+    disk = plate_sector(4)
+    modes = 80 - len({*disk.interfaces.left, *disk.interfaces.right, 74, 77, TIP})
+    small = sh.craig_bampton(disk, modes, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=40)
+    return disk, small
+
+
+def test_all_modes_together_are_the_whole_blade(complete):
+    rng = np.random.default_rng(1)
+    values = 0.03 * rng.standard_normal(4)
+    each = {f"frequency_deviation_{mode}": values for mode in range(40)}
+    rings = [sh.mistuned_ring(complete[1], **d) for d in ({"frequency_deviation": values}, each)]
+    one, other = (ring.stiffness_matrix for ring in rings)
+    assert abs(one - other).max() < 1e-11 * abs(one).max()
+    frequencies = [sh.natural_modes(ring, count=20).frequency for ring in rings]
+    assert_allclose(frequencies[1], frequencies[0], rtol=1e-10)
+
+
+def test_a_mode_of_the_blade_alone_has_the_frequency_told(complete):
+    disk, small = complete
+    blade, mode = 2, 1
+    ring = sh.mistuned_ring(small, frequency_deviation_1=0.05 * np.eye(4)[blade])
+    natural = small.structure.blade_frequencies
+    assert_allclose(2 * np.pi * natural, np.sqrt(blade_alone(disk)[2]), rtol=1e-10)
+    motion = ring.expanded(np.eye(ring.n_dof))
+    for other in range(4):
+        held = np.zeros((4 * 80, 40))
+        held[other * 80 + np.array(BLADE)] = np.eye(40)
+        coordinates, rest, *_ = np.linalg.lstsq(motion, held, rcond=None)
+        assert rest.max() < 1e-16
+        matrices = (ring.stiffness_matrix, ring.mass_matrix)
+        squares = eigh(*(coordinates.T @ (m @ coordinates) for m in matrices), eigvals_only=True)
+        expected = natural.copy()
+        expected[mode] *= 1.05 if other == blade else 1.0
+        assert_allclose(np.sqrt(squares) / (2 * np.pi), np.sort(expected), rtol=1e-8)
 
 
 def test_the_blade_follows_its_root_freely():
