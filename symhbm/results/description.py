@@ -32,6 +32,16 @@ class Description:
         return records_of(self.problem)
 
     @property
+    def parameters(self) -> dict[str, Parameter]:
+        """What its parameters are."""
+        return parameters_of(self.problem)
+
+    @property
+    def blade_modes(self) -> int:
+        """Number of modes of each blade whose frequencies are parameters."""
+        return self.problem.get("blade_modes", 0)
+
+    @property
     def lumped(self) -> bool:
         """Whether every degree of freedom is a blade."""
         return bool(self.problem.get("lumped"))
@@ -105,14 +115,18 @@ class Description:
 
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
-    groups = description.get("groups", {})
+    variables = [entry["variables"] for entry in description.get("groups", {}).values()]
+    return parameters_of(description) | _of_laws(variables)
+
+
+def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
+    """What the parameters of a described problem are."""
     own = {
         group: {name: Parameter(*record) for name, record in entry["parameters"].items()}
-        for group, entry in groups.items()
+        for group, entry in description.get("groups", {}).items()
     }
-    variables = [entry["variables"] for entry in groups.values()]
     of_modes = records_of_blade_modes(description.get("blade_modes", 0))
-    return PARAMETERS | of_modes | records_by_name(own) | _of_laws(variables)
+    return PARAMETERS | of_modes | records_by_name(own)
 
 
 def check_names(problem: HarmonicBalance) -> None:

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 import symhbm as sh
+from symhbm.cli.describe import describe
 from tests.sectors_to_reduce import plane_sector, plate_sector
 
 N = 12
@@ -345,3 +346,128 @@ def test_bad_deviations_are_refused(arguments, error, told):
 def test_only_sectors_make_rings():
     with pytest.raises(TypeError, match="expected a Sector"):
         sh.mistuned_ring(3)
+
+
+@pytest.fixture(scope="module")
+def of_chains():
+    """A sector of a disk mass with a blade of three masses on it, and two modes of the blade."""
+    springs = [(0, 1, 2e4), (1, 2, 3e4), (2, 3, 2e4)]
+    stiffness = np.diag([1e4, 0, 0, 0, 0])
+    for i, j, k in [*springs, (0, 4, 2e4)]:
+        stiffness[np.ix_([i, j], [i, j])] += k * np.array([[1, -1], [-1, 1]])
+    model = sh.Model(np.diag([1, 0.3, 0.3, 0.3, 0]), np.diag([3, 0.5, 0.5, 0.5, 0]), stiffness)
+    shroud = sh.Friction(
+        tangential=(3, sh.next_sector(3)),
+        contact_stiffness=2e3, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    disk = sh.Sector(model, left=[0], right=[4], n_sectors=4).with_contacts(shroud=shroud)
+    return sh.craig_bampton(disk, 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
+
+
+VALUES = {
+    "frequency_deviation_0": np.array([0.01, 0, -0.02, 0.005]),
+    "frequency_deviation_1": np.array([-0.01, 0.02, 0, 0.03]),
+    "mass_deviation": np.array([0.01, 0, 0, 0]),
+}
+
+
+@pytest.fixture(scope="module")
+def of_modes(of_chains):
+    ring = sh.mistuned_ring(of_chains, **VALUES)
+    return sh.HarmonicBalance(ring, sh.EngineOrder(1, pattern={3: 1.0}, amplitude=4.0))
+
+
+BAND = (12, 25)
+
+
+def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
+    name = "frequency_deviation_1"
+    draws = sh.mistuning.uniform(of_modes, 2, seed=1, **{name: 0.05, "normal_load": 0.1})
+    assert draws[name].dims == ("sample", "blade")
+    assert np.abs(draws[name] - VALUES[name]).max() < 0.05
+    response = sh.frf(of_modes, BAND, over=draws, progress=False)
+    assert response[name].dims == ("sample", "blade")
+    assert response[name].units == "1"
+    assert response[name].long_name == "deviation of the frequency of mode 1 of the blade alone"
+    sh.save(response, tmp_path / "ring.nc")
+    loaded = sh.load(tmp_path / "ring.nc")
+    again = sh.rebuild(loaded.isel(sample=1))
+    chosen = of_modes.with_parameters(**{n: draws[n][1] for n in (name, "normal_load")})
+    for matrix in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
+        one, other = (getattr(problem.model, matrix) for problem in (chosen, again))
+        assert abs(one - other).max() == 0
+    for parameter, value in chosen.model.parameters.items():
+        np.testing.assert_array_equal(again.model.parameters[parameter], value)
+    coefficients = [sh.solve(problem, 18.0).coefficient.values for problem in (chosen, again)]
+    np.testing.assert_array_equal(*coefficients)
+    assert again.records[name] == of_modes.records[name]
+    sh.verify(loaded.isel(sample=1))
+    listed = sh.frf(of_modes, BAND, over={name: [0.0, 0.02]}, progress=False)
+    assert listed[name].dims == (name,)
+
+
+def test_modes_in_statistics_and_in_words(of_modes, tmp_path):
+    name = "frequency_deviation_1"
+    draws = sh.mistuning.uniform(of_modes, 3, seed=1, **{name: 0.05})
+    response = sh.frf(of_modes, BAND, at=[15.0, 17.0], over=draws, progress=False)
+    again = sh.rebuild(sh.statistics.envelope(response)).model
+    assert abs(again.stiffness_matrix - of_modes.model.stiffness_matrix).max() == 0
+    told = describe(response)
+    assert f"  {name} swept over sample: " in told
+    assert "  stiffness_deviation   0\n" in told
+    assert "differing between blades, nominal value -0.01 to 0.03" in " ".join(told.split())
+    assert "blade_mode_1" not in told
+
+
+def test_sensitivity_to_modes_agrees_with_differences(of_modes):
+    name = "frequency_deviation_0"
+
+    def highest(shift):
+        moved = of_modes.with_parameters(**{name: VALUES[name] + shift * np.eye(4)[2]})
+        response = sh.frf(moved, BAND, progress=False)
+        return response, float(response.peak_amplitude.max())
+
+    response, _ = highest(0.0)
+    slopes = sh.sensitivity(response)[f"peak_amplitude_by_{name}"]
+    peak = int(response.peak_amplitude.values.argmax())
+    dof = int(response.peak_dof[peak])
+    found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
+    quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
+    assert found == pytest.approx(quotient, rel=1e-4)
+
+
+def test_modes_are_followed(of_modes):
+    name = "frequency_deviation_0"
+    curve = sh.follow(of_modes, name, (-0.05, 0.05), frequency=17.0, progress=False)
+    assert curve[name].dims == ("point",)
+    assert curve[f"{name}_nominal"].dims == ("blade",)
+    at = of_modes.with_parameters(**{name: curve[name].values[-1]})
+    expected = sh.solve(at, 17.0).coefficient.values
+    scale = np.abs(expected).max()
+    assert_allclose(curve.coefficient.values[-1], expected, atol=1e-8 * scale)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        (dict(frequency_deviation_0=-1.0), ValueError, "frequency_deviation_0: .* above -1"),
+        (dict(frequency_deviation_1=[0.1]), ValueError, "frequency_deviation_1"),
+        (dict(frequency_deviation_2=0.1), KeyError, "'frequency_deviation_2' .* 2 modes .*_1"),
+    ],
+)
+def test_bad_deviations_of_modes_are_refused(of_chains, arguments, error, told):
+    with pytest.raises(error, match=told):
+        sh.mistuned_ring(of_chains, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (dict(blade_modes=2), "blade_modes=2: expected 0"),
+        (dict(blade=BLADE, blade_modes=41), "blade_modes=41: expected at most 40"),
+        (dict(blade=BLADE, blade_modes=-1), "blade_modes=-1"),
+    ],
+)
+def test_bad_numbers_of_modes_are_refused(arguments, told):
+    with pytest.raises(ValueError, match=told):
+        sh.craig_bampton(plate_sector(4), 5, (1, 40), **arguments)
