@@ -63,7 +63,7 @@ def plane_sector(n_sectors):
 
 
 def chain_sector(n_sectors):
-    """A mass of the disk, number 0, and a blade of three upon it, joined at the tips by a shroud."""
+    """A mass of the disk, number 0, and a blade of three upon it, with a shroud at the tip."""
     springs = [(0, 1, 2e4), (1, 2, 3e4), (2, 3, 2e4), (0, 4, 2e4)]
     stiffness = _springs(5, springs) + np.diag([1e4, 0, 0, 0, 0])
     model = sh.Model(np.diag([1, 0.3, 0.3, 0.3, 0]), np.diag([3, 0.5, 0.5, 0.5, 0]), stiffness)

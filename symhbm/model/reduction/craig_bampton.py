@@ -1,5 +1,6 @@
 """`craig_bampton`: structures and sectors reduced to a few degrees of freedom, with matrices."""
 
+import warnings
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
@@ -27,6 +28,8 @@ from symhbm.numerics import FloatArray, check
 
 _NOTHING = 1e-12
 """Weight of a displacement that is round-off."""
+_ALIKE = 1e-6
+"""Relative difference of frequencies of modes whose shapes nothing tells apart."""
 _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
 
@@ -129,8 +132,8 @@ def craig_bampton(
         check_at_one_speed("structure", structure.structure)
         reduced = _sector(structure, modes, band, interface_modes, dofs)
         if blade is not None:
-            dofs = _watched(structure, blade, "blade")
-            _set_blade(structure.structure, reduced.structure, dofs, blade_modes)
+            of_blade = _watched(structure, blade, "blade")
+            _set_blade(structure.structure, reduced.structure, of_blade, blade_modes)
         return reduced
     if not isinstance(structure, Model):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
@@ -184,13 +187,27 @@ def _set_blade(
         blade_stiffness=projected(inside, beside), blade_mass=projected(mass, basis[blade])
     )
     if n_modes:
-        squares, shapes = lowest_modes(inside, mass.tocsc(), n_modes)
-        if len(squares) < n_modes:
-            raise ValueError(
-                f"blade_modes={n_modes}: expected at most {len(squares)}, the modes of the blade"
-            )
-        natural = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+        natural, shapes = _modes_of_blade(inside, mass.tocsc(), n_modes)
         reduced._store(blade_frequencies=natural, blade_rows=shapes.T @ (mass @ beside))
+
+
+def _modes_of_blade(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, FloatArray]:
+    """The lowest modes of a blade held at its root: frequencies [Hz], shapes of unit mass."""
+    # One more tells whether the last one is alone.
+    squares, shapes = lowest_modes(stiffness, mass, count + 1)
+    natural = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+    if len(natural) < count:
+        raise ValueError(
+            f"blade_modes={count}: expected at most {len(natural)}, the modes of the blade"
+        )
+    for mode in np.flatnonzero(np.diff(natural) <= _ALIKE * natural[1:])[:1].tolist():
+        warnings.warn(
+            f"blade_modes={count}: modes {mode} and {mode + 1} of the blade alone have the same "
+            f"frequency, {natural[mode]:.6g} Hz, and no shapes of their own; keep both, with the "
+            "same deviations",
+            stacklevel=4,
+        )
+    return natural[:count], shapes[:, :count]
 
 
 def _sector(

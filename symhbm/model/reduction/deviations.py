@@ -1,7 +1,7 @@
 """A model whose blades deviate from each other, by parameters that its matrices depend on."""
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -72,6 +72,7 @@ class DeviatingModel(Model):
             check.known(name, self.deviations, what)
         self._store(**{name: np.zeros(self.n_blades) for name in self.deviations})
         self._store(**{name: self._checked(name, value) for name, value in values.items()})
+        self._check_together()
         self._set_matrices()
         self._set_contacts(contacts)
 
@@ -121,6 +122,33 @@ class DeviatingModel(Model):
     def constant_part(self, name: str) -> Any:
         """A matrix without deviations, with places for them."""
         return self._base[name]
+
+    def with_parameters(self, **values: ArrayLike) -> Self:
+        """As of all structures; ValueError also for deviations that leave no stiffness."""
+        other = super().with_parameters(**values)
+        other._check_together()
+        return other
+
+    def _check_together(self) -> None:
+        """Raise ValueError where deviations add up to blades, or modes of them, without stiffness.
+
+        Each of them alone leaves some.
+        """
+        added: dict[str, Any] = {}
+        for name, (matrix, part, powers) in self.deviations.items():
+            if matrix == "stiffness":
+                values = getattr(self, name)
+                share = sum(factor * values**power for power, factor in powers.items())
+                added[part] = added.get(part, 0.0) + share
+        whole = 1.0 + added.pop("stiffness")
+        least = whole + np.min([np.zeros(self.n_blades), *added.values()], axis=0)
+        if np.any(least <= 0):
+            worst = int(np.argmin(least))
+            raise ValueError(
+                "stiffness_deviation, frequency_deviation: expected those of the blade and of its "
+                f"modes to leave some stiffness, with those of blade {worst} it is "
+                f"{least[worst]:g} of the tuned one"
+            )
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name not in self.deviations:
