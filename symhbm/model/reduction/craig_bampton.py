@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
-from symhbm.model.cyclic import Sector
+from symhbm.model.cyclic import Blade, Sector
 from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.places import next_sector
@@ -79,7 +79,7 @@ def craig_bampton(
         `mistuned_ring` are of; None for the whole sector.
     blade_modes
         Number of modes of the blade alone, held at its root, from the lowest on: each of their
-        frequencies deviates by itself in a `mistuned_ring`. ``structure.blade_frequencies`` of the
+        frequencies deviates by itself in a `mistuned_ring`. ``blade.frequencies`` of the
         result are theirs.
 
     Returns
@@ -133,7 +133,8 @@ def craig_bampton(
         reduced = _sector(structure, modes, band, interface_modes, dofs)
         if blade is not None:
             of_blade = _watched(structure, blade, "blade")
-            _set_blade(structure.structure, reduced.structure, of_blade, blade_modes)
+            parts = _blade(structure.structure, reduced.structure, of_blade, blade_modes)
+            reduced._store(blade=parts)
         return reduced
     if not isinstance(structure, Model):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
@@ -168,9 +169,7 @@ def _watched(structure: Structure, dofs: Iterable[Any], name: str = "dofs") -> N
     return np.array(sorted(numbers), dtype=np.intp)
 
 
-def _set_blade(
-    structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_modes: int
-) -> None:
+def _blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_modes: int) -> Blade:
     """Stiffness, mass and modes of a blade as the reduced sector has them.
 
     The stiffness resists what the blade moves beside its static motion with the root, so that it
@@ -183,12 +182,11 @@ def _set_blade(
     inside, basis = rows[:, blade].tocsc(), reduced.basis
     beside = basis[blade] - follow(inside, -(rows[:, others] @ basis[others]))
     mass = structure.mass_matrix.tocsr()[blade][:, blade]
-    reduced._store(
-        blade_stiffness=projected(inside, beside), blade_mass=projected(mass, basis[blade])
-    )
+    natural, shapes = np.zeros(0), np.zeros((len(blade), 0))
     if n_modes:
         natural, shapes = _modes_of_blade(inside, mass.tocsc(), n_modes)
-        reduced._store(blade_frequencies=natural, blade_rows=shapes.T @ (mass @ beside))
+    both = projected(inside, beside), projected(mass, basis[blade])
+    return Blade(*both, natural, shapes.T @ (mass @ beside))
 
 
 def _modes_of_blade(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, FloatArray]:

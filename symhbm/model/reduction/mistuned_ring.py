@@ -16,7 +16,6 @@ from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
-from symhbm.model.reduction.reduced_model import ReducedModel
 from symhbm.model.rotation import check_at_one_speed
 from symhbm.model.structure import AT_REST
 from symhbm.numerics import (
@@ -46,7 +45,7 @@ class MistunedRing(DeviatingModel):
         damping, stiffness = self._of_influences()
         base, blades = {}, {}
         for name, added in (("mass", 0), ("stiffness", stiffness)):
-            parts = _blade(model, name)
+            parts = _blade(sector, name)
             whole: Any = sum(map(abs, parts.values()))
             base[name] = self._assembled(getattr(model, f"{name}_matrix"), whole, added)
             blades |= {key: _places(base[name], self._of_each(p)) for key, p in parts.items()}
@@ -270,13 +269,14 @@ def _next(n_sectors: int) -> Any:
     return sp.csr_array((np.ones(n_sectors), (every, (every + 1) % n_sectors)))
 
 
-def _blade(model: Model, name: str) -> dict[str, Any]:
+def _blade(sector: Sector, name: str) -> dict[str, Any]:
     """The parts of a matrix of a sector that are the blade's, as `Deviation` names them."""
-    if not isinstance(model, ReducedModel) or model.blade_mass is None:
-        return {name: getattr(model, f"{name}_matrix")}
-    parts = {name: getattr(model, f"blade_{name}")}
+    blade = sector.blade
+    if blade is None:
+        return {name: getattr(sector.structure, f"{name}_matrix")}
+    parts = {name: getattr(blade, name)}
     if name == "stiffness":
-        modes = enumerate(zip(2 * np.pi * model.blade_frequencies, model.blade_rows, strict=True))
+        modes = enumerate(zip(2 * np.pi * blade.frequencies, blade.rows, strict=True))
         parts |= {f"mode_{k}": natural**2 * np.outer(row, row) for k, (natural, row) in modes}
     return {key: sp.csr_array(part) for key, part in parts.items()}
 

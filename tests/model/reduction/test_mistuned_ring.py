@@ -210,7 +210,7 @@ def test_a_mode_of_the_blade_alone_has_the_frequency_told(complete):
     disk, small = complete
     blade, mode = 2, 1
     ring = sh.mistuned_ring(small, frequency_deviation_1=0.05 * np.eye(4)[blade])
-    natural = small.structure.blade_frequencies
+    natural = small.blade.frequencies
     assert_allclose(2 * np.pi * natural, np.sqrt(blade_alone(disk)[2]), rtol=1e-10)
     motion = ring.expanded(np.eye(ring.n_dof))
     for other in range(4):
@@ -235,7 +235,7 @@ def test_the_blade_follows_its_root_freely():
         blade=BLADE,
     )  # fmt: skip
     together = np.ones(small.structure.n_dof)
-    bent = small.structure.blade_stiffness
+    bent = small.blade.stiffness
     assert np.abs(bent @ together).max() < 1e-8 * np.abs(bent).max()
 
 
@@ -472,3 +472,16 @@ def test_deviations_that_together_leave_no_stiffness_are_refused_when_set(of_mod
 def test_bad_numbers_of_modes_are_refused(arguments, told):
     with pytest.raises(ValueError, match=told):
         sh.craig_bampton(plate_sector(4), 5, (1, 40), **arguments)
+
+
+def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
+    """A ring of the sector that an archive holds deviates as one of the sector itself."""
+    disk = plate_sector(4)
+    small = sh.craig_bampton(disk, 12, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=2)
+    problem = sh.HarmonicBalance(small, sh.EngineOrder(1, pattern={TIP: 1.0}))
+    sh.save(sh.solve(problem, 20.0), tmp_path / "sector.nc")
+    again = sh.rebuild(sh.load(tmp_path / "sector.nc")).model
+    deviations = dict(stiffness_deviation=0.05 * np.arange(4), frequency_deviation_1=0.02)
+    rings = [sh.mistuned_ring(sector, **deviations) for sector in (small, again)]
+    assert (rings[0].stiffness_matrix != rings[1].stiffness_matrix).nnz == 0
+    assert (rings[0].mass_matrix != rings[1].mass_matrix).nnz == 0
