@@ -214,6 +214,9 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
+        chord = (solution.point - start) / scale
+        if not self._curve.single_valued and np.dot(chord, solution.direction) <= 0:
+            return None  # a part of the path that was there before, close to this one
         past_limit = solution
         if not solution.crosses:
             past_limit = brief_crossing(self.corrector, base, solution, scale)
