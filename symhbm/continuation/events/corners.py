@@ -1,8 +1,9 @@
-"""Natural-parameter steps across corners that event location missed, where responses are unique.
+"""Corners that event location missed: with several harmonics the slip of a minor loop begins there.
 
-With several harmonics the slip of a minor loop begins or ends at such corners. Newton's method with
-a line search and free contacts solves at a fixed value beyond them; as there is one solution at
-each value, it stays on the path.
+Where responses are unique, Newton's method with a line search and free contacts solves at a fixed
+value beyond a corner; as there is one solution at each value, it stays on the path. Elsewhere the
+path may turn by more than a right angle. It keeps the sign of ``det [J; t^T]``: both Jacobians of a
+corner differ by a matrix of rank 1 whose rows are along the gradient of what begins there.
 """
 
 from typing import NamedTuple
@@ -19,6 +20,24 @@ SMALLEST_STEP = 1e-9
 """Arc length of a step below which a path cannot be continued."""
 LARGEST_PREDICTION_ERROR = 0.3
 """Distance between predicted and corrected point above which a step is rejected."""
+
+BEYOND_CORNER = 1e-8
+"""Arc length ahead of a point that lies `SMALLEST_STEP` before a corner, beyond the corner."""
+
+
+def turns_back(
+    corrector: Corrector, base: PathPoint, step: float, orientation: int
+) -> Corrected | None:
+    """The tangent straight ahead of a point if it turned by more than a right angle, else None.
+
+    ``orientation`` is the sign of ``det [J; t^T]`` along the path.
+    """
+    row = base.after / base.scale
+    ahead = corrector.tangent(base.state + step * base.after, base.scale, row, base.switches)
+    if ahead is None:
+        return None
+    ahead = ahead if ahead.sign == orientation else ahead.turned()
+    return ahead if np.dot(ahead.direction, row) < 0 else None
 
 
 class CornerStep(NamedTuple):
