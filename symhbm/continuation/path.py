@@ -219,8 +219,9 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
-        chord = (solution.point - start) / scale
-        if not self._curve.single_valued and np.dot(chord, solution.direction) <= 0:
+        forward = np.dot(solution.direction, base.after / scale) > 0
+        behind = np.dot(solution.direction, (solution.point - start) / scale) <= 0
+        if forward and behind and not self._curve.single_valued:
             return None  # a part of the path that was there before, close to this one
         past_limit = solution
         if not solution.crosses:
@@ -231,7 +232,7 @@ class Path:
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
         steep = not self._curve.single_valued and abs(solution.direction[-1]) < STEEP
-        if steep or np.dot(solution.direction, base.after / scale) <= 0:
+        if steep or not forward:
             # The tangent belongs to the iterate before: too inaccurate on a steep flank.
             tangent = self.corrector.tangent(
                 solution.point, scale, base.after / scale, base.switches

@@ -26,7 +26,7 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """A switch of one ``contact`` that turns on or off, or a fold, corner or branch point of the path.
+    """A switch of one ``contact`` that turns on or off, or another event of the path.
 
     ``kind`` is the name that the contact law gives it, or an `EventKind` (contact -1, ``turns_on``
     None).
