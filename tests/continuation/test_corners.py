@@ -20,7 +20,7 @@ def mass(stiffness, damping, cosine, sine, normal_stiffness, friction, load):
     parts = np.eye(2), damping * np.eye(2), np.array([[first, both], [both, second]])
     values = dict(contact_stiffness=1e4, normal_stiffness=normal_stiffness)
     values |= dict(friction_coefficient=friction, normal_load=load)
-    return structure(*parts, force, [(0,)], [(1,)], **values)
+    return structure(*parts, force, [(0,)], [(1,)], "balanced", **values)
 
 
 def followed(problem, band):
