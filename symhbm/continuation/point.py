@@ -23,11 +23,12 @@ class EventKind(StrEnum):
 
     FOLD = "fold"
     BRANCH = "branch point"
+    CORNER = "corner"
 
 
 @dataclass(frozen=True)
 class Event:
-    """A switch of one ``contact`` that turns on or off, or a fold or a branch point of the path.
+    """A switch of one ``contact`` that turns on or off, or another event of the path.
 
     ``kind`` is the name that the contact law gives it, or an `EventKind` (contact -1, ``turns_on``
     None).
