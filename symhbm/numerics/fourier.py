@@ -133,6 +133,10 @@ class FourierBasis:
         pick, factor = self._derivative_rules[derivative]
         return self._turns(tau).view(float).take(pick, axis=-1) * factor
 
+    def phasors(self, coefficients: FloatArray) -> NDArray[np.complex128]:
+        """Amplitudes ``a_n - i b_n`` of motions, one per harmonic: ``(..., n_harmonics)``."""
+        return (coefficients @ self._parts).view(complex)
+
     def _turns(self, tau: ArrayLike) -> NDArray[np.complex128]:
         """``exp(i n tau)`` of all harmonics: ``(..., n_harmonics)``."""
         return np.exp(np.multiply.outer(tau, self._imaginary))
@@ -140,6 +144,14 @@ class FourierBasis:
     @cached_property
     def _imaginary(self) -> NDArray[np.complex128]:
         return 1j * np.array(self.harmonics)
+
+    @cached_property
+    def _parts(self) -> FloatArray:
+        """Matrix from coefficients to the real and imaginary parts of `phasors`, in turn."""
+        matrix = np.zeros((self.n_components, 2 * len(self.harmonics)))
+        column = 2 * np.searchsorted(self.harmonics, self.order) + self.is_sine
+        matrix[np.arange(self.n_components), column] = np.where(self.is_sine, -1.0, 1.0)
+        return matrix
 
     @cached_property
     def _derivative_rules(self) -> dict[int, tuple[NDArray[np.intp], FloatArray]]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops import basis, series
+from symhbm.numerics.loops import fourier, series
 from symhbm.numerics.loops.loop import Loop
 
 DONE, NOT_FINITE, NOT_APART = range(3)
@@ -81,7 +81,7 @@ def turning_points_of(
     """
     waves = np.empty((2, order[len(order) - 1] + 1))
     for j in range(len(motions)):
-        basis.as_series(order, is_sine, motions[j], waves[0], waves[1])
+        fourier.as_series(order, is_sine, motions[j], waves[0], waves[1])
         status, count, low = turning_points(waves[0], waves[1], mirrors, angle[j], value[j])
         if status != DONE:
             return status

@@ -14,7 +14,7 @@ from symhbm.model.contacts.coulomb.loops import Loop, apart, images
 from symhbm.model.contacts.coulomb.one_harmonic import locate_one_harmonic
 from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.numerics import FloatArray, FourierBasis, check_turning, turning_points
-from symhbm.numerics.loops.basis import as_series
+from symhbm.numerics.loops import fourier
 
 
 def locate(
@@ -101,7 +101,7 @@ def on_loop(
         forced[np.argmin(apart(angle[1:], end))] = march.SLIPS if slips else march.STICKS
     order, is_sine, norm = basis.arrays
     waves, runs = np.empty((2, basis.highest + 1)), np.empty((n, 3))
-    as_series(order, is_sine, vibration, waves[0], waves[1])
+    fourier.as_series(order, is_sine, vibration, waves[0], waves[1])
     slider = loop.sides[0], float(contact_stiffness), float(slip_limit)
     used, last = march.runs_of(waves, angle, value, forced, *slider, runs)
     runs = runs[:used]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION
-from symhbm.numerics.loops import Loop, basis, series, turning
+from symhbm.numerics.loops import Loop, fourier, series, turning
 
 FREE, STICKS, SLIPS = -1, 0, 1
 """What is imposed: of a contact, whether it slips at all, of a branch, whether it does there."""
@@ -95,7 +95,7 @@ def locate(
 @Loop
 def _series(order: Any, is_sine: Any, motion: Any, waves: Any) -> None:
     """Write a motion as a series without its mean, and without the rest where it is too small."""
-    basis.as_series(order, is_sine, motion, waves[0], waves[1])
+    fourier.as_series(order, is_sine, motion, waves[0], waves[1])
     waves[0, 0] -= waves[0, 0]  # no number stays none
     bound = 0.0
     for h in range(1, waves.shape[1]):
@@ -135,8 +135,8 @@ def _unless_slipping(
     for i in range(size):
         for k in range(size):
             force[i, k] = 1.0 if i == k and not slips else 0.0
-    basis.functions_at(order, is_sine, highest, 0, vector)
-    basis.functions_at(order, is_sine, lowest, 0, gradient)
+    fourier.functions_at(order, is_sine, highest, 0, vector)
+    fourier.functions_at(order, is_sine, lowest, 0, gradient)
     for i in range(size):
         high, low = vector[i], gradient[i]
         if order[0] == 0 and not slips:
@@ -210,23 +210,23 @@ def add_force(order: Any, is_sine: Any, norm: Any, runs: Any, times: float, forc
     sums, of_run = np.zeros((2, n_moments)), np.empty((2, n_moments))
     row, transposed = np.empty(size), np.zeros((size, size))
     for k in range(len(runs)):
-        basis.moments(runs[k, BEGIN], runs[k, END], of_run)
+        fourier.moments(runs[k, BEGIN], runs[k, END], of_run)
         for h in range(n_moments):
             sums[0, h] += of_run[0, h]
             sums[1, h] += of_run[1, h]
-        basis.functions_at(order, is_sine, runs[k, BEGIN], 0, row)
+        fourier.functions_at(order, is_sine, runs[k, BEGIN], 0, row)
         for i in range(size):
             share = norm[i] * of_run[1 if is_sine[i] else 0, order[i]]
             for m in range(size):
                 force[i, m] -= times * share * row[m]
         # The integral of the sign, by parts: functions are integrals of their slopes over -n^2.
-        basis.functions_at(order, is_sine, runs[k, END], 1, row)
+        fourier.functions_at(order, is_sine, runs[k, END], 1, row)
         for i in range(size):
             part = -row[i] / order[i] ** 2 if order[i] else runs[k, END]
             force[size, i] -= times * norm[i] * runs[k, JUMP] * part
     if order[0] == 0:
         force[size, 0] += times
-    basis.add_products(sums, order, is_sine, norm, transposed)
+    fourier.add_products(sums, order, is_sine, norm, transposed)
     for i in range(size):
         for m in range(size):
             force[i, m] += times * transposed[m, i]

@@ -26,7 +26,7 @@ from symhbm.model.contacts.varying_load.march import (
     STICK_LOW,
     WEIGHT,
 )
-from symhbm.numerics.loops import Loop, basis
+from symhbm.numerics.loops import Loop, fourier
 
 
 @Loop
@@ -50,7 +50,7 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
         kind, weight = int(pieces[k, KIND]), pieces[k, WEIGHT]
         if kind == APART:
             continue
-        basis.moments(pieces[k, BEGIN], pieces[k, END], of_piece)
+        fourier.moments(pieces[k, BEGIN], pieces[k, END], of_piece)
         if kind == LIFTED:
             weight = -1.0
         sticks = kind >= STICK_LOW and kind != LIFTED
@@ -74,13 +74,13 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
             vectors[1, i] += sign * share[i]
             vectors[2, i] += share[i]
         if sticks:
-            basis.functions_at(order, is_sine, pieces[k, ANCHOR], 0, row)
+            fourier.functions_at(order, is_sine, pieces[k, ANCHOR], 0, row)
             for i in range(size):
                 for j in range(size):
                     product = share[i] * row[j]
                     matrices[0, j, i] -= product
                     matrices[1, j, i] += alpha * product
                     matrices[2, j, i] += sign * product
-    basis.add_products(sticking, order, is_sine, norm, matrices[0])
-    basis.add_products(signed, order, is_sine, norm, matrices[2])
-    basis.add_products(closed, order, is_sine, norm, matrices[3])
+    fourier.add_products(sticking, order, is_sine, norm, matrices[0])
+    fourier.add_products(signed, order, is_sine, norm, matrices[2])
+    fourier.add_products(closed, order, is_sine, norm, matrices[3])
