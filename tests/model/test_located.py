@@ -107,7 +107,7 @@ def test_one_harmonic_among_others_has_its_closed_form(decades, phase, harmonics
     limit = np.array([10.0**decades])
     closed = locate(first, wave[None], np.ones(1), limit)
     found = locate(basis, motion[None], np.ones(1), limit)
-    assert found.theta_0[0] == pytest.approx(closed.theta_0[0], abs=1e-14)
+    np.testing.assert_allclose(np.sin(found.theta_0 - closed.theta_0), 0, atol=1e-14)
     np.testing.assert_allclose(found.stick_fraction, closed.stick_fraction, rtol=1e-8, atol=3e-13)
     np.testing.assert_allclose(found.vector[:, part], closed.vector, atol=1e-12)
     np.testing.assert_allclose(found.matrix[:, part, part], closed.matrix, atol=1e-12)
@@ -145,17 +145,48 @@ def test_a_batch_gives_what_each_motion_gives(harmonics, slip):
             np.testing.assert_array_equal(mine, own)
 
 
-def test_a_contact_held_in_slip_short_of_its_limit_never_leaves_its_stick():
-    basis, wave = FourierBasis((1, 3)), np.array([[1.0, 0.0, 0.2, 0.1]])
-    free = locate(basis, wave, np.ones(1), np.ones(1) * 5)
-    held = locate(basis, wave, np.ones(1), np.ones(1) * 5, np.array([True]))
+@pytest.mark.parametrize("harmonics", [(1, 2), (0, 1, 2), (1, 3)])
+def test_a_contact_held_in_slip_short_of_its_limit(harmonics):
+    """It is on +-g at the extremes of y, and never leaves its stretch of stick."""
+    basis, wave = FourierBasis(harmonics), np.array([0.1, 1.0, 0.0, 0.1, 0.1])
+    wave = wave[-basis.n_components :][None]
+    free = locate(basis, wave, np.ones(1), np.full(1, 5.0))
+    held = locate(basis, wave, np.ones(1), np.full(1, 5.0), np.array([True]))
     assert not free.slip[0]
     assert held.slip[0]
-    assert held.stick_fraction[0] == 1
+    assert held.stick_fraction[0] == pytest.approx(1, abs=1e-15)
     assert np.isnan(held.stick_end).all()
-    # On +-g at the extremes of y: the spring alone, and what is missing to the limit.
-    high, low = basis.values(turning_points(basis, wave).angle[0]) @ wave[0]
-    assert 1 / (high - low) * 10 == pytest.approx(np.exp(-held.slip_margin[0]))
+    high, low = turning_points(basis, wave).angle[0]
+    moments = basis.moments(np.array([high, low, high + 2 * np.pi]))
+    falls, rises = basis.integrals(moments)
+    np.testing.assert_allclose(held.vector[0], falls - rises, atol=1e-14)
+    matrix = basis.products(moments.sum(axis=0))
+    matrix -= np.outer(falls, basis.values(high)) + np.outer(rises, basis.values(low))
+    np.testing.assert_allclose(held.matrix[0], matrix, atol=1e-14)
+
+
+def test_short_stretches_of_stick_keep_their_digits():
+    """A stiff contact sticks until its motion has gone ``2 g / k_d``."""
+    basis, rng = FourierBasis((1, 2)), np.random.default_rng(3)
+    waves, limit = rng.normal(size=(300, 4)), 10 ** rng.uniform(-9, -5, 300)
+    contact, begin, end = stick_intervals(basis, waves, np.ones(300), limit)
+    turn = basis.values((begin + end) / 2, 1)
+    # Differences of waves as products, of the angles' difference.
+    half = np.sin(np.outer((end - begin) / 2, basis.order)) * 2 / basis.order
+    travel = (turn * half * waves[contact]).sum(axis=1)
+    first = np.append(True, np.diff(contact) > 0)
+    np.testing.assert_allclose(np.abs(travel[first]), 2 * limit, rtol=5e-9)
+
+
+def test_a_mean_changes_nothing_and_too_small_a_motion_is_none():
+    basis, wave = FourierBasis((0, 1, 2)), np.array([0.0, 1.0, 0.4, 0.3, 0.1])
+    waves = np.stack([wave, wave + [1e6, 0, 0, 0, 0], wave * 1e-160])
+    found = locate(basis, waves, np.ones(3), np.full(3, 0.3))
+    assert found.slip_margin[0] == found.slip_margin[1]
+    np.testing.assert_array_equal(found.matrix[0], found.matrix[1])
+    assert found.reversals.tolist()[1:] == [2, 0]
+    assert found.slip_margin[2] == -np.inf
+    assert not found.slip_margin_gradient[2].any()
 
 
 def test_motions_of_equal_periods_are_those_of_one():

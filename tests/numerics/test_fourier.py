@@ -142,12 +142,35 @@ def test_round_off_at_a_multiple_zero_is_no_crowd(power):
         np.testing.assert_allclose(np.abs(value), top, rtol=1e-14)
 
 
+@pytest.mark.parametrize("power", [3, 4, 5])
+def test_round_off_at_a_multiple_zero_hides_no_other(power):
+    """y' = (1 - cos(tau - phase))^power (cos(tau - phase) - level): it turns where y' = level."""
+    basis, rng = FourierBasis(tuple(range(1, power + 2))), np.random.default_rng(power)
+    tau = 2 * np.pi * np.arange(64) / 64
+    weight = (1 - np.cos(tau)) ** power
+    level = (weight * np.cos(tau)).sum() / weight.sum()
+    spectrum = np.fft.rfft(weight * (np.cos(tau) - level)) / 32
+    for phase in rng.uniform(0, 2 * np.pi, 100):
+        wave = np.zeros(basis.n_components)
+        for n in basis.harmonics:
+            part = -1j * spectrum[n] / n * np.exp(-1j * n * phase)
+            wave[basis.component(n)], wave[basis.component(n, True)] = part.real, -part.imag
+        points = turning_points(basis, wave[None])
+        angle = points.angle[0, : points.count[0]]
+        assert points.count[0] % 2 == 0
+        assert points.count[0] <= 2 * basis.highest
+        for turn in (phase + np.arccos(level), phase - np.arccos(level)):
+            assert np.abs(np.sin((angle - turn) / 2)).min() < 1e-12
+
+
 def test_a_slope_that_touches_zero_turns_nothing():
-    """The slope of this motion has a double zero at pi / 2, where round-off tells no sign."""
-    basis = FourierBasis((1, 2, 3, 4))
-    points = turning_points(basis, np.array([[-2.0, 0.0, 0.0, 2.0, -2.0, 0.0, 0.0, 2.0]]))
-    assert points.count.tolist() == [6]
-    assert np.abs(points.angle % (2 * np.pi) - np.pi / 2).min() > 0.5
+    """y' = (1 + cos(tau)) (cos(tau) - 1/2) has a double zero at pi, and is 0 there to the bit."""
+    wave = np.array([0.0, 1.0, 0.0, 0.5])
+    points = turning_points(FourierBasis((1, 2)), np.stack([wave, -wave]))
+    assert points.count.tolist() == [2, 2]
+    third = np.pi / 3
+    expected = [[third, 5 * third], [5 * third, 7 * third]]
+    np.testing.assert_allclose(points.angle, expected, rtol=1e-14)
 
 
 def test_turning_points_of_any_size():
@@ -155,7 +178,7 @@ def test_turning_points_of_any_size():
     basis, rng = FourierBasis((0, 1, 2, 5)), np.random.default_rng(8)
     waves = rng.normal(size=(30, basis.n_components))
     points = turning_points(basis, waves)
-    for size in (2.0**-1000, 2.0**900):
+    for size in (2.0**-1000, 2.0**1016):
         scaled = turning_points(basis, waves * size)
         np.testing.assert_array_equal(scaled.count, points.count)
         np.testing.assert_allclose(scaled.angle, points.angle, rtol=0, atol=1e-13)
