@@ -7,7 +7,7 @@ and the ground. Contacts of one law are a group; groups may act side by side on 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Hashable
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -444,12 +444,20 @@ class Structure(ABC):
         """
         # What does not change was checked when this structure was made.
         other = object.__new__(type(self))
+        vars(self).setdefault(DENSE, {})  # which copies share
         other._store(**vars(self))
         if not {self.parameter_name(name) for name in values} <= {*self.contact_parameters}:
             vars(other).pop(DENSE, None)
         for name, value in values.items():
             other._put(self.parameter_name(name), value)
         return other
+
+    def of_matrices(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """What is made of the matrices, once for all copies that have the same."""
+        known = vars(self).setdefault(DENSE, {})
+        if key not in known:
+            known[key] = make()
+        return known[key]
 
     def parameter_name(
         self,
@@ -646,8 +654,8 @@ class Structure(ABC):
         return "\n".join(lines)
 
 
-DENSE = "_dense_powers"
-"""Where a structure keeps its matrices as arrays."""
+DENSE = "_of_matrices"
+"""Where a structure keeps what is made of its matrices."""
 STORED = "_stored_numbers"
 """Where a structure keeps what archives hold of it."""
 CACHED = {"contact_rows", "directions", "records", DENSE, STORED}
