@@ -74,14 +74,20 @@ def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
 
     Those of a symmetric structure are of one sector, complex, for a ``wave`` around the disk.
     """
-    names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
-    matrices = [getattr(problem.model, name) for name in names]
-    symmetry = problem.symmetry
-    if symmetry is None:
-        return [matrix.toarray() for matrix in matrices]
-    phases = symmetry.phases(wave)
-    rows = [*(np.arange(symmetry.n_dof),) * 3, problem.model.rows_of(symmetry.contacts)]
-    return [(matrix[row] @ phases).toarray() for matrix, row in zip(matrices, rows, strict=True)]
+    model, symmetry = problem.model, problem.symmetry
+
+    def made() -> list[NDArray]:
+        names = ("mass_matrix", "damping_matrix", "stiffness_matrix", "directions")
+        matrices = [getattr(model, name) for name in names]
+        if symmetry is None:
+            return [matrix.toarray() for matrix in matrices]
+        phases = symmetry.phases(wave)
+        rows = [*(np.arange(symmetry.n_dof),) * 3, model.rows_of(symmetry.contacts)]
+        return [
+            (matrix[row] @ phases).toarray() for matrix, row in zip(matrices, rows, strict=True)
+        ]
+
+    return model.of_matrices(("by wave", symmetry, wave), made)
 
 
 def _adjoint(matrices: NDArray) -> NDArray:

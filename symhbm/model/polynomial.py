@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.linear import hermitian, lowest_modes
-from symhbm.model.structure import DENSE, Matrices, NearModes, Structure, weighted
+from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
 
 
@@ -38,12 +38,13 @@ class PolynomialStructure(Structure):
 
     def _dense(self, harmonic: int) -> tuple[dict[int, ComplexArray], ComplexArray]:
         """``A_k`` and directions of the contacts as arrays."""
-        arrays = vars(self).setdefault(DENSE, {})
-        if harmonic not in arrays:
+
+        def made() -> tuple[dict[int, ComplexArray], ComplexArray]:
             powers = self.powers(harmonic).items()
             dense = {k: part.toarray().astype(complex) for k, part in powers}
-            arrays[harmonic] = dense, self.directions_in(harmonic).toarray()
-        return arrays[harmonic]
+            return dense, self.directions_in(harmonic).toarray()
+
+        return self.of_matrices(harmonic, made)
 
     def dynamic_stiffness(
         self, harmonic: int, frequency: float

@@ -29,13 +29,11 @@ from symhbm.numerics.linear_algebra import (
     saddle,
 )
 from symhbm.numerics.machine_code import to_machine_code
-from symhbm.numerics.roots import MACHINE, Motions, monotone_root
+from symhbm.numerics.roots import MACHINE, monotone_root
 from symhbm.numerics.turning_points import (
-    Cells,
     TurningPoints,
+    check_turning,
     largest_displacement,
-    points_in_cells,
-    turning_cells,
     turning_hessian,
     turning_points,
 )
@@ -45,13 +43,11 @@ __all__ = [
     "MACHINE",
     "RADIANS",
     "Assembly",
-    "Cells",
     "Compiled",
     "ComplexArray",
     "Factorisation",
     "FloatArray",
     "FourierBasis",
-    "Motions",
     "Table",
     "TurningPoints",
     "amplitude_between",
@@ -60,6 +56,7 @@ __all__ = [
     "by_size",
     "check",
     "check_harmonics",
+    "check_turning",
     "complete_harmonics",
     "constant",
     "cubic",
@@ -72,12 +69,10 @@ __all__ = [
     "length_of",
     "monotone_root",
     "negative_eigenvalues",
-    "points_in_cells",
     "relative_difference",
     "saddle",
     "sparsity_of",
     "to_machine_code",
-    "turning_cells",
     "turning_hessian",
     "turning_points",
     "unknowns_of",

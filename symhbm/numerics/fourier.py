@@ -72,6 +72,11 @@ class FourierBasis:
         return np.diff(self.order, prepend=-1.0) == 0
 
     @cached_property
+    def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
+        """As loops take it: orders, which components are sines, and norms, (n_components,) each."""
+        return self.order.astype(np.int64), self.is_sine, self.norm
+
+    @cached_property
     def n_components(self) -> int:
         """Number of coefficients of one degree of freedom."""
         return len(self.order)
@@ -133,24 +138,6 @@ class FourierBasis:
         """Amplitudes ``a_n - i b_n`` of motions, one per harmonic: ``(..., n_harmonics)``."""
         return (coefficients @ self._parts).view(complex)
 
-    def derivatives(
-        self, phasors: NDArray[np.complex128], tau: FloatArray, first: int
-    ) -> FloatArray:
-        """Three derivatives of motions, from the ``first`` on, each at an angle of its own.
-
-        ``phasors`` (n, n_harmonics) and ``tau`` (n,) in rad give an array of shape ``(n, 3)``.
-        """
-        waves = (phasors * self._turns(tau)).view(float)
-        return waves @ self._rates[:, first : first + 3]
-
-    def bounds(self, coefficients: FloatArray) -> FloatArray:
-        """Upper bounds of derivatives 0 to 4 of motions: ``(n_motions, 5)``."""
-        return np.abs(coefficients) @ self._order_powers
-
-    @cached_property
-    def _order_powers(self) -> FloatArray:
-        return self.order[:, None] ** np.arange(5)
-
     def _turns(self, tau: ArrayLike) -> NDArray[np.complex128]:
         """``exp(i n tau)`` of all harmonics: ``(..., n_harmonics)``."""
         return np.exp(np.multiply.outer(tau, self._imaginary))
@@ -166,12 +153,6 @@ class FourierBasis:
         column = 2 * np.searchsorted(self.harmonics, self.order) + self.is_sine
         matrix[np.arange(self.n_components), column] = np.where(self.is_sine, -1.0, 1.0)
         return matrix
-
-    @cached_property
-    def _rates(self) -> FloatArray:
-        """Contributions of real and imaginary parts (rows) to each derivative (columns)."""
-        rate = self._imaginary[:, None] ** np.arange(5)
-        return np.stack([rate.real, -rate.imag], axis=1).reshape(-1, 5)
 
     @cached_property
     def _derivative_rules(self) -> dict[int, tuple[NDArray[np.intp], FloatArray]]:

@@ -7,10 +7,10 @@ from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
-    OF_MODEL,
     SCHEMA_VERSION,
     DatasetParts,
     law_of_library,
+    variables_of_model,
     with_provenance,
 )
 from symhbm.results.request import (
@@ -32,7 +32,6 @@ __all__ = [
     "DRAWN",
     "LARGEST_OF",
     "OF_LAWS",
-    "OF_MODEL",
     "OF_PEAKS",
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",
@@ -63,6 +62,7 @@ __all__ = [
     "schema",
     "tables",
     "variables",
+    "variables_of_model",
     "with_provenance",
     "without",
 ]

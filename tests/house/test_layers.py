@@ -36,7 +36,7 @@ ONLY_IN = {
 }
 LAZY = {"ensembles", "plot"}
 """Rooms that the package imports once they are asked for."""
-SLOW = {"matplotlib", "netCDF4", "dask", "scipy.stats"}
+SLOW = {"matplotlib", "netCDF4", "dask", "numba", "scipy.stats"}
 SLOW |= {f"scipy.{name}" for name in ("optimize", "interpolate", "integrate")}
 """Packages that not every computation needs, and take longer to import than one of those."""
 MOST_FILES, MOST_NAMES, MOST_ROOMS = 14, 40, 16

@@ -1,6 +1,7 @@
 """Basis, integrals and extremes of trigonometric polynomials."""
 
 from itertools import pairwise
+from math import comb
 
 import numpy as np
 import pytest
@@ -114,6 +115,77 @@ def test_a_triple_zero_of_the_slope_is_one_turning_point():
     points = turning_points(basis, np.array([[9.0, 0.0, -1.0, 0.0]]))
     assert points.count.tolist() == [2]
     assert points.value[0].tolist() == pytest.approx([8.0, -8.0], rel=1e-15)
+
+
+@pytest.mark.parametrize("power", [3, 5, 7, 9])
+def test_round_off_at_a_multiple_zero_is_no_crowd(power):
+    """y' = sin(tau - phase)^power: never more turning points than a motion can have."""
+    harmonics = range(1, power + 1, 2)
+    basis, rng = FourierBasis(tuple(harmonics)), np.random.default_rng(power)
+    phase, half = rng.uniform(0, 2 * np.pi, 60), (power - 1) // 2
+    waves = np.zeros((len(phase), basis.n_components))
+    for n in harmonics:
+        size = (-1.0) ** ((n - 1) // 2) * comb(power, half - (n - 1) // 2) / 2 ** (power - 1)
+        waves[:, basis.component(n)] = -size / n * np.cos(n * phase)
+        waves[:, basis.component(n, True)] = -size / n * np.sin(n * phase)
+    points = turning_points(basis, waves)
+    # Round-off of the slope hides the root of it of that power.
+    width = (1e-15) ** (1 / power)
+    for wave, at, angle, value, count in zip(
+        waves, phase, points.angle, points.value, points.count, strict=True
+    ):
+        assert 2 <= count <= 2 * power
+        apart = (angle[:count] - at + np.pi / 2) % np.pi - np.pi / 2
+        assert np.abs(apart).max() < 2 * width
+        # Between them the motion does not move.
+        top = basis.values(at + np.pi) @ wave
+        np.testing.assert_allclose(np.abs(value), top, rtol=1e-14)
+
+
+@pytest.mark.parametrize("power", [3, 4, 5])
+def test_round_off_at_a_multiple_zero_hides_no_other(power):
+    """y' = (1 - cos(tau - phase))^power (cos(tau - phase) - level): it turns where y' = level."""
+    basis, rng = FourierBasis(tuple(range(1, power + 2))), np.random.default_rng(power)
+    tau = 2 * np.pi * np.arange(64) / 64
+    weight = (1 - np.cos(tau)) ** power
+    level = (weight * np.cos(tau)).sum() / weight.sum()
+    spectrum = np.fft.rfft(weight * (np.cos(tau) - level)) / 32
+    for phase in rng.uniform(0, 2 * np.pi, 100):
+        wave = np.zeros(basis.n_components)
+        for n in basis.harmonics:
+            part = -1j * spectrum[n] / n * np.exp(-1j * n * phase)
+            wave[basis.component(n)], wave[basis.component(n, True)] = part.real, -part.imag
+        points = turning_points(basis, wave[None])
+        angle = points.angle[0, : points.count[0]]
+        assert points.count[0] % 2 == 0
+        assert points.count[0] <= 2 * basis.highest
+        for turn in (phase + np.arccos(level), phase - np.arccos(level)):
+            assert np.abs(np.sin((angle - turn) / 2)).min() < 1e-12
+
+
+def test_a_slope_that_touches_zero_turns_nothing():
+    """y' = (1 + cos(tau)) (cos(tau) - 1/2) has a double zero at pi, and is 0 there to the bit."""
+    wave = np.array([0.0, 1.0, 0.0, 0.5])
+    points = turning_points(FourierBasis((1, 2)), np.stack([wave, -wave]))
+    assert points.count.tolist() == [2, 2]
+    third = np.pi / 3
+    expected = [[third, 5 * third], [5 * third, 7 * third]]
+    np.testing.assert_allclose(points.angle, expected, rtol=1e-14)
+
+
+def test_turning_points_of_any_size():
+    """Scaling moves none; motions that are not finite are refused."""
+    basis, rng = FourierBasis((0, 1, 2, 5)), np.random.default_rng(8)
+    waves = rng.normal(size=(30, basis.n_components))
+    points = turning_points(basis, waves)
+    for size in (2.0**-1000, 2.0**1016):
+        scaled = turning_points(basis, waves * size)
+        np.testing.assert_array_equal(scaled.count, points.count)
+        np.testing.assert_allclose(scaled.angle, points.angle, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(scaled.value / size, points.value, rtol=0, atol=1e-14)
+    waves[3, 0] = np.inf
+    with pytest.raises(FloatingPointError, match="not finite"):
+        turning_points(basis, waves)
 
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5])

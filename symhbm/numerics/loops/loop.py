@@ -1,7 +1,8 @@
 """Plain loops, compiled by numba at their first call; without numba the same lines run as Python.
 
-numba is imported with the first call of a loop, so that importing symhbm stays light. Machine code
-is kept beside the sources: a loop may call others, so that each is kept for the sources of all.
+numba is imported with the first call of a loop, so that importing symhbm stays light; it does
+nothing where ``NUMBA_DISABLE_JIT`` is set. Machine code is kept beside the sources: a loop may call
+others, so that each is kept for the sources of all.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ class Loop:
         try:
             import numba
         except ImportError:
+            return self._function
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return self._function
         # A division by zero gives what numpy gives, and no exception.
         options: Any = dict(error_model="numpy", no_cfunc_wrapper=True)

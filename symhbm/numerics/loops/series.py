@@ -15,6 +15,8 @@ _CELLS = 4
 """First cells per period of the highest harmonic: a multiple of four, see `on_grid`."""
 _CLOSEST = 1e-8
 """Width [rad] of a cell below which a pair of zeros does not count."""
+_CLOSE = 1e-3
+"""Angle [rad] times the highest harmonic up to which three terms of a power series are exact."""
 _STEPS = 60
 """Most steps to a zero, each at least a bisection."""
 _LAST_STEP = 1e-6
@@ -102,7 +104,7 @@ def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, ri
     root = 0.5 * (left + right)
     if low * high < 0:
         root = _start(left, right, low, low_slope, high, high_slope)
-    return _zero(cosine, sine, level, left, right, root, rises)
+    return crossing_near(cosine, sine, level, left, right, root, rises)
 
 
 @Loop
@@ -123,10 +125,10 @@ def _start(
 
 
 @Loop
-def _zero(
+def crossing_near(
     cosine: Any, sine: Any, level: float, left: float, right: float, root: float, rises: bool
 ) -> float:
-    """Where a monotone series passes a level, from a ``root`` nearby: Halley's method, guarded."""
+    """As `crossing`, from a ``root`` nearby: Halley's method, guarded."""
     last = _LAST_STEP / (len(cosine) - 1)
     for _ in range(_STEPS):
         value, slope, bend = bent_at(cosine, sine, root)
@@ -152,17 +154,49 @@ def _zero(
 
 
 @Loop
-def _of_one_harmonic(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
-    """As `sign_changes`, in closed form."""
+def gone(cosine: Any, sine: Any, start: float, way: float) -> float:
+    """How far [rad] beyond a turning point a series has gone a ``way``, 0 where that is not close.
+
+    Next to it differences of values are round-off, and few terms of a power series are exact.
+    """
+    highest = len(cosine) - 1
+    turn_cosine, turn_sine = math.cos(start), math.sin(start)
+    c, s, second, third, fourth = 1.0, 0.0, 0.0, 0.0, 0.0
+    for h in range(highest + 1):
+        wave = h * h * (cosine[h] * c + sine[h] * s)
+        second -= wave
+        third -= h * h * h * (sine[h] * c - cosine[h] * s)
+        fourth += h * h * wave
+        c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
+    if second * way <= 0.0:
+        return 0.0
+    first = math.sqrt(2 * way / second)
+    skew, rest = third / (3 * second), fourth / (12 * second)
+    if max(highest * first, abs(skew) * first, abs(rest) * first * first) > _CLOSE:
+        return 0.0
+    step = first
+    for _ in range(3):
+        step = first / math.sqrt(1 + step * (skew + step * rest))
+    return step
+
+
+@Loop
+def _of_one_harmonic(
+    cosine: Any, sine: Any, noise: float, half: bool, angles: Any, rises: Any
+) -> int:
+    """As `sign_changes_in`, in closed form."""
     size, mean = math.hypot(cosine[1], sine[1]), cosine[0]
     if size - abs(mean) <= noise:
         return 0
     top = math.atan2(sine[1], cosine[1])
-    half = math.atan2(math.sqrt((size - mean) * (size + mean)), -mean)
-    if 2 * min(half, math.pi - half) <= _CLOSEST:
+    wide = math.atan2(math.sqrt((size - mean) * (size + mean)), -mean)
+    if 2 * min(wide, math.pi - wide) <= _CLOSEST:
         return 0
-    falls, rises_at = (top + half) % (2 * math.pi), (top - half) % (2 * math.pi)
+    falls, rises_at = (top + wide) % (2 * math.pi), (top - wide) % (2 * math.pi)
     first = 0 if rises_at < falls else 1
+    if half:
+        angles[0], rises[0] = min(rises_at, falls), first == 0
+        return 1
     angles[first], rises[first] = rises_at, True
     angles[1 - first], rises[1 - first] = falls, False
     return 2
@@ -187,12 +221,22 @@ def _put(
 
 @Loop
 def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
-    """Changes of sign of a series in ``[0, 2 pi)``, ascending.
+    """Changes of sign of a series in ``[0, 2 pi)``, ascending; values up to ``noise`` are 0.
 
-    They are written into ``angles`` [rad] and ``rises``; the result is their number. Values up to
-    the ``noise`` are zero. On each cell a cubic through values and slopes at both ends, with the
-    bound of its error, tells that there is no zero or that the function is monotone, else the cell
-    is halved: no pair of zeros is passed over unless it is closer than 1e-8 rad.
+    They are written into ``angles`` [rad] and ``rises``, of twice the highest harmonic at least;
+    the result is their number.
+    """
+    return sign_changes_in(cosine, sine, noise, False, angles, rises)
+
+
+@Loop
+def sign_changes_in(
+    cosine: Any, sine: Any, noise: float, half: bool, angles: Any, rises: Any
+) -> int:
+    """As `sign_changes`, or in ``[0, pi)`` of a series whose second half is minus the first.
+
+    No series changes its sign more often than twice its highest harmonic: where more changes are
+    seen they are round-off, and what counts as noise is raised until it covers them.
     """
     highest = len(cosine) - 1
     bound, size = 0.0, 0.0
@@ -203,15 +247,46 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
     if size <= noise:
         return 0
     if highest == 1:
-        return _of_one_harmonic(cosine, sine, noise, angles, rises)
-    cells = _CELLS * max(highest, 2)
-    ends = np.empty((2, cells))
+        return _of_one_harmonic(cosine, sine, noise, half, angles, rises)
+    ends = np.empty((2, _CELLS * max(highest, 2)))
     on_grid(cosine, sine, ends)
+    most = highest if half else 2 * highest
+    count = _scan(cosine, sine, bound, noise, half, ends, most, angles, rises)
+    while count > most:
+        noise = max(8 * noise, 1e-16 * size)
+        count = _scan(cosine, sine, bound, noise, half, ends, most, angles, rises)
+    return count
+
+
+@Loop
+def _scan(
+    cosine: Any,
+    sine: Any,
+    bound: float,
+    noise: float,
+    half: bool,
+    ends: Any,
+    most: int,
+    angles: Any,
+    rises: Any,
+) -> int:
+    """Sign changes from values and slopes (2, n) at the ends of cells, above ``most`` no more.
+
+    On each cell a cubic through values and slopes at both ends, with the error that the ``bound``
+    of the fourth derivative allows, tells that there is no zero or that the function is monotone,
+    else the cell is halved: no pair of zeros is passed over unless it is closer than 1e-8 rad.
+    A sign changes between two angles in a row whose values are more than noise.
+    """
+    cells = ends.shape[1]
     count = 0
+    # The last angle whose sign is known, and the first: angle, value and slope.
+    seen, seen_value, seen_slope = 0.0, ends[0, 0], ends[1, 0]
+    origin, origin_value, origin_slope = seen, seen_value, seen_slope
+    known = from_begin = abs(seen_value) > noise
     stack = np.empty((40, 6))
-    for i in range(cells):
+    for i in range(cells // 2 if half else cells):
         left, right = 2 * math.pi * i / cells, 2 * math.pi * (i + 1) / cells
-        # The end of the last cell is the begin of the first: a zero there counts once.
+        # The end of the last cell is the begin of the first, to the bit.
         after = (i + 1) % cells
         _put(stack, 0, left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after])
         depth = 1
@@ -225,21 +300,45 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
             # Coefficients of the cubic in the Bernstein basis bound it, and those of its slope.
             second, third = first + first_slope * width / 3, last - last_slope * width / 3
             lowest, largest = min(first, second, third, last), max(first, second, third, last)
-            if lowest > error or largest < -error:
+            if lowest <= error and largest >= -error:
+                steepest = bound * width**3 / 96
+                inner = 3 * (third - second) / width
+                gentlest = min(first_slope, inner, last_slope)
+                monotone = gentlest > steepest or max(first_slope, inner, last_slope) < -steepest
+                if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
+                    middle = 0.5 * (left + right)
+                    value, slope = at(cosine, sine, middle)
+                    _put(stack, depth, middle, right, value, slope, last, last_slope)
+                    _put(stack, depth + 1, left, middle, first, first_slope, value, slope)
+                    depth += 2
+                    continue
+            if abs(last) <= noise:
                 continue
-            steepest = bound * width**3 / 96
-            inner = 3 * (third - second) / width
-            gentlest = min(first_slope, inner, last_slope)
-            monotone = gentlest > steepest or max(first_slope, inner, last_slope) < -steepest
-            if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
-                middle = 0.5 * (left + right)
-                value, slope = at(cosine, sine, middle)
-                _put(stack, depth, middle, right, value, slope, last, last_slope)
-                _put(stack, depth + 1, left, middle, first, first_slope, value, slope)
-                depth += 2
-            elif (first > 0) != (last > 0) and count < len(angles):
-                start = _start(left, right, first, first_slope, last, last_slope)
-                angles[count] = _zero(cosine, sine, 0.0, left, right, start, last > 0)
+            if not known:
+                origin, origin_value, origin_slope, known = right, last, last_slope, True
+            elif (last > 0) != (seen_value > 0):
+                if count == most:
+                    return most + 1
+                start = _start(seen, right, seen_value, seen_slope, last, last_slope)
+                angles[count] = crossing_near(cosine, sine, 0.0, seen, right, start, last > 0)
                 rises[count] = last > 0
                 count += 1
+            seen, seen_value, seen_slope = right, last, last_slope
+    if from_begin or not known:
+        return count
+    # On to the first angle whose sign is known, in the next period.
+    period, sign = (math.pi, -1.0) if half else (2 * math.pi, 1.0)
+    if (sign * origin_value > 0) != (seen_value > 0):
+        if count == most:
+            return most + 1
+        right, last, last_slope = origin + period, sign * origin_value, sign * origin_slope
+        start = _start(seen, right, seen_value, seen_slope, last, last_slope)
+        angle, up = crossing_near(cosine, sine, 0.0, seen, right, start, last > 0), last > 0
+        place = count
+        if angle >= period:
+            angle, up, place = angle - period, up != half, 0
+            for k in range(count, 0, -1):
+                angles[k], rises[k] = angles[k - 1], rises[k - 1]
+        angles[place], rises[place] = angle, up
+        count += 1
     return count

@@ -96,10 +96,11 @@ def test_a_path_lands_on_the_onset_of_opening():
     assert response.event_kind.values.tolist() == ["onset of opening"]
     onset = sh.solve(problem_of(3), response.event_frequency.values[0])
     assert onset.least_normal_force.item() == pytest.approx(0, abs=1e-8)
-    opens = response.frequency >= response.event_frequency.values[0] - 1e-9
-    np.testing.assert_array_equal(response.contact_state[:, 0] == 2, opens)
-    assert np.all(response.open_fraction[:, 0].values[~opens.values] == 0)
-    assert np.all(response.open_fraction[:, 0].values[opens.values][1:] > 0)
+    beyond = response.frequency.values - response.event_frequency.values[0]
+    away = np.abs(beyond) > 1e-9  # at the onset itself round-off tells
+    np.testing.assert_array_equal(response.contact_state[away, 0] == 2, beyond[away] > 0)
+    share = response.open_fraction.values[away, 0]
+    np.testing.assert_array_equal(share > 0, beyond[away] > 0)
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.state import (
-    SMALLEST_MOTION,
-    ContactState,
-    full_stick,
-    slip_margins,
-)
+from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION, ContactState
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
@@ -69,7 +64,7 @@ def locate_sampled(
     y_end = np.take_along_axis(motion.value, motion.end, axis=1)
     lowest = np.argmin(y_end, axis=1)
     spread = motion.value[:, 0] - y_end[rows, lowest]
-    slip_margin, state = slip_margins(spread, contact_stiffness, slip_limit, slip)
+    slip_margin, state = _slip_margins(spread, contact_stiffness, slip_limit, slip)
 
     n_stick, sign, origin = _march(motion, lowest, contact_stiffness, slip_limit)
     boundary = np.zeros((len(rows), 2 * motion.end.shape[1] + 1))
@@ -88,7 +83,7 @@ def locate_sampled(
     low = at_sample[(motion.first + motion.end[rows, lowest]) % samples]
     moves = motion.reversals > 0
     held = ~state
-    matrix[held] = full_stick(basis, high[held], low[held], moves[held])
+    matrix[held] = _full_stick(basis, high[held], low[held], moves[held])
     vector[held | ~moves] = 0.0
 
     simple = motion.reversals == 2
@@ -108,6 +103,39 @@ def locate_sampled(
         stick_begin=np.empty((len(matrix), 0)),
         stick_end=np.empty((len(matrix), 0)),
     )
+
+
+def _slip_margins(
+    spread: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+    slip: NDArray[np.bool_] | None,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """``ln(k_d spread / (2 g))`` and whether each contact slips, all of shape (n_contacts,).
+
+    ``spread`` is ``y_max - y_min`` [m]; ``slip`` imposes a state where there is a limit to reach.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slip_margin = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
+    slip_margin[slip_limit == 0] = np.inf
+    free = slip_margin > 0
+    return slip_margin, free if slip is None else np.where(np.isinf(slip_margin), free, slip)
+
+
+def _full_stick(
+    basis: FourierBasis, high: FloatArray, low: FloatArray, moves: NDArray[np.bool_]
+) -> FloatArray:
+    """``A`` of contacts that never slip, (n_contacts, n_components, n_components).
+
+    Their undetermined static force is centred between the limits. ``high`` and ``low``
+    (n_contacts, n_components) are the basis functions at the maximum and the minimum of ``y``;
+    ``moves`` (n_contacts,) tells which contacts have any.
+    """
+    matrix = np.empty((len(moves), *basis.identity.shape))
+    matrix[:] = basis.identity
+    if basis.order[0] == 0:
+        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, basis.identity[0])
+    return matrix
 
 
 @lru_cache(maxsize=64)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics import FloatArray
 
 SMALLEST_MOTION = 1e-150
 """Motion [m] below which there is none: its inverse has no square in double precision."""
@@ -74,39 +74,6 @@ class ContactState:
         """The events of ``count`` batches of as many contacts each."""
         parts = [np.split(getattr(self, field.name), count) for field in fields(self)]
         return [ContactState(*each) for each in zip(*parts, strict=True)]
-
-
-def slip_margins(
-    spread: FloatArray,
-    contact_stiffness: FloatArray,
-    slip_limit: FloatArray,
-    slip: NDArray[np.bool_] | None,
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """``ln(k_d spread / (2 g))`` and whether each contact slips, all of shape (n_contacts,).
-
-    ``spread`` is ``y_max - y_min`` [m]; ``slip`` imposes a state where there is a limit to reach.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slip_margin = np.log(contact_stiffness * spread) - np.log(2 * slip_limit)
-    slip_margin[slip_limit == 0] = np.inf
-    free = slip_margin > 0
-    return slip_margin, free if slip is None else np.where(np.isinf(slip_margin), free, slip)
-
-
-def full_stick(
-    basis: FourierBasis, high: FloatArray, low: FloatArray, moves: NDArray[np.bool_]
-) -> FloatArray:
-    """``A`` of contacts that never slip, (n_contacts, n_components, n_components).
-
-    Their undetermined static force is centred between the limits. ``high`` and ``low``
-    (n_contacts, n_components) are the basis functions at the maximum and the minimum of ``y``;
-    ``moves`` (n_contacts,) tells which contacts have any.
-    """
-    matrix = np.empty((len(moves), *basis.identity.shape))
-    matrix[:] = basis.identity
-    if basis.order[0] == 0:
-        matrix[:, 0] -= np.where(moves[:, None], (high + low) / 2, basis.identity[0])
-    return matrix
 
 
 def slip_limit(friction_coefficient: Any, normal_load: Any) -> Any:

@@ -225,7 +225,7 @@ class PlanarFriction(NormalLaw):
         motion, given, imposed, *written = arrays
         most, failed = 100 + 50 * basis.highest, TOO_MANY
         while failed == TOO_MANY and most < _MOST:
-            failed = loop(*numbers_of(basis), motion, given, imposed, most, *written)
+            failed = loop(*basis.arrays, motion, given, imposed, most, *written)
             most *= 4
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
@@ -242,7 +242,7 @@ class PlanarFriction(NormalLaw):
         written = _, margins, slopes, _ = self._arrays(basis, len(motion))
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked = np.full(len(motion), batch.ASKED)
-        batch.locate(*numbers_of(basis), motion, given, asked, 0, *written)
+        batch.locate(*basis.arrays, motion, given, asked, 0, *written)
         by_motion, _ = self._chain(motion, given, slopes)
         return margins + error * np.linalg.norm(by_motion, axis=-1)
 
@@ -390,12 +390,6 @@ class PlanarFriction(NormalLaw):
 
 
 _CONSTANT = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True)
-
-
-@lru_cache(maxsize=64)
-def numbers_of(basis: FourierBasis) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
-    """The basis as loops take it: orders, which components are sines, and norms."""
-    return basis.order.astype(np.int64), basis.is_sine, basis.norm
 
 
 def _symbols(law: PlanarFriction, basis: FourierBasis) -> tuple[Any, Any]:

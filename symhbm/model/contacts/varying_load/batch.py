@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts.varying_load.coefficients import coefficients, functions_at, moments
+from symhbm.model.contacts.varying_load.coefficients import coefficients
 from symhbm.model.contacts.varying_load.march import (
     APART,
     BEGIN,
@@ -18,7 +18,7 @@ from symhbm.model.contacts.varying_load.march import (
     march,
     walls,
 )
-from symhbm.numerics.loops import Loop, series
+from symhbm.numerics.loops import Loop, fourier, series
 
 SLIP, OPEN, TOUCH = range(3)
 """Switches of a contact: its margins."""
@@ -153,10 +153,10 @@ def _margins(
         elif square > 0.0 and (k > 0 or stiffness > 0.0):
             scale = math.sqrt(square)
             if k == 0:
-                functions_at(order, is_sine, turning[0, 1], 0, functions)
+                fourier.functions_at(order, is_sine, turning[0, 1], 0, functions)
                 wall_slope(motion, values, functions, 1.0, -friction, slopes[k])
                 slopes[k, 2 * size + 2] = -value_of(functions, motion, size, normal, load)
-                functions_at(order, is_sine, turning[1, 1], 0, functions)
+                fourier.functions_at(order, is_sine, turning[1, 1], 0, functions)
                 wall_slope(motion, values, functions, 1.0, friction, other)
                 other[2 * size + 2] = value_of(functions, motion, size, normal, load)
                 for i in range(2 * size + 4):
@@ -164,7 +164,7 @@ def _margins(
                 value = turning[0, 0] - turning[1, 0]
             else:
                 sign = -1.0 if k == 1 else 1.0
-                functions_at(order, is_sine, turning[1 + k, 1], 0, functions)
+                fourier.functions_at(order, is_sine, turning[1 + k, 1], 0, functions)
                 wall_slope(motion, values, functions, 0.0, sign, slopes[k])
                 value = sign * turning[1 + k, 0]
             margins[k] = value / scale
@@ -200,7 +200,7 @@ def _figures(
         if kind in (APART, LIFTED):
             figures[OPEN_SHARE] += share
             figures[STICK_SHARE] -= share if kind == LIFTED else 0.0
-            moments(begin, end, of_piece)
+            fourier.moments(begin, end, of_piece)
             for h in range(highest + 1):
                 integral = press[0, h] * of_piece[0, h] + press[1, h] * of_piece[1, h]
                 mean -= integral / (2 * math.pi)

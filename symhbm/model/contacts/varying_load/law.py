@@ -170,7 +170,7 @@ class VariableLoadFriction(NormalLaw):
         counts, turning = np.empty(n, dtype=int), np.empty((n, 4, 2))
         motion = np.ascontiguousarray(motion)
         written = events, margins, slopes, figures, pieces, counts, turning
-        locate(*_numbers(basis), motion, given, imposed, *written)
+        locate(*basis.arrays, motion, given, imposed, *written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, SLIP])
@@ -191,7 +191,7 @@ class VariableLoadFriction(NormalLaw):
         margins = np.empty((len(motion), 3))
         slopes = np.empty((len(motion), 3, motion.shape[1] + 4))
         arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
-        estimate(*_numbers(basis)[:2], *arrays, margins, slopes)
+        estimate(*basis.arrays[:2], *arrays, margins, slopes)
         return margins + error * np.linalg.norm(slopes[:, :, :-4], axis=-1)
 
     def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
@@ -321,18 +321,12 @@ class VariableLoadFriction(NormalLaw):
         result, periods = np.zeros((n, size, size)), located.details
         arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
         parts = periods.pieces, periods.counts, np.ascontiguousarray(weights), result
-        moving_events(*_numbers(basis), *arrays, *parts)
+        moving_events(*basis.arrays, *arrays, *parts)
         return result
 
 
 _NONE = np.empty(0, dtype=int)
 """Of contacts whose motions decide whether they slip."""
-
-
-@lru_cache(maxsize=64)
-def _numbers(basis: FourierBasis) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
-    """The basis as loops take it: orders, which components are sines, and norms."""
-    return basis.order.astype(np.int64), basis.is_sine, basis.norm
 
 
 @lru_cache(maxsize=64)

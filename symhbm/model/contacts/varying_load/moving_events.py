@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.varying_load.batch import value_of, wall_slope
-from symhbm.model.contacts.varying_load.coefficients import functions_at, moments
 from symhbm.model.contacts.varying_load.march import (
     ANCHOR,
     APART,
@@ -26,7 +25,7 @@ from symhbm.model.contacts.varying_load.march import (
     STICK_LOW,
     WEIGHT,
 )
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops import Loop, fourier
 
 
 @Loop
@@ -56,7 +55,7 @@ def moving_events(
             piece = pieces[j, k]
             kind, begin = int(piece[KIND]), piece[BEGIN]
             if kind >= STICK_LOW and kind != LIFTED:
-                moments(begin, piece[END], of_piece)
+                fourier.moments(begin, piece[END], of_piece)
                 total = 0.0
                 for i in range(size):
                     moment = of_piece[1 if is_sine[i] else 0, int(order[i])]
@@ -64,7 +63,7 @@ def moving_events(
                 _remembered(order, is_sine, motion, values[j], piece, total, result[j])
             if kind == LIFTED:
                 for angle in (begin, piece[END]):
-                    functions_at(order, is_sine, angle, 0, functions)
+                    fourier.functions_at(order, is_sine, angle, 0, functions)
                     wall_slope(motion, values[j], functions, 0.0, 1.0, value)
                     weight = _weight(functions, norm, weights[j], size)
                     rate = _rate(order, is_sine, motion, values[j], angle, 0.0, 1.0)
@@ -73,7 +72,7 @@ def moving_events(
             left = int(before[KIND])
             if left in (kind, LIFTED) or kind == LIFTED or piece[WEIGHT] != 1.0:
                 continue
-            functions_at(order, is_sine, begin, 0, functions)
+            fourier.functions_at(order, is_sine, begin, 0, functions)
             push = _weight(functions, norm, weights[j], 0)
             if left == APART or kind == APART:
                 wall_slope(motion, values[j], functions, 0.0, 1.0, value)
@@ -128,7 +127,7 @@ def _wall(
 ) -> None:
     """Gradient of ``k_t u + press p``, or of a derivative of it, where ``press`` is -mu or mu."""
     size = len(order)
-    functions_at(order, is_sine, angle, derivative, functions)
+    fourier.functions_at(order, is_sine, angle, derivative, functions)
     wall_slope(motion, values, functions, 1.0, press, slope)
     load = values[3] if derivative == 0 else 0.0
     value = value_of(functions, motion, size, values[1], load)
@@ -144,7 +143,7 @@ def _memory(
     """Gradient of ``q`` of a piece that sticks."""
     size, kind = len(order), int(piece[KIND])
     if kind == STICK_CLOSED:
-        functions_at(order, is_sine, piece[ANCHOR], 0, functions)
+        fourier.functions_at(order, is_sine, piece[ANCHOR], 0, functions)
         wall_slope(motion, values, functions, 1.0, piece[SHARE], slope)
         return
     press = -values[2] if kind == STICK_LOW else values[2]
@@ -176,7 +175,7 @@ def _turning(
     """A derivative of ``pull k_t u + press p`` by the angle."""
     size = len(order)
     functions, total = np.empty(size), 0.0
-    functions_at(order, is_sine, angle, derivative, functions)
+    fourier.functions_at(order, is_sine, angle, derivative, functions)
     for i in range(size):
         total += pull * values[0] * motion[i] * functions[i]
         total += press * values[1] * motion[size + i] * functions[i]
@@ -206,9 +205,9 @@ def _remembered(
     if rate == 0.0:
         return
     shift, share = np.empty(2 * size + 4), piece[SHARE]
-    functions_at(order, is_sine, angle, 0, functions)
+    fourier.functions_at(order, is_sine, angle, 0, functions)
     wall_slope(motion, values, functions, 0.0, -1.0 / rate, shift)
-    functions_at(order, is_sine, angle, 1, functions)
+    fourier.functions_at(order, is_sine, angle, 1, functions)
     wall_slope(motion, values, functions, 1.0, share, slope)
     slope[2 * size + 3] = 0.0
     bend = _turning(order, is_sine, motion, values, angle, 1.0, share, 2)
