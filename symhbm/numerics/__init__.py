@@ -12,11 +12,15 @@ from symhbm.numerics.fourier import (
     unknowns_of,
 )
 from symhbm.numerics.interpolation import (
+    amplitude_at,
     amplitude_between,
     cubic,
+    cubic_at,
     cubic_slope,
+    cubic_slope_at,
     cubic_top,
     first_zero,
+    interpolate,
 )
 from symhbm.numerics.linear_algebra import (
     DENSE_LIMIT,
@@ -54,6 +58,7 @@ __all__ = [
     "Motions",
     "Table",
     "TurningPoints",
+    "amplitude_at",
     "amplitude_between",
     "bordered",
     "by_harmonic",
@@ -63,10 +68,13 @@ __all__ = [
     "complete_harmonics",
     "constant",
     "cubic",
+    "cubic_at",
     "cubic_slope",
+    "cubic_slope_at",
     "cubic_top",
     "first_zero",
     "full",
+    "interpolate",
     "larger_set",
     "largest_displacement",
     "length_of",

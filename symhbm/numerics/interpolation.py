@@ -3,12 +3,15 @@
 Pictures draw this amplitude, and points of a path are dense enough for it.
 """
 
+import math
 from math import copysign, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.loops import Loop
 
 _CLOSE = 1e-9
 """Change of a share at which the search ends: it converges quadratically."""
@@ -20,21 +23,41 @@ _LOWEST = 1e-3
 """Smallest interpolated amplitude over that at both points: a lower one requires a point."""
 
 
-def cubic(left: ArrayLike, right: ArrayLike, slopes: tuple, share: ArrayLike) -> FloatArray:
+def cubic(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
     """Value at a ``share`` of the way; ``slopes`` are the derivatives by the share at both ends.
 
-    All arguments broadcast against each other.
+    Arrays broadcast against each other.
     """
-    h, left, right = np.asarray(share), np.asarray(left), np.asarray(right)
-    value = left + h**2 * (3 - 2 * h) * (right - left)
-    return value + h * (1 - h) ** 2 * slopes[0] + h**2 * (h - 1) * slopes[1]
+    value = left + share**2 * (3 - 2 * share) * (right - left)
+    return value + share * (1 - share) ** 2 * slopes[0] + share**2 * (share - 1) * slopes[1]
 
 
-def cubic_slope(left: ArrayLike, right: ArrayLike, slopes: tuple, share: ArrayLike) -> FloatArray:
+def cubic_slope(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
     """Derivative of `cubic` by the share."""
-    h, left, right = np.asarray(share), np.asarray(left), np.asarray(right)
-    value = 6 * h * (1 - h) * (right - left)
-    return value + (1 - h) * (1 - 3 * h) * slopes[0] + h * (3 * h - 2) * slopes[1]
+    value = 6 * share * (1 - share) * (right - left)
+    value = value + (1 - share) * (1 - 3 * share) * slopes[0]
+    return value + share * (3 * share - 2) * slopes[1]
+
+
+cubic_at, cubic_slope_at = Loop(cubic), Loop(cubic_slope)
+"""The same of numbers, within loops."""
+
+
+@Loop
+def interpolate(
+    left: Any, right: Any, first: Any, last: Any, shares: Any, values: Any, rates: Any
+) -> None:
+    """Write `cubic` and `cubic_slope` of several pairs of points at the same ``shares`` (s,).
+
+    Points ``left`` and ``right`` and slopes ``first`` and ``last`` are (n, m). ``values`` and
+    ``rates`` (n, s, k) are of their first k components.
+    """
+    for i in range(len(values)):
+        for h in range(len(shares)):
+            for k in range(values.shape[2]):
+                slopes = first[i, k], last[i, k]
+                values[i, h, k] = cubic_at(left[i, k], right[i, k], slopes, shares[h])
+                rates[i, h, k] = cubic_slope_at(left[i, k], right[i, k], slopes, shares[h])
 
 
 def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
@@ -77,17 +100,35 @@ def amplitude_between(
     cubic, which suits a resonance and its flanks. Between a fall and a rise the square is cubic, as
     for a motion that passes close to zero; next to a fold the amplitude follows the root.
     """
-    values = (np.asarray(value, dtype=float) for value in (left, right, *slopes, share))
-    start, end, first, last, where = np.broadcast_arrays(*values)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        result = _logarithmic(start, end, first, last, where)
-        squares = cubic(start**2, end**2, (2 * start * first, 2 * end * last), where)
-        valley = ((first < 0) & (last > 0)) | (np.minimum(start, end) <= 0)
-        floor = (_LOWEST * np.minimum(start, end)) ** 2
-        result = np.where(valley, np.sqrt(np.maximum(squares, floor)), result)
-        result = np.where(np.isinf(first), _rooted(start, end, last, where), result)
-        result = np.where(np.isinf(last), _rooted(end, start, -first, 1 - where), result)
-    return np.where(where == 0, start, np.where(where == 1, end, result))
+    each = np.broadcast_arrays(left, right, *slopes, share)
+    result = np.empty(each[0].shape)
+    _amplitudes(*(np.array(values, dtype=float).ravel() for values in each), result.reshape(-1))
+    return result
+
+
+@Loop
+def amplitude_at(left: float, right: float, first: float, last: float, share: float) -> float:
+    """`amplitude_between` of numbers."""
+    if share == 0 or share == 1:
+        return right if share else left
+    if math.isinf(last):
+        return _rooted(right, left, -first, 1 - share)
+    if math.isinf(first):
+        return _rooted(left, right, last, share)
+    lowest = min(left, right)
+    if (first < 0 and last > 0) or lowest <= 0:
+        square = cubic_at(left**2, right**2, (2 * left * first, 2 * right * last), share)
+        return math.sqrt(max(square, (_LOWEST * lowest) ** 2))
+    level = math.log(left)
+    mean = math.log(right) - level
+    slopes = _limited(first / left, mean), _limited(last / right, mean)
+    return math.exp(cubic_at(level, level + mean, slopes, share))
+
+
+@Loop
+def _amplitudes(left: Any, right: Any, first: Any, last: Any, share: Any, result: Any) -> None:
+    for i in range(len(result)):
+        result[i] = amplitude_at(left[i], right[i], first[i], last[i], share[i])
 
 
 def _powers(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float, float]:
@@ -108,26 +149,19 @@ def _turns(cube: float, square: float, slope: float) -> list[float]:
     return sorted(pair)
 
 
-def _logarithmic(
-    start: FloatArray, end: FloatArray, first: FloatArray, last: FloatArray, share: FloatArray
-) -> FloatArray:
-    """Cubic logarithm, monotone where both ends rise or both fall."""
-    level = np.log(start), np.log(end)
-    mean = level[1] - level[0]
-    slopes = first / start, last / end
-    limited = [
-        np.where(slope * mean > 0, mean * np.minimum(slope / mean, _MONOTONE), slope)
-        for slope in slopes
-    ]
-    return np.exp(cubic(*level, tuple(limited), share))
+@Loop
+def _limited(slope: float, mean: float) -> float:
+    """A slope at an end with which a cubic stays monotone where both ends rise or both fall."""
+    return mean * min(slope / mean, _MONOTONE) if slope * mean > 0 else slope
 
 
-def _rooted(fold: FloatArray, end: FloatArray, slope: FloatArray, share: FloatArray) -> FloatArray:
+@Loop
+def _rooted(fold: float, end: float, slope: float, share: float) -> float:
     """``fold + c t + d t^2``, ``t`` the root of the share, with a known value and slope at 1.
 
     Straight over ``t`` where the other end is a fold, too.
     """
     rise = end - fold
-    bend = np.where(np.isinf(slope), 0.0, 2 * slope - rise)
-    root = np.sqrt(np.clip(share, 0.0, 1.0))
+    bend = 0.0 if math.isinf(slope) else 2 * slope - rise
+    root = math.sqrt(min(max(share, 0.0), 1.0))
     return fold + (rise - bend) * root + bend * root**2

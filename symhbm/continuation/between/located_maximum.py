@@ -9,7 +9,8 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.between.slopes import Slopes
-from symhbm.continuation.segment import Segment
+from symhbm.continuation.correctors import Corrected
+from symhbm.continuation.segment import PathState, Segment, ahead
 from symhbm.numerics import FloatArray
 
 CORNER_JUMP = 1e-6
@@ -24,7 +25,9 @@ _ROUND_OFF = 1e-10
 """Distance of two solutions, relative to the response, that round-off explains."""
 _MAX_SECANTS = 12
 _PRECISION = 1e-11
-"""Last secant step, as a share of the segment."""
+"""Last secant step, or its product with the one before, to which what is left is proportional.
+
+As shares of the segment."""
 
 
 class PeakKind(StrEnum):
@@ -38,34 +41,40 @@ class PeakKind(StrEnum):
 class LocatedMaximum(NamedTuple):
     """A maximum of the responses ``dofs``: its ``share`` of the segment and the solution ``at`` it.
 
-    ``solves`` counts the linear solves spent on it.
+    ``solution`` is the same with its direction relative to ``scale``; ``solves`` counts the linear
+    solves spent on it.
     """
 
     share: float
     at: Slopes
+    solution: Corrected
+    scale: FloatArray
     kind: PeakKind
     dofs: tuple[int, ...]
     solves: int
 
 
 def locate_maximum(
-    segment: Segment, left: Slopes, right: Slopes, dof: int, start: float
+    segment: Segment, left: Slopes, right: Slopes, dof: int, start: float, rate: float
 ) -> LocatedMaximum | None:
     """The maximum of one amplitude between two solutions, where its slope changes sign.
 
-    ``start`` is its estimated share of the segment. None if the iteration does not converge.
+    ``start`` is its estimated share of the segment, ``rate`` the estimated derivative of the slope
+    by the share there. None if the iteration does not converge.
     """
-    visited: dict[float, Slopes] = {}
+    visited: dict[float, tuple[Corrected, Slopes]] = {}
     solves_before = segment.corrector.solves
 
     def slope(share: float) -> float:
         if share not in visited:
-            nearest = min(visited.items(), key=lambda s: abs(s[0] - share), default=None)
-            solution = segment.solve(share, nearest) if 0 <= share <= 1 else None
+            nearest = min(visited, key=lambda known: abs(known - share), default=None)
+            neighbour = None if nearest is None else (nearest, visited[nearest][1])
+            solution = segment.corrected(share, neighbour) if 0 <= share <= 1 else None
             if solution is None:
                 raise ArithmeticError
-            visited[share] = Slopes.of(segment.curve.problem, solution)
-        return float(visited[share].slope[dof])
+            at = PathState(solution.point, solution.direction * segment.scale)
+            visited[share] = solution, Slopes.of(segment.curve.problem, at)
+        return float(visited[share][1].slope[dof])
 
     # A small slope is as inaccurate as the tangent of its point: solve for both anew.
     ends = float(left.slope[dof]), float(right.slope[dof])
@@ -77,44 +86,57 @@ def locate_maximum(
         if left_slope <= 0 or right_slope >= 0:
             share = 0.0 if left_slope <= 0 else 1.0
         else:
-            share = falling_zero(slope, left_slope, right_slope, start)
+            slope(start)
+            rate *= ahead(visited[start][1].direction, segment.normal, segment.scale)
+            share = falling_zero(slope, left_slope, right_slope, start, rate)
         slope(share)
     except ArithmeticError:
         return None
-    at, solves = visited[share], segment.corrector.solves - solves_before
+    (solution, at), solves = visited[share], segment.corrector.solves - solves_before
     jumps = abs(at.slope[dof]) > CORNER_JUMP * scale and 0.0 < share < 1.0
-    if jumps and not _is_continuous(segment, visited, share):
+    states = {known: of_share.state for known, (_, of_share) in visited.items()}
+    if jumps and not _is_continuous(segment, states, share):
         return None
-    return LocatedMaximum(share, at, PeakKind.CORNER if jumps else PeakKind.SMOOTH, (dof,), solves)
+    kind = PeakKind.CORNER if jumps else PeakKind.SMOOTH
+    return LocatedMaximum(share, at, solution, segment.scale, kind, (dof,), solves)
 
 
-def _is_continuous(segment: Segment, visited: dict[float, Slopes], share: float) -> bool:
+def _is_continuous(segment: Segment, states: dict[float, FloatArray], share: float) -> bool:
     """Whether a solution is close to its neighbours: at a corner slopes jump, solutions do not."""
     for side in (-1, 1):
         neighbour = min(
-            (h for h in visited if h * side > share * side), key=lambda h: h * side, default=share
+            (h for h in states if h * side > share * side), key=lambda h: h * side, default=share
         )
-        distance = np.linalg.norm((visited[neighbour].state - visited[share].state) / segment.scale)
+        distance = np.linalg.norm((states[neighbour] - states[share]) / segment.scale)
         if distance > _MAX_RATIO * segment.length * abs(neighbour - share) + _ROUND_OFF:
             return False
     return True
 
 
-def estimated_maximum(slopes: FloatArray, switch_events: NDArray[np.bool_]) -> float:
-    """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative."""
+def estimated_maximum(
+    slopes: FloatArray, switch_events: NDArray[np.bool_]
+) -> tuple[float, float]:
+    """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative.
+
+    Also their derivative by the share there.
+    """
     fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
-    inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
-    share = float(fall + inside) / (len(slopes) - 1)
+    count, drop = len(slopes) - 1, slopes[fall + 1] - slopes[fall]
+    share, rate = float(fall - slopes[fall] / drop) / count, float(drop) * count
     if switch_events[0] == switch_events[1]:
-        return share
+        return share, rate
     # Samples are evenly spaced in the square root of the distance from the slip event.
-    return share**2 if switch_events[0] else 1 - (1 - share) ** 2
+    root = share if switch_events[0] else 1 - share
+    return (root**2 if switch_events[0] else 1 - root**2), rate / (2 * root) if root else -np.inf
 
 
-def falling_zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
+def falling_zero(
+    slope: Callable[[float], float], low: float, high: float, start: float, rate: float = 0.0
+) -> float:
     """Share of the segment where a slope falls through zero, by secants from the ``start``.
 
-    ``low`` and ``high`` are its values at both ends. Brent's method takes over where secants fail.
+    ``low`` and ``high`` are its values at both ends, ``rate`` is its derivative about where it
+    starts, 0 if that is not known. Brent's method takes over where secants fail.
     """
     values = {0.0: low, 1.0: high}
 
@@ -124,15 +146,16 @@ def falling_zero(slope: Callable[[float], float], low: float, high: float, start
         return values[share]
 
     start_value = value(start)
-    opposite_end = 1.0 if start_value > 0 else 0.0  # its slope has the other sign
-    share, previous = start, opposite_end
+    share, previous = start, 1.0 if start_value > 0 else 0.0  # its slope has the other sign
+    if rate < 0 and 0 < start - start_value / rate < 1:
+        share, previous = start - start_value / rate, start
     for _ in range(_MAX_SECANTS):
-        change = value(share) - value(previous)
-        step = -value(share) * (share - previous) / change if change else np.inf
+        last_step, change = share - previous, value(share) - value(previous)
+        step = -value(share) * last_step / change if change else np.inf
         if not 0 <= share + step <= 1:
             break
         share, previous = share + step, share
-        if abs(step) <= _PRECISION:
+        if abs(step) <= _PRECISION or abs(step * last_step) <= _PRECISION:
             left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
             right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)
             if values[left] >= 0 >= values[right]:
