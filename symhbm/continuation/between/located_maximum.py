@@ -25,9 +25,7 @@ _ROUND_OFF = 1e-10
 """Distance of two solutions, relative to the response, that round-off explains."""
 _MAX_SECANTS = 12
 _PRECISION = 1e-11
-"""Last secant step, or its product with the one before, to which what is left is proportional.
-
-As shares of the segment."""
+"""Secant step that is not taken any more, as a share of the segment."""
 
 
 class PeakKind(StrEnum):
@@ -152,13 +150,13 @@ def falling_zero(
     for _ in range(_MAX_SECANTS):
         last_step, change = share - previous, value(share) - value(previous)
         step = -value(share) * last_step / change if change else np.inf
-        if not 0 <= share + step <= 1:
-            break
-        share, previous = share + step, share
-        if abs(step) <= _PRECISION or abs(step * last_step) <= _PRECISION:
+        if abs(step) <= _PRECISION:
             left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
             right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)
             if values[left] >= 0 >= values[right]:
                 return share
             break
+        if not 0 <= share + step <= 1:
+            break
+        share, previous = share + step, share
     return float(scipy.optimize.brentq(value, 0, 1, xtol=1e-13))  # type: ignore
