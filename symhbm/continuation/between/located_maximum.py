@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import Corrected
-from symhbm.continuation.segment import PathState, Segment, ahead
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 CORNER_JUMP = 1e-6
@@ -53,12 +53,11 @@ class LocatedMaximum(NamedTuple):
 
 
 def locate_maximum(
-    segment: Segment, left: Slopes, right: Slopes, dof: int, start: float, rate: float
+    segment: Segment, left: Slopes, right: Slopes, dof: int, start: float
 ) -> LocatedMaximum | None:
     """The maximum of one amplitude between two solutions, where its slope changes sign.
 
-    ``start`` is its estimated share of the segment, ``rate`` the estimated derivative of the slope
-    by the share there. None if the iteration does not converge.
+    ``start`` is its estimated share of the segment. None if the iteration does not converge.
     """
     visited: dict[float, tuple[Corrected, Slopes]] = {}
     solves_before = segment.corrector.solves
@@ -84,9 +83,7 @@ def locate_maximum(
         if left_slope <= 0 or right_slope >= 0:
             share = 0.0 if left_slope <= 0 else 1.0
         else:
-            slope(start)
-            rate *= ahead(visited[start][1].direction, segment.normal, segment.scale)
-            share = falling_zero(slope, left_slope, right_slope, start, rate)
+            share = falling_zero(slope, left_slope, right_slope, start)
         slope(share)
     except ArithmeticError:
         return None
@@ -111,30 +108,21 @@ def _is_continuous(segment: Segment, states: dict[float, FloatArray], share: flo
     return True
 
 
-def estimated_maximum(
-    slopes: FloatArray, switch_events: NDArray[np.bool_]
-) -> tuple[float, float]:
-    """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative.
-
-    Also their derivative by the share there.
-    """
+def estimated_maximum(slopes: FloatArray, switch_events: NDArray[np.bool_]) -> float:
+    """Share of the segment where the ``slopes`` (n,) of a `SlopeEstimate` first turn negative."""
     fall = int(np.argmax((slopes[:-1] > 0) & (slopes[1:] <= 0)))
-    count, drop = len(slopes) - 1, slopes[fall + 1] - slopes[fall]
-    share, rate = float(fall - slopes[fall] / drop) / count, float(drop) * count
+    inside = slopes[fall] / (slopes[fall] - slopes[fall + 1])
+    share = float(fall + inside) / (len(slopes) - 1)
     if switch_events[0] == switch_events[1]:
-        return share, rate
+        return share
     # Samples are evenly spaced in the square root of the distance from the slip event.
-    root = share if switch_events[0] else 1 - share
-    return (root**2 if switch_events[0] else 1 - root**2), rate / (2 * root) if root else -np.inf
+    return share**2 if switch_events[0] else 1 - (1 - share) ** 2
 
 
-def falling_zero(
-    slope: Callable[[float], float], low: float, high: float, start: float, rate: float = 0.0
-) -> float:
+def falling_zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
     """Share of the segment where a slope falls through zero, by secants from the ``start``.
 
-    ``low`` and ``high`` are its values at both ends, ``rate`` is its derivative about where it
-    starts, 0 if that is not known. Brent's method takes over where secants fail.
+    ``low`` and ``high`` are its values at both ends. Brent's method takes over where secants fail.
     """
     values = {0.0: low, 1.0: high}
 
@@ -143,13 +131,11 @@ def falling_zero(
             values[share] = slope(share)
         return values[share]
 
-    start_value = value(start)
-    share, previous = start, 1.0 if start_value > 0 else 0.0  # its slope has the other sign
-    if rate < 0 and 0 < start - start_value / rate < 1:
-        share, previous = start - start_value / rate, start
+    # The slope at the opposite end has the other sign.
+    share, previous = start, 1.0 if value(start) > 0 else 0.0
     for _ in range(_MAX_SECANTS):
-        last_step, change = share - previous, value(share) - value(previous)
-        step = -value(share) * last_step / change if change else np.inf
+        change = value(share) - value(previous)
+        step = -value(share) * (share - previous) / change if change else np.inf
         if abs(step) <= _PRECISION:
             left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
             right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)

@@ -159,12 +159,12 @@ class Maxima:
         for dof in turning_dofs[np.argsort(-height[turning_dofs])].tolist():
             if done[dof]:
                 continue
-            start, rate = estimated_maximum(estimate.slopes[k, :, dof], switch_events)
+            start = estimated_maximum(estimate.slopes[k, :, dof], switch_events)
             margin = float(estimate.error[k, dof]) * segment.length
             always = self._per_dof or switch_events.any()
             if not (always or self._may_lead(segment, start, dof, margin)):
                 continue
-            maximum = locate_maximum(segment, left, right, dof, start, rate)
+            maximum = locate_maximum(segment, left, right, dof, start)
             if maximum is None:
                 lost += 1
                 continue
