@@ -32,24 +32,26 @@ _MAX_DEPTH = 6
 
 def find_missed_events(
     points: list[PathPoint], corrector: Corrector, segments: Segments
-) -> dict[int, float]:
+) -> tuple[dict[int, float], Segments[PathState]]:
     """Parameter values where a contact is in another state than after the path point before.
 
-    By the index of that point, in the ``segments`` of the path.
+    By the index of that point. Also the ``segments`` of the path, divided where that was in doubt.
     """
     problem, curve = corrector.curve.problem, corrector.curve
-    if len(points) < 2 or not len(points[0].margins):
-        return {}
     segments = segments._replace(left=segments.left.bare(), right=segments.right.bare())
+    if len(points) < 2 or not len(points[0].margins):
+        return {}, segments
     estimates = _Estimates.of(curve, points)
     samples = problem.basis.highest if problem.basis.n_components > 2 else 1
     size = len(_SHARES) * len(points[0].margins) * _SAMPLES * samples
     missed: dict[int, float] = {}
+    whole: list[Segments[PathState]] = []
     for _ in range(_MAX_DEPTH):
         divided, dividing_shares, middles = [], [], []
         for batch in segments.batches(max(_BATCH_SIZE // size, 1)):
             measured = measure(curve.single_valued, batch.left, batch.right, batch.scale)
             shares = _doubtful_shares(problem, batch, measured, estimates)
+            stays = np.ones(len(shares), dtype=bool)
             for k in np.flatnonzero(shares).tolist():
                 if int(batch.number[k]) in missed:
                     continue
@@ -58,15 +60,17 @@ def find_missed_events(
                 if middle is not None and segment.other_states:
                     missed[int(batch.number[k])] = float(middle.state[-1])
                 elif middle is not None:
+                    stays[k] = False
                     divided.append(batch.take([k]))
                     dividing_shares.append(shares[k])
                     middles.append(middle)
+            whole.append(batch.take(stays))
         if not divided:
-            break
+            return missed, Segments.joined([segments.take(slice(0)), *whole])
         middle = PathState.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
         segments = Segments.joined(divided).divided(np.array(dividing_shares), middle, scale)
-    return missed
+    return missed, Segments.joined([*whole, segments])
 
 
 class _Estimates(NamedTuple):

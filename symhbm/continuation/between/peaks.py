@@ -80,7 +80,10 @@ def locate_peaks(
     maxima = Maxima(corrector, per_dof, ignore_states)
     segments = Segments.of(points, before, after)
     if not ignore_states:
-        maxima.other_states |= find_missed_events(points, corrector, segments)
+        missed, divided = find_missed_events(points, corrector, segments)
+        maxima.other_states |= missed
+        left, right = (Slopes.of(problem, at) for at in (divided.left, divided.right))
+        segments = divided._replace(left=left, right=right)
     located = maxima.between(segments)
     between = {}
     for i, maxima_between in located.items():
