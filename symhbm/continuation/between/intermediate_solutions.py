@@ -45,8 +45,6 @@ _SHARES = np.array([0.25, 0.5, 0.75])
 """Shares of a segment at which the error of interpolation is estimated."""
 _MAX_DEPTH = 12
 """Most times that a segment is split."""
-_MAX_FLIPS = 2
-"""Contact states held, one after the other, before contacts are solved for freely."""
 _BATCH_SIZE = 2**16
 """Amplitudes evaluated at once, which bounds the memory of large structures."""
 
@@ -235,20 +233,23 @@ def _solution_at_value(
     """The solution at a share of the parameter interval, contacts free where one changes."""
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
-    slopes = width * left.direction / left.direction[-1], width * right.direction / right.direction[-1]
-    guess = cubic(left.state, right.state, slopes, share)
-    scale = curve.scale(guess)
+    over = (width * end.direction / end.direction[-1] for end in (left, right))
+    guess = cubic(left.state, right.state, tuple(over), share)
+    scale, value = curve.scale(guess), float(guess[-1])
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
-    held = switches
-    for _ in range(_MAX_FLIPS):
-        corrected = corrector.correct(guess, scale, plane, held)
-        if corrected is None:
-            break
-        if not corrected.crosses:
-            leaves = is_beyond(corrected.margins, switches, ON_LIMIT)
-            return PathState(corrected.point, corrected.direction * scale), leaves
-        held = held ^ crossed(corrected.margins, held)
-    value = float(guess[-1])
+    corrected = corrector.correct(guess, scale, plane, switches)
+    if corrected is None:
+        # Where the path bends sharply over the parameter, it is predicted along its length.
+        near = Segment(corrector, left, right, switches).solve(share)
+        if near is not None:
+            start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
+            corrected = corrector.correct(start, scale, plane, switches)
+    if corrected is not None and corrected.crosses:
+        flipped = switches ^ crossed(corrected.margins, switches)
+        corrected = corrector.correct(corrected.point, scale, plane, flipped)
+    if corrected is not None and not corrected.crosses:
+        leaves = is_beyond(corrected.margins, switches, ON_LIMIT)
+        return PathState(corrected.point, corrected.direction * scale), leaves
     result = corrector.free(guess[:-1], value)
     if not result.converged:
         return None, False

@@ -13,6 +13,7 @@ import numpy as np
 from symhbm.balance import BalancedContacts, HarmonicBalance
 from symhbm.continuation.between.interpolation_error import value_errors
 from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
@@ -31,14 +32,14 @@ _MAX_DEPTH = 6
 
 
 def find_missed_events(
-    points: list[PathPoint], corrector: Corrector, segments: Segments
+    points: list[PathPoint], corrector: Corrector, path_segments: Segments[Slopes]
 ) -> tuple[dict[int, float], Segments[PathState]]:
     """Parameter values where a contact is in another state than after the path point before.
 
-    By the index of that point. Also the ``segments`` of the path, divided where that was in doubt.
+    By the index of that point. Also the segments of the path, divided where that was in doubt.
     """
     problem, curve = corrector.curve.problem, corrector.curve
-    segments = segments._replace(left=segments.left.bare(), right=segments.right.bare())
+    segments = path_segments.bare()
     if len(points) < 2 or not len(points[0].margins):
         return {}, segments
     estimates = _Estimates.of(curve, points)
@@ -141,10 +142,11 @@ def _most_beyond(
         for h in range(within.shape[1]):
             at = begin[i] + width[i] * _SHARES[h]
             for k in range(within.shape[2]):
+                if not (math.isfinite(first[i, k]) and math.isfinite(last[i, k])):
+                    continue
                 off = first[i, k] + at * (last[i, k] - first[i, k])
-                margin = within[i, h, k] - off
-                outward = -margin if switches[i, k] else margin
-                if math.isfinite(first[i, k] + last[i, k]) and outward > farthest:
+                outward = off - within[i, h, k] if switches[i, k] else within[i, h, k] - off
+                if outward > farthest:
                     farthest, shares[i] = outward, _SHARES[h]
 
 

@@ -83,7 +83,7 @@ def locate_peaks(
         missed, divided = find_missed_events(points, corrector, segments)
         maxima.other_states |= missed
         left, right = (Slopes.of(problem, at) for at in (divided.left, divided.right))
-        segments = divided._replace(left=left, right=right)
+        segments = divided.with_ends(left, right)
     located = maxima.between(segments)
     between = {}
     for i, maxima_between in located.items():

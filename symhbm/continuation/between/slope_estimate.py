@@ -45,11 +45,11 @@ class SlopeEstimate(NamedTuple):
 
     def falls_from(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
         """Whether an amplitude surely falls all along from the left end of a segment."""
-        return (self._bound(segment, dof, 1.0) < 0).all(axis=-1)
+        return np.all(self._bound(segment, dof, 1.0) < 0, axis=-1)
 
     def rises_to(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
         """Whether an amplitude surely rises all along to the right end of a segment."""
-        return (self._bound(segment, dof, -1.0) > 0).all(axis=-1)
+        return np.all(self._bound(segment, dof, -1.0) > 0, axis=-1)
 
     def _bound(self, segment: Any, dof: Any, side: float) -> FloatArray:
         """Bound of the slopes of one amplitude inside a segment, above or below it."""
@@ -166,9 +166,7 @@ def _judge(
 
 
 @Loop
-def _turn_of(
-    slopes: Any, error: float, constant: float, switch_events: Any
-) -> tuple[bool, bool]:
+def _turn_of(slopes: Any, error: float, constant: float, switch_events: Any) -> tuple[bool, bool]:
     """Whether one amplitude turns, and whether further points are needed to tell."""
     last = len(slopes) - 1
     largest, sign_changes = 0.0, 0
