@@ -130,8 +130,8 @@ def _needed_shares(
     if single_valued:
         # A cubic over the parameter differs from one over the arc length: the worse one counts.
         width = (right.state - left.state)[:, -1:]
-        over = (width * at.direction / at.direction[:, -1:] for at in (left, right))
-        tangents.append(tuple(over))
+        first, last = (width * at.direction / at.direction[:, -1:] for at in (left, right))
+        tangents.append((first, last))
     states, rates = np.empty((2, len(segments), len(_SHARES), left.state.shape[1]))
     folds = np.array([segment.folds for segment in segments])
     worst = np.zeros((2, len(segments)))

@@ -60,8 +60,8 @@ class Maxima:
     def _process(self, segments: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
         """Parts of the segments that need further division; maxima of the others are stored."""
         estimate = estimate_slopes(self._problem, segments, self._per_dof)
-        is_doubtful = estimate.is_doubtful.any(axis=1)
-        candidates = is_doubtful | estimate.turns.any(axis=1)
+        is_doubtful = np.any(estimate.is_doubtful, axis=1).tolist()
+        candidates = np.any(estimate.is_doubtful | estimate.turns, axis=1)
         candidates &= estimate.measured.length[:, 0] > 0  # else its ends coincide
         middles: dict[int, PathState] = {}
         maxima: dict[int, list[LocatedMaximum]] = {}
