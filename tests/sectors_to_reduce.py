@@ -60,3 +60,15 @@ def plane_sector(n_sectors):
         contact_stiffness=1e5, friction_coefficient=0.3, normal_load=3.0,
     )  # fmt: skip
     return disk.with_contacts(rub=rub)
+
+
+def chain_sector(n_sectors):
+    """A mass of the disk, number 0, and a blade of three upon it, with a shroud at the tip."""
+    springs = [(0, 1, 2e4), (1, 2, 3e4), (2, 3, 2e4), (0, 4, 2e4)]
+    stiffness = _springs(5, springs) + np.diag([1e4, 0, 0, 0, 0])
+    model = sh.Model(np.diag([1, 0.3, 0.3, 0.3, 0]), np.diag([3, 0.5, 0.5, 0.5, 0]), stiffness)
+    shroud = sh.Friction(
+        tangential=(3, sh.next_sector(3)),
+        contact_stiffness=2e3, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    return sh.Sector(model, left=[0], right=[4], n_sectors=n_sectors).with_contacts(shroud=shroud)

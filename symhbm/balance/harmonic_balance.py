@@ -252,7 +252,7 @@ class HarmonicBalance:
         array = np.asarray(values, dtype=float)
         if self.symmetry is None or array.ndim == 0:
             return array
-        if name in self.model.records:
+        if name in self.model.contact_parameters:
             contacts = self.model.group_of(name).contacts
             return self.symmetry.own_of_contacts(name, array, contacts)
         return self.symmetry.own_of_dofs(name, array)
@@ -290,7 +290,8 @@ class HarmonicBalance:
                 if model is not changes.get("model", self.model):  # in another wave
                     changes |= dict(model=model, shared={})
         other = self._copy(**changes)
-        compared = {*self.model.records, "force_amplitude"}  # sector by sector, as they were set
+        # Sector by sector, as they were set.
+        compared = {*self.model.contact_parameters, "force_amplitude"}
         if self.symmetry is not None and not {*values} <= compared:
             found = find_symmetry(other.model, other.excitation, self.basis)
             if found != self.symmetry:
@@ -385,7 +386,7 @@ class HarmonicBalance:
             self._check_compiled(f"derivative({name!r})")
             return self._equations.derivative(name)
         name = self.parameter_name(name)
-        if name in self.model.records:
+        if name in self.model.contact_parameters:
             owner = self.model.group_of(name).name
             if owner not in self._active:
                 vars(self).update(vars(self._copy(active=self._active | {owner})))

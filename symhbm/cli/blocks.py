@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.continuation import Status
 from symhbm.results import Description, consecutive_blocks
 
-INNER = ("dof", "contact", "harmonic", "component")
+INNER = ("dof", "contact", "blade", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
 ALIKE = 1e-9
 """Relative difference of values that differ by round-off alone."""

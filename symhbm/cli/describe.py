@@ -9,8 +9,8 @@ import xarray as xr
 
 from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
-from symhbm.model import PARAMETERS
-from symhbm.results import DRAWN, OF_MODEL, VARIABLES, Description
+from symhbm.model import is_pattern
+from symhbm.results import DRAWN, VARIABLES, Description, variables_of_model
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -85,7 +85,7 @@ def _problem(dataset: xr.Dataset) -> Lines:
         which = "" if alike == sectors.size else f", in {alike} of {sectors.size} curves"
         solved = " or ".join(map(str, np.unique(sectors.values[sectors.values > 1])))
         yield "solved", f"one of {solved} sectors that move alike{which}"
-    for name in PARAMETERS:
+    for name in Description(dataset).parameters:
         if name in dataset.variables and name not in _OF_FORCE:
             text = _parameter(dataset, name, body)
             if name != "cubic_stiffness" or text != "0 N m-3":
@@ -147,12 +147,13 @@ def _drawn(variable: xr.DataArray) -> str:
 def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
     """Values of a parameter with their unit and their pattern."""
     variable = dataset[name]
-    unit = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
+    units = Description(dataset).parameters[name].units
+    unit = "" if units == "1" else f" {units}"
     values = variable.values
     finite = values[np.isfinite(values)]
-    outer = [str(dim) for dim in variable.dims if dim not in INNER]
-    of = {"dof": f"{body}s", "contact": "contacts"}
-    owners = [of[str(dim)] for dim in variable.dims if dim in of]
+    outer = [str(dim) for dim in variable.dims if dim not in INNER and not is_pattern(dim)]
+    of = {"dof": f"{body}s", "blade": "blades"}
+    owners = [of.get(str(dim), "contacts") for dim in variable.dims if is_pattern(dim)]
     if not finite.size:
         return "none"
     spread = f"{short(finite.min())} to {short(finite.max())}{unit}"
@@ -181,12 +182,13 @@ def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
 
 def _others(dataset: xr.Dataset) -> Lines:
     """Variables and attributes of the user; all variables where there is no status."""
-    described = {*VARIABLES, *PARAMETERS, "harmonic", "component", "dof", "contact"}
-    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in PARAMETERS}
-    described |= {f"{name}_nominal" for name in PARAMETERS}
-    described |= {*OF_MODEL}
+    parameters = Description(dataset).parameters
+    described = {*VARIABLES, *parameters, "harmonic", "component", "dof", "contact"}
+    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in parameters}
+    described |= {f"{name}_nominal" for name in parameters}
+    described |= {*variables_of_model(dataset)}
     if "status" not in dataset.variables:
-        described -= {str(name) for name in dataset.data_vars} - {*PARAMETERS}
+        described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())
         yield "dimensions", sizes or "none"
     for name, variable in dataset.variables.items():

@@ -10,7 +10,6 @@ import xarray as xr
 
 from symhbm.cli.blocks import INNER, blocks, moving, set_dimensions
 from symhbm.cli.selection import Selection
-from symhbm.model import PARAMETERS
 from symhbm.results import Description, check_present
 
 TABLES = ("points", "peaks", "events", "sets")
@@ -143,8 +142,8 @@ def _variables(
             )
     if wanted is not None and "all" not in wanted:
         return named
-    swept = Description(dataset).swept
-    parameters = {*PARAMETERS, *(f"{name}_nominal" for name in PARAMETERS)}
+    swept, records = Description(dataset).swept, Description(dataset).parameters
+    parameters = {*records, *(f"{name}_nominal" for name in records)}
     chosen = []
     for name in map(str, dataset.data_vars):
         outer = {dim for dim in dataset[name].dims if dim not in INNER}

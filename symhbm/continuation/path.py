@@ -22,6 +22,7 @@ from symhbm.continuation.correctors import (
     unit_parameter,
 )
 from symhbm.continuation.events import (
+    BEYOND_CORNER,
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
     ResonanceFinder,
@@ -30,6 +31,7 @@ from symhbm.continuation.events import (
     find_folds,
     first_limit,
     step_over_corner,
+    turns_back,
 )
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import (
@@ -114,6 +116,10 @@ class Path:
                 if stuck and may_cross:
                     # A step that shrank from corner to corner does not suit the path beyond.
                     attempt, step = self._cross_corner(point, max(usual, SMALLEST_CORNER_STEP))
+                elif stuck and not self._curve.single_valued:
+                    attempt = self._acute_corner(point, 4 * step)
+                    folds = None if attempt is None else self._folds(point, attempt[0])
+                    attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
                 if step < SMALLEST_STEP:
                     known = self.corrector.defined
@@ -165,8 +171,7 @@ class Path:
     def _first(self) -> PathPoint | None:
         if self._base is not None:
             base = self._base
-            row = base.after / base.scale
-            tangent = self.corrector.tangent(base.state, base.scale, row, base.switches)
+            tangent = self._tangent_at(base)
             self._orientation = 0 if tangent is None else tangent.sign
             return None if tangent is None else base
         evaluation = self._curve.evaluate(self._start[:-1], self._start[-1])
@@ -214,6 +219,10 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
+        forward = np.dot(solution.direction, base.after / scale) > 0
+        behind = np.dot(solution.direction, (solution.point - start) / scale) <= 0
+        if forward and behind and not self._curve.single_valued:
+            return None  # a part of the path that was there before, close to this one
         past_limit = solution
         if not solution.crosses:
             past_limit = brief_crossing(self.corrector, base, solution, scale)
@@ -223,7 +232,7 @@ class Path:
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
         steep = not self._curve.single_valued and abs(solution.direction[-1]) < STEEP
-        if steep or np.dot(solution.direction, base.after / scale) <= 0:
+        if steep or not forward:
             # The tangent belongs to the iterate before: too inaccurate on a steep flank.
             tangent = self.corrector.tangent(
                 solution.point, scale, base.after / scale, base.switches
@@ -281,6 +290,33 @@ class Path:
         events = switched(self._curve.problem, base.switches, crossing.switches)
         point = self._accept(crossing.solution, base.scale, crossing.switches, events)
         return (point, crossing.error), crossing.length
+
+    def _acute_corner(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
+        """The acute corner within a step that failed, None where there is none."""
+        if not turns_back(self.corrector, base, step, self._orientation):
+            return None
+        near, error, low = base, 0.0, 0.0
+        while step - low > SMALLEST_STEP:
+            middle = (low + step) / 2
+            attempt = self._advance(base, middle)
+            if attempt is None:
+                step = middle
+            else:
+                low, (near, error) = middle, attempt
+        ahead = turns_back(self.corrector, near, BEYOND_CORNER, self._orientation)
+        if near.events or ahead is None:
+            return None if near is base else (near, error)
+        solution = self._tangent_at(near)
+        if solution is None:
+            return None
+        events = (Event(EventKind.CORNER),)
+        if solution.direction[-1] * ahead.direction[-1] < 0:
+            events += (Event(EventKind.FOLD),)
+        return self._accept(solution, near.scale, near.switches, events, ahead), error
+
+    def _tangent_at(self, point: PathPoint) -> Corrected | None:
+        row = point.after / point.scale
+        return self.corrector.tangent(point.state, point.scale, row, point.switches)
 
     def _correct(self, guess, scale, normal, switches, end: float | None) -> Corrected | None:
         if end is not None:

@@ -1,16 +1,18 @@
 """Points of a path and the events at them."""
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import ContactSprings, HarmonicBalance
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.numerics import FloatArray, length_of
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop
 
 UNBOUNDED_AMPLIFICATION = 1e9
 """Inertia over exciting force beyond which round-off exceeds the difference of the two."""
@@ -21,11 +23,12 @@ class EventKind(StrEnum):
 
     FOLD = "fold"
     BRANCH = "branch point"
+    CORNER = "corner"
 
 
 @dataclass(frozen=True)
 class Event:
-    """A switch of one ``contact`` that turns on or off, or a fold or a branch point of the path.
+    """A switch of one ``contact`` that turns on or off, or another event of the path.
 
     ``kind`` is the name that the contact law gives it, or an `EventKind` (contact -1, ``turns_on``
     None).
@@ -56,9 +59,9 @@ class PathPoint(NamedTuple):
     there; ``before`` and ``after`` (n_unknowns + 1,), its derivatives by the local arc length on
     either side, equal except at an event; ``switches`` (n_switches,), the contact states after the
     point; ``margins`` (n_switches,), the margins of the switches, and ``rate`` (n_switches,),
-    their derivatives by arc length after the point; ``amplification`` and
-    ``resonances_below`` as of `Corrected`; ``solves``, the linear solves spent since the point
-    before.
+    their derivatives by arc length after the point; ``amplification``,
+    ``resonances_below`` and ``springs`` as of `Corrected`; ``solves``, the linear solves spent
+    since the point before.
     """
 
     state: FloatArray
@@ -73,6 +76,7 @@ class PathPoint(NamedTuple):
     resonances_below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
+    springs: ContactSprings | None = None
 
     @classmethod
     def of(
@@ -91,12 +95,10 @@ class PathPoint(NamedTuple):
         """
         far_side = far_side or solution
         scale_there = curve.scale(solution.point)
-        ratio = scale / scale_there
-        length = length_of(far_side.direction * ratio)
-        after = far_side.direction * scale / length
+        after, length = _by_arc_length(far_side.direction, scale, scale_there)
         before = after
         if far_side is not solution:
-            before = solution.direction * scale / length_of(solution.direction * ratio)
+            before, _ = _by_arc_length(solution.direction, scale, scale_there)
         return cls(
             state=solution.point,
             scale=scale_there,
@@ -110,6 +112,7 @@ class PathPoint(NamedTuple):
             resonances_below=far_side.resonances_below,
             solves=solves,
             events=events,
+            springs=far_side.springs,
         )
 
     @property
@@ -121,3 +124,16 @@ class PathPoint(NamedTuple):
     def value(self) -> float:
         """The parameter."""
         return float(self.state[-1])
+
+
+@Loop
+def _by_arc_length(direction: Any, scale: Any, scale_there: Any) -> Any:
+    """Derivative by the arc length at a point, from a direction in other units, and its length."""
+    result, square = np.empty(len(direction)), 0.0
+    for i in range(len(direction)):
+        result[i] = direction[i] * scale[i]
+        square += (result[i] / scale_there[i]) ** 2
+    length = math.sqrt(square)
+    for i in range(len(direction)):
+        result[i] /= length
+    return result, length

@@ -1,11 +1,13 @@
 """Cubic predictor through the last two points of a path and their tangents."""
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symhbm.continuation.point import PathPoint
-from symhbm.numerics import FloatArray, length_of
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop
 
 
 class Predictor(NamedTuple):
@@ -22,19 +24,47 @@ class Predictor(NamedTuple):
     @classmethod
     def through(cls, before: PathPoint, point: PathPoint) -> "Predictor":
         """The predictor at a ``point``, from that point and the one ``before`` it."""
-        chord = point.state - before.state
-        distance = length_of(chord / point.scale)
-        if point.events or distance == 0:
-            return cls.straight(len(chord))
-        tangent = before.after / length_of(before.after / point.scale)
-        turn = point.after - tangent
-        # The arc of a circle whose tangent turns as much.
-        length = distance * (1 + np.sum((turn / point.scale) ** 2) / 24)
-        mismatch = point.after + tangent - 2 * chord / length
-        return cls((turn + 3 * mismatch) / length, 6 * mismatch / length**2)
+        result = cls.straight(len(point.state))
+        if not point.events:
+            _through(before.state, before.after, point.state, point.after, point.scale, *result)
+        return result
 
     def at(self, point: PathPoint, length: float) -> FloatArray:
         """Unknowns and parameter at an arc length beyond the point."""
-        return point.state + length * (
-            point.after + length / 2 * (self.second + length / 3 * self.third)
-        )
+        return _at(point.state, point.after, self.second, self.third, length)
+
+
+@Loop
+def _at(state: Any, after: Any, second: Any, third: Any, length: float) -> Any:
+    """The cubic at an arc length, from its value and derivatives."""
+    result = np.empty(len(state))
+    for i in range(len(state)):
+        curved = second[i] + length / 3 * third[i]
+        result[i] = state[i] + length * (after[i] + length / 2 * curved)
+    return result
+
+
+@Loop
+def _through(
+    first: Any, leaving: Any, last: Any, arriving: Any, scale: Any, second: Any, third: Any
+) -> None:
+    """Write the ``second`` and ``third`` derivative at the ``last`` of two points.
+
+    ``leaving`` and ``arriving`` are the tangents at the two points by their own arc lengths.
+    """
+    square_of_chord = square_of_tangent = square_of_turn = 0.0
+    for i in range(len(scale)):
+        square_of_chord += ((last[i] - first[i]) / scale[i]) ** 2
+        square_of_tangent += (leaving[i] / scale[i]) ** 2
+    if square_of_chord == 0.0:
+        return
+    size = math.sqrt(square_of_tangent)
+    for i in range(len(scale)):
+        square_of_turn += ((arriving[i] - leaving[i] / size) / scale[i]) ** 2
+    # The arc of a circle whose tangent turns as much.
+    length = math.sqrt(square_of_chord) * (1 + square_of_turn / 24)
+    for i in range(len(scale)):
+        tangent = leaving[i] / size
+        mismatch = arriving[i] + tangent - 2 * (last[i] - first[i]) / length
+        second[i] = (arriving[i] - tangent + 3 * mismatch) / length
+        third[i] = 6 * mismatch / length**2

@@ -24,6 +24,8 @@ _LEAST_AHEAD = 1e-3
 """Least component of a unit tangent along a normal that divides."""
 _CLEARLY = 1e-7
 """Slip margin beyond which a contact is in another state, and not by round-off."""
+_ROUND_OFF = 1e-12
+"""Distance beyond an end, relative to the parameter, of a solution that is the end."""
 _CLOSE = 0.01
 """Share of the segment within which the tangent of a neighbour predicts better than the cubic."""
 
@@ -259,7 +261,8 @@ class Segment:
         if not self.curve.single_valued:
             return True
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
-        return low <= solution.point[-1] <= high and not solution.crosses
+        beyond = max(low - solution.point[-1], solution.point[-1] - high)
+        return beyond <= _ROUND_OFF * abs(high) and not solution.crosses
 
 
 def is_beyond(margins: FloatArray, switches: NDArray[np.bool_], tolerance: float) -> bool:

@@ -22,9 +22,9 @@ from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
-    dims_of,
     is_pattern,
     records_by_name,
+    records_of_blade_modes,
 )
 from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
@@ -66,7 +66,6 @@ __all__ = [
     "check_excitation",
     "contact_pairs",
     "described",
-    "dims_of",
     "find_symmetry",
     "force_coefficients",
     "is_pattern",
@@ -74,6 +73,7 @@ __all__ = [
     "number_of",
     "positive_definite",
     "records_by_name",
+    "records_of_blade_modes",
     "single_blade",
     "static_force",
     "warn_of_doubts",

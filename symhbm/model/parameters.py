@@ -7,6 +7,13 @@ from collections.abc import Mapping
 
 from symhbm.model.contacts import Coulomb, CubicSpring, Parameter, named
 
+
+def _deviation(of: str, symbol: str) -> Parameter:
+    """Record of what tells how far blades deviate from the nominal one."""
+    words = f"deviation of the {of}"
+    return Parameter("1", words, symbol, "", "blade", "any", "any", deviation=True)
+
+
 PARAMETERS = {
     "mass": Parameter(
         "kg", "mass of the blade", "$m$", "kg", "dof", "positive", "positive", designed=True
@@ -21,36 +28,9 @@ PARAMETERS = {
     "force_amplitude": Parameter(
         "N", "amplitude of the exciting force", "$f_0$", "N", None, bound="any"
     ),
-    "stiffness_deviation": Parameter(
-        "1",
-        "deviation of the stiffness of the blade",
-        r"$\Delta k$",
-        "",
-        "blade",
-        "any",
-        "any",
-        deviation=True,
-    ),
-    "frequency_deviation": Parameter(
-        "1",
-        "deviation of the frequency of the blade alone",
-        r"$\Delta f$",
-        "",
-        "blade",
-        "any",
-        "any",
-        deviation=True,
-    ),
-    "mass_deviation": Parameter(
-        "1",
-        "deviation of the mass of the blade",
-        r"$\Delta m$",
-        "",
-        "blade",
-        "any",
-        "any",
-        deviation=True,
-    ),
+    "stiffness_deviation": _deviation("stiffness of the blade", r"$\Delta k$"),
+    "frequency_deviation": _deviation("frequency of the blade alone", r"$\Delta f$"),
+    "mass_deviation": _deviation("mass of the blade", r"$\Delta m$"),
     "engine_order": Parameter("1", "engine order", "EO", "", None),
 }
 BLADE_PARAMETERS = tuple(name for name, about in PARAMETERS.items() if about.per == "dof")
@@ -74,12 +54,16 @@ def records_by_name(
     return result
 
 
+def records_of_blade_modes(count: int) -> dict[str, Parameter]:
+    """Records of the deviations of the frequencies of so many modes of the blade alone."""
+    return {
+        f"frequency_deviation_{mode}": _deviation(
+            f"frequency of mode {mode} of the blade alone", rf"$\Delta f_{{{mode}}}$"
+        )
+        for mode in range(count)
+    }
+
+
 def is_pattern(dim: object) -> bool:
     """Whether a dimension of a dataset runs over degrees of freedom, contacts or blades."""
     return dim in ("dof", "contact", "blade") or str(dim).endswith("_contact")
-
-
-def dims_of(name: str) -> tuple[str, ...]:
-    """Dimensions of one value of a parameter in a dataset."""
-    per = PARAMETERS[name].per
-    return () if per is None else (per,)

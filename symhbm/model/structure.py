@@ -27,7 +27,6 @@ from symhbm.model.excitation import Excitation, check_whole, static_force
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
-    dims_of,
     records_by_name,
 )
 from symhbm.model.places import NextSector, Place, check_places, number_of
@@ -196,7 +195,7 @@ class Structure(ABC):
 
     def _check_names(self, names: Collection[str]) -> None:
         """Raise ValueError for parameters of contacts whose names are taken."""
-        of_structure = set(PARAMETERS) | _INPUTS
+        of_structure = {*PARAMETERS, *_INPUTS, *self.matrix_terms}
         for kind in type(self).__mro__:
             of_structure |= {*vars(kind), *vars(kind).get("__annotations__", {})}
         for name in sorted(names):
@@ -255,7 +254,7 @@ class Structure(ABC):
 
     @cached_property
     def records(self) -> dict[str, Parameter]:
-        """What each parameter of the contacts is."""
+        """What each parameter is that not all structures have: those of the contacts."""
         return records_by_name({group.name: group.law.parameters for group in self.groups})
 
     @property
@@ -283,8 +282,8 @@ class Structure(ABC):
 
     def dims_of(self, name: str) -> tuple[str, ...]:
         """Dimensions of one value of a parameter in a dataset."""
-        if name not in self.records:
-            return dims_of(name)
+        if name not in self.contact_parameters:
+            return self.about(name).dims
         group = self.group_of(name)
         return ("contact",) if group.n == self.n_contacts else (f"{group.name}_contact",)
 
@@ -446,7 +445,7 @@ class Structure(ABC):
         # What does not change was checked when this structure was made.
         other = object.__new__(type(self))
         other._store(**vars(self))
-        if not {self.parameter_name(name) for name in values} <= {*self.records}:
+        if not {self.parameter_name(name) for name in values} <= {*self.contact_parameters}:
             vars(other).pop(DENSE, None)
         for name, value in values.items():
             other._put(self.parameter_name(name), value)

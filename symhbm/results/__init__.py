@@ -7,9 +7,9 @@ from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
-    OF_MODEL,
     SCHEMA_VERSION,
     law_of_library,
+    variables_of_model,
     with_provenance,
 )
 from symhbm.results.request import (
@@ -30,7 +30,6 @@ from symhbm.results.variables import OWN_DIMENSIONS, VARIABLES, meaning
 __all__ = [
     "DRAWN",
     "LARGEST_OF",
-    "OF_MODEL",
     "OF_PEAKS",
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",
@@ -59,6 +58,7 @@ __all__ = [
     "schema",
     "tables",
     "variables",
+    "variables_of_model",
     "with_provenance",
     "without",
 ]

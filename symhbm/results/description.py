@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, is_pattern, records_by_name
+from symhbm.model import PARAMETERS, is_pattern, records_by_name, records_of_blade_modes
 from symhbm.model.contacts import Parameter
 from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES, Variable
 
@@ -30,6 +30,16 @@ class Description:
     def records(self) -> dict[str, Parameter | Variable]:
         """What its parameters are, and the variables of its contact laws."""
         return records_of(self.problem)
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """What its parameters are."""
+        return parameters_of(self.problem)
+
+    @property
+    def blade_modes(self) -> int:
+        """Number of modes of each blade whose frequencies are parameters."""
+        return self.problem.get("blade_modes", 0)
 
     @property
     def lumped(self) -> bool:
@@ -105,13 +115,18 @@ class Description:
 
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
-    groups = description.get("groups", {})
+    variables = [entry["variables"] for entry in description.get("groups", {}).values()]
+    return parameters_of(description) | _of_laws(variables)
+
+
+def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
+    """What the parameters of a described problem are."""
     own = {
         group: {name: Parameter(*record) for name, record in entry["parameters"].items()}
-        for group, entry in groups.items()
+        for group, entry in description.get("groups", {}).items()
     }
-    variables = [entry["variables"] for entry in groups.values()]
-    return PARAMETERS | records_by_name(own) | _of_laws(variables)
+    of_modes = records_of_blade_modes(description.get("blade_modes", 0))
+    return PARAMETERS | of_modes | records_by_name(own)
 
 
 def check_names(problem: HarmonicBalance) -> None:

@@ -40,7 +40,7 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.cyclic import Sector
-from symhbm.model.reduction import DEVIATIONS, DeviatingModel
+from symhbm.model.reduction import DeviatingModel, deviations_of
 from symhbm.model.rotation import recalled_model, speed_order
 from symhbm.results.description import Description, check_names
 from symhbm.results.places import of_places, places_of
@@ -74,9 +74,7 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 _ENTRIES = ("row", "column", "value")
-_BY_ENTRIES = tuple(f"{name}_{part}" for name in MATRICES for part in _ENTRIES)
-OF_MODEL = (*_BY_ENTRIES, NUMBERS, STRUCTURE_NUMBERS)
-"""Variables that hold what vibrates."""
+_OF_BLADES = ("place", "number", "value")
 _LAWS: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
@@ -264,6 +262,14 @@ def _version(package: str) -> str:
     return version(package)
 
 
+def variables_of_model(dataset: xr.Dataset) -> list[str]:
+    """Names of the variables that hold what vibrates, as far as a dataset may have them."""
+    of_matrices = [f"{name}_{part}" for name in MATRICES for part in _ENTRIES]
+    changes = deviations_of(Description(dataset).blade_modes).values()
+    of_blades = {f"blade_{about.part}_{part}": None for about in changes for part in _OF_BLADES}
+    return [*of_matrices, *of_blades, NUMBERS, STRUCTURE_NUMBERS]
+
+
 def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     units = PARAMETERS[name.removesuffix("_matrix")].units
@@ -280,8 +286,10 @@ def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
 
 
 def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
-    """What blades add to the stored entries of a matrix for a deviation of 1."""
-    units, long_name = PARAMETERS[name].units, f"part of the {name} matrix that is the blade's"
+    """A part of all blades among the stored entries of a matrix, by its name in a `Deviation`."""
+    matrix, mode = (name, "") if name in PARAMETERS else ("stiffness", name.replace("_", " "))
+    long_name = f"part of the {matrix} matrix that is the blade's{mode and f', {mode} alone'}"
+    units = PARAMETERS[matrix].units
     parts = {
         "place": (entries.row.astype(np.int64), "stored entry", "1"),
         "number": (entries.col.astype(np.int64), "blade", "1"),
@@ -527,14 +535,13 @@ def _with_blades(
     dataset: xr.Dataset, matrices: list[Any], contacts: Any, varied: list[str]
 ) -> DeviatingModel:
     base: dict[str, Any] = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
-    values = {name: _nominal(dataset, name, varied) for name in DEVIATIONS}
-    shape = len(np.atleast_1d(values[DEVIATIONS[0]]))
+    deviations = deviations_of(Description(dataset).blade_modes)
+    values = {name: _nominal(dataset, name, varied) for name in deviations}
+    shape = len(np.atleast_1d(next(iter(values.values()))))
     blades = {}
-    for name in ("mass", "stiffness"):
-        place, number, value = (
-            dataset[f"blade_{name}_{part}"].values for part in ("place", "number", "value")
-        )
-        size = base[name].nnz, shape
+    for matrix, name, _ in deviations.values():
+        place, number, value = (dataset[f"blade_{name}_{part}"].values for part in _OF_BLADES)
+        size = base[matrix].nnz, shape
         blades[name] = sp.csr_array((value, (place, number)), shape=size)
     return DeviatingModel(base, blades, contacts, **values)
 

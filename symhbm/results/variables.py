@@ -118,7 +118,9 @@ VARIABLES = {
     "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
     "event_kind": Variable(
-        (), "1", "onset or end of slip, what another law begins or ends, fold, or branch point"
+        (),
+        "1",
+        "onset or end of slip, what another law begins or ends, fold, corner, or branch point",
     ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
     "n_points": Variable(

@@ -24,6 +24,7 @@ from symhbm.cli import main
 from symhbm.cli.blocks import blocks
 from symhbm.cli.picture import kinds
 from symhbm.results.archive.working_files import Store
+from tests.sectors_to_reduce import chain_sector
 
 ROOT = Path(__file__).parent.parent.parent
 VALUES = dict(
@@ -217,6 +218,23 @@ def test_info_of_an_unfinished_run(tmp_path, monkeypatch, at):
         0,
         "symhbm export: 1 of 3 curves are incomplete, --table sets says why\n",
     )
+
+
+def test_modes_of_blades_in_words_and_tables(tmp_path):
+    sector = sh.craig_bampton(chain_sector(3), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
+    name, values = "frequency_deviation_1", np.array([[0.01, 0, -0.02], [0, 0.03, 0]])
+    problem = sh.HarmonicBalance(sh.mistuned_ring(sector), sh.EngineOrder(1, pattern={3: 1.0}))
+    over = {name: xr.DataArray(values, dims=("sample", "blade"))}
+    path = sh.save(sh.frf(problem, (12, 25), at=[15.0], over=over), tmp_path / "ring.nc")
+    said = told(path)
+    assert said[name] == (
+        "swept over sample: -0.02 to 0.03, differing between blades, nominal value 0"
+    )
+    assert said["stiffness_deviation"] == said["frequency_deviation_0"] == "0"
+    assert not any(label.startswith("blade_") for label in said)
+    sets = table(path, "--table", "sets")
+    columns = np.array([sets[f"{name}_{blade}"] for blade in range(3)], dtype=float)
+    np.testing.assert_array_equal(columns, values.T)
 
 
 def test_info_of_mistuned_blades_statistics_and_verifications(tmp_path):

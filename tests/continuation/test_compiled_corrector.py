@@ -150,7 +150,7 @@ def test_resonances_below_are_counted(name):
     branch = branch_of(name)
     for point in branch.points:
         friction = branch.curve.problem.locate(point.unknowns, point.value, point.switches)
-        natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
+        natural_modes = modes(branch.curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
 
@@ -162,7 +162,7 @@ def test_modes_of_a_condensed_structure_are_counted(harmonics):
     branch = follow_branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
     for point in branch.points:
         friction = problem.locate(point.unknowns, point.value, point.switches)
-        natural_modes = modes(branch.curve, point.unknowns, point.value, friction)
+        natural_modes = modes(branch.curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
 

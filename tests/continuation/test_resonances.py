@@ -204,7 +204,7 @@ def test_points_of_a_path_count_the_modes_they_have(name):
     for point in branch.points:
         problem, omega = curve.at(point.value)
         friction = problem.locate(point.unknowns, omega, point.switches)
-        natural_modes = resonances.modes(curve, point.unknowns, point.value, friction)
+        natural_modes = resonances.modes(curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
         assert point.resonances_below == tuple(np.count_nonzero(natural_modes.detuning < 0, axis=1))
 
@@ -213,9 +213,9 @@ def test_points_of_a_path_count_the_modes_they_have(name):
 def test_modes_are_computed_where_their_numbers_change(name, monkeypatch):
     computed_at, compute = [], resonances.modes
 
-    def counted(curve: ContinuationProblem, unknowns, value, friction):
+    def counted(curve: ContinuationProblem, unknowns, value, *given):
         computed_at.append(value)
-        return compute(curve, unknowns, value, friction)
+        return compute(curve, unknowns, value, *given)
 
     monkeypatch.setattr(resonances, "modes", counted)
     curve, band = CURVES[name]()

@@ -33,8 +33,8 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     ``right``, whose solutions are the Newton step and the tangent; ``values``: norm of the
     residual, value of the constraint, amplification, distance from the guess, twice the resonances
     below (-1 where they are not counted), whether a contact is beyond its limit, margins of all
-    switches and springs of all contacts; ``limits``, the derivatives of the margins by the scaled
-    unknowns and frequency (n_switches, n_unknowns + 1).
+    switches, springs of all contacts and their losses; ``limits``, the derivatives of the margins
+    by the scaled unknowns and frequency (n_switches, n_unknowns + 1).
     """
     sizes = [equations.closed_form.size1_in(i) for i in range(equations.closed_form.n_in())]
     n, n_switches = sizes[0], sizes[-1]
@@ -53,7 +53,7 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     named = dict(zip(equations.parameter_names, parameters, strict=True))
     amplitude = ca.fabs(named["force_amplitude"])
     events = {group.name: parts[0] for group, parts in groups}
-    springs = _springs(equations, point[:n], point[n], named, events)
+    springs, losses = _springs(equations, point[:n], point[n], named, events)
     if structure is None:
         conservative, inertia = equations.conservative(*arguments)
         inertia, exciting = (
@@ -97,6 +97,7 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         _crosses(margins, symbol["imposed"]),
         margins,
         springs,
+        losses,
     )
     outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
     if structure is None and n_switches <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
@@ -129,9 +130,9 @@ def _springs(
     frequency: Any,
     inputs: dict[str, Any],
     located: dict[str, Any],
-) -> Any:
-    """Stiffness of the contacts in their harmonic motion, (m^2) of each, group by group."""
-    stiffness = [type(unknowns)(0, 1)]
+) -> tuple[Any, Any]:
+    """Stiffness and loss of the contacts in their harmonic motion, (m^2) of each, by group."""
+    stiffness, loss = [type(unknowns)(0, 1)], [type(unknowns)(0, 1)]
     for group in equations.groups:
         if not group.n:
             continue
@@ -142,8 +143,10 @@ def _springs(
         events = ca.horzsplit(located.get(group.name, nothing))
         springs = graph_of(group.law, equations.basis).springs
         for of_contact in zip(motions, values, events, strict=True):
-            stiffness.append(springs(of_contact[0], frequency, *of_contact[1:])[0])
-    return ca.vertcat(*stiffness)
+            found = springs(of_contact[0], frequency, *of_contact[1:])
+            stiffness.append(found[0])
+            loss.append(found[1])
+    return ca.vertcat(*stiffness), ca.vertcat(*loss)
 
 
 def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import DynamicStiffness, Equations
+from symhbm.balance import ContactSprings, DynamicStiffness, Equations, by_row
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
 from symhbm.continuation.correctors.constraints import (
     AtLimit,
@@ -108,14 +108,24 @@ class CompiledCorrector(Corrector):
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
-        margins, springs, rate = of_contacts[:n], of_contacts[n:end], of_contacts[end:]
+        margins, rate = of_contacts[:n], of_contacts[end:]
+        both = of_contacts[n:end].reshape(2, 1, -1)
+        springs = ContactSprings(*(by_row(self.curve.problem, part) for part in both))
         sign = 1 if direction[-1] >= 0 else -1
         at_contacts = margins, rate, crosses > 0
         resonances_below = (
-            (int(below) // 2,) if below >= 0 else self._count.below_with(springs, point[-1])
+            (int(below) // 2,) if below >= 0 else self._count.below_with(both[0, 0], point[-1])
         )
         return Corrected(
-            point, direction, sign, norm, amplification, error, *at_contacts, resonances_below
+            point,
+            direction,
+            sign,
+            norm,
+            amplification,
+            error,
+            *at_contacts,
+            resonances_below,
+            springs,
         )
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation
+from symhbm.balance import ContactSprings, Evaluation
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
 
@@ -65,7 +65,7 @@ class Corrected(NamedTuple):
     ``crosses`` tells whether one is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
-    were not counted.
+    were not counted; ``springs`` are those of the contacts in this motion where they are known.
     """
 
     point: FloatArray
@@ -78,6 +78,7 @@ class Corrected(NamedTuple):
     rate: FloatArray
     crosses: bool
     resonances_below: tuple[int, ...] | None
+    springs: ContactSprings | None = None
 
     def turned(self) -> "Corrected":
         """The same point with the opposite tangent."""

@@ -7,9 +7,10 @@ symmetric than the structure branch off at such points.
 import numpy as np
 
 from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.events.corners import NO_TURN
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState, Segment
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, length_of
 
 _CLOSEST = 1e-5
 """Accuracy of a branch point, relative to the response: closer to it, round-off turns the tangent
@@ -32,6 +33,9 @@ def find_branch_point(
     if not segment.length > 0:
         return None
     low, high, near_state, past_branch = 0.0, 1.0, base.state, ahead
+    row = base.after / scale
+    if segment.length <= _CLOSEST and np.dot(row, ahead.direction) < NO_TURN * length_of(row):
+        return None  # an acute corner, at which the path turns back
     for _ in range(_MAX_HALVINGS):
         distance = _across(segment, near_state, past_branch.point)
         if distance > _STRAIGHT * (high - low) * segment.length:

@@ -1,5 +1,8 @@
 """Contact limits on a path: the points at which contacts begin or end to slip."""
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +18,7 @@ from symhbm.continuation.correctors import (
 )
 from symhbm.continuation.point import PathPoint
 from symhbm.numerics import FloatArray, cubic, cubic_top, first_zero
+from symhbm.numerics.loops import Loop
 
 _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
@@ -113,22 +117,19 @@ def brief_crossing(
     The slip margin of each contact is a cubic from its values and rates at both ends. Where its
     maximum comes close to the limit, points are added there until the crossing is decided.
     """
-    outward = np.where(base.switches, -1.0, 1.0)
-    left_rate, right_rate = outward * base.rate, outward * ahead.rate
-    turning = (left_rate > 0) & (right_rate < 0)
-    if not turning.any():
+    turning = np.empty(len(base.switches), dtype=np.int64)
+    of_base = base.state, base.after, base.switches, base.margins, base.rate
+    of_ahead = ahead.point, ahead.direction, ahead.margins, ahead.rate
+    count, length, advance = _turning(*of_base, *of_ahead, scale, turning)
+    if not count:
         return None
     normal, start = base.after / scale, base.state
-    left_margin, right_margin = outward * base.margins, outward * ahead.margins
-    right_rate = right_rate / max(float(np.dot(normal, ahead.direction)), 1e-3)
-    length = float(np.dot(normal, (ahead.point - start) / scale))
-    turning &= np.isfinite(left_margin) & np.isfinite(right_margin)
-    # No cubic rises more than this above its ends.
-    rise = 4 / 27 * length * (left_rate - right_rate)
-    turning &= np.maximum(left_margin, right_margin) + 1.5 * rise >= -BEYOND
-    for contact in np.flatnonzero(turning):
-        left = 0.0, left_margin[contact], left_rate[contact]
-        right = 1.0, right_margin[contact], right_rate[contact]
+    outward = np.where(base.switches, -1.0, 1.0)
+    for contact in turning[:count].tolist():
+        sign = outward[contact]
+        left = 0.0, float(sign * base.margins[contact]), float(sign * base.rate[contact])
+        rate = float(sign * ahead.rate[contact] / advance)
+        right = 1.0, float(sign * ahead.margins[contact]), rate
         for _ in range(_MAX_REFINEMENTS):
             width = right[0] - left[0]
             slopes = width * length * left[2], width * length * right[2]
@@ -151,3 +152,41 @@ def brief_crossing(
             inner = share, margins, float(outward[contact] * slope[contact])
             left, right = (inner, right) if inner[2] > 0 else (left, inner)
     return None
+
+
+@Loop
+def _turning(
+    start: Any,
+    after: Any,
+    switches: Any,
+    margins: Any,
+    rate: Any,
+    end: Any,
+    direction: Any,
+    margins_ahead: Any,
+    rate_ahead: Any,
+    scale: Any,
+    turning: Any,
+) -> Any:
+    """Contacts whose margins may pass their limits within a step from ``start`` to ``end``.
+
+    Their numbers are written into ``turning``. Returns how many they are, the length of the step
+    and how far the path at its end goes along it.
+    """
+    length = advance = 0.0
+    for i in range(len(start)):
+        length += after[i] / scale[i] * ((end[i] - start[i]) / scale[i])
+        advance += after[i] / scale[i] * direction[i]
+    advance = max(advance, 1e-3)
+    count = 0
+    for contact in range(len(switches)):
+        outward = -1.0 if switches[contact] else 1.0
+        rises, falls = outward * rate[contact], outward * rate_ahead[contact]
+        highest = max(outward * margins[contact], outward * margins_ahead[contact])
+        known = math.isfinite(margins[contact]) and math.isfinite(margins_ahead[contact])
+        # No cubic rises more than this above its ends.
+        rise = 4 / 27 * length * (rises - falls / advance)
+        if rises > 0 and falls < 0 and known and highest + 1.5 * rise >= -BEYOND:
+            turning[count] = contact
+            count += 1
+    return count, length, advance

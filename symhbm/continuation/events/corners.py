@@ -1,8 +1,9 @@
-"""Natural-parameter steps across corners that event location missed, where responses are unique.
+"""Corners that event location missed: with several harmonics the slip of a minor loop begins there.
 
-With several harmonics the slip of a minor loop begins or ends at such corners. Newton's method with
-a line search and free contacts solves at a fixed value beyond them; as there is one solution at
-each value, it stays on the path.
+Where responses are unique, Newton's method with a line search and free contacts solves at a fixed
+value beyond a corner; as there is one solution at each value, it stays on the path. Elsewhere the
+path may turn by more than a right angle. It keeps the sign of ``det [J; t^T]``: both Jacobians of a
+corner differ by a matrix of rank 1 whose rows are along the gradient of what begins there.
 """
 
 from typing import NamedTuple
@@ -14,11 +15,35 @@ from numpy.typing import NDArray
 from symhbm.continuation.correctors import ON_LIMIT, Corrected, Corrector, unit_parameter
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
+from symhbm.numerics import length_of
 
 SMALLEST_STEP = 1e-9
 """Arc length of a step below which a path cannot be continued."""
 LARGEST_PREDICTION_ERROR = 0.3
 """Distance between predicted and corrected point above which a step is rejected."""
+
+BEYOND_CORNER = 1e-8
+"""Arc length ahead of a point that lies `SMALLEST_STEP` before a corner, beyond the corner."""
+
+NO_TURN = 0.999
+"""Cosine of the angle between tangents at both sides of a place where the path does not turn."""
+
+
+def turns_back(
+    corrector: Corrector, base: PathPoint, step: float, orientation: int
+) -> Corrected | None:
+    """The tangent straight ahead of a point if it turned by more than a right angle, else None.
+
+    ``orientation`` is the sign of ``det [J; t^T]`` along the path. At a branch point, the sign
+    changes on a straight path.
+    """
+    row = base.after / base.scale
+    row = row / length_of(row)
+    ahead = corrector.tangent(base.state + step * base.after, base.scale, row, base.switches)
+    if ahead is None:
+        return None
+    ahead = ahead if ahead.sign == orientation else ahead.turned()
+    return ahead if -NO_TURN < np.dot(ahead.direction, row) < 0 else None
 
 
 class CornerStep(NamedTuple):

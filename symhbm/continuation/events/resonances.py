@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
-from symhbm.balance import ContactStates, HarmonicBalance, contact_springs
+from symhbm.balance import ContactSprings, HarmonicBalance, contact_springs
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
@@ -51,17 +51,26 @@ class Modes(NamedTuple):
 
 
 def modes(
-    curve: ContinuationProblem, unknowns: FloatArray, value: float, states: ContactStates
+    curve: ContinuationProblem,
+    unknowns: FloatArray,
+    value: float,
+    switches: NDArray[np.bool_],
+    springs: ContactSprings | None = None,
 ) -> Modes | None:
-    """Modes of the structure at a point of a curve, None for one too large or without inertia."""
+    """Modes of the structure at a point of a curve, None for one too large or without inertia.
+
+    ``springs`` are those of the contacts there, by default those of their states ``switches``.
+    """
     problem, frequency = curve.at(value)
     if problem.n_dof > LARGEST_SIZE:
         return None
     size = float(np.linalg.norm(unknowns))
     by_harmonic = []
-    limit = _largest_contact_force(problem, size, states)
+    limit = _largest_contact_force(problem, size, bool(switches.any()))
     harmonics = [n for n in problem.harmonics if n > 0]
-    springs = contact_springs(problem, unknowns, frequency, states)
+    if springs is None:
+        states = problem.locate(unknowns, frequency, switches)
+        springs = contact_springs(problem, unknowns, frequency, states)
     for n, *contacts in zip(harmonics, *springs, strict=True):
         cosine, sine = _columns(problem, n)
         if not problem.model.has_matrices:
@@ -117,11 +126,9 @@ def _without_matrices(
     return detuning, width, excited, near
 
 
-def _largest_contact_force(
-    problem: HarmonicBalance, size: float, states: ContactStates
-) -> FloatArray:
+def _largest_contact_force(problem: HarmonicBalance, size: float, switched: bool) -> FloatArray:
     """Bound of the contact forces in other harmonics (n_rows,) [N], 0 where none slips."""
-    result, switched = np.zeros(problem.layout.n_rows), bool(states.switches.any())
+    result = np.zeros(problem.layout.n_rows)
     for group in problem.contacts.groups:
         largest = group.law.largest_force(problem.contacts.values_of(group), size, switched)
         result[group.rows] += largest[:, None]
@@ -151,8 +158,8 @@ class ResonanceFinder:
         """Share of a step at which the first resonance lies that neither of its ends shows."""
         if base.resonances_below is None or base.resonances_below == solution.resonances_below:
             return None  # as many natural frequencies below each harmonic: none was passed
-        before = self._modes_at(base.state, base.switches)
-        after = self._modes_at(solution.point, base.switches)
+        before = self._modes_at(base.state, base.switches, base.springs)
+        after = self._modes_at(solution.point, base.switches, solution.springs)
         if before is None or after is None:
             return None
         # A mode near only one end keeps the natural frequency that it has there.
@@ -172,14 +179,13 @@ class ResonanceFinder:
         aim = np.where(distance > 2 * _FELT * width, distance - 1.5 * _FELT * width, distance)
         return float((aim / np.abs(left - right)[passed]).min())
 
-    def _modes_at(self, state: FloatArray, switches: NDArray[np.bool_]) -> Modes | None:
+    def _modes_at(
+        self, state: FloatArray, switches: NDArray[np.bool_], springs: ContactSprings | None
+    ) -> Modes | None:
         for cached_state, at_state in self._cached:
             if np.array_equal(cached_state, state):
                 return at_state
-        value = float(state[-1])
-        problem, frequency = self._curve.at(value)
-        states = problem.locate(state[:-1], frequency, switches)
-        at_state = modes(self._curve, state[:-1], value, states)
+        at_state = modes(self._curve, state[:-1], float(state[-1]), switches, springs)
         # The end of a step starts the next one, or a shorter step starts at the same point.
         self._cached = [(state, at_state), *self._cached[:2]]
         return at_state

@@ -14,7 +14,7 @@ from scipy.special import ndtr, ndtri
 from symhbm.balance import HarmonicBalance
 from symhbm.ensembles.mistuning.copula import Copula, unit_samples
 from symhbm.ensembles.mistuning.samples import DRAWABLE, labelled_samples, nominal_values
-from symhbm.model import Structure, dims_of
+from symhbm.model import PARAMETERS, Structure
 from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, check
 
@@ -172,7 +172,7 @@ def _draw(
     sizes = {name: values.size for name, values in nominal.items()}
     copula = Copula.of(sizes, correlation, between)
     counts = {"dof": model.n_dof, "contact": model.n_contacts, "": 1}
-    streams = {name: counts["".join(dims_of(name))] for name in DRAWABLE}
+    streams = {name: counts["".join(PARAMETERS[name].dims)] for name in DRAWABLE}
     streams |= {name: nominal[name].size for name in nominal if name not in streams}
     shares = copula.couple(unit_samples(sampling, seed, n_samples, sizes, streams))
     settings = {

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.numerics import check
-from symhbm.results import OF_MODEL, Description, without
+from symhbm.results import Description, variables_of_model, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
@@ -55,7 +55,7 @@ def slices(size: int, item_bytes: int, most: int = BLOCK) -> Iterator[slice]:
 
 def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
     """The parameters and the problem behind a dataset, without those along some dimensions."""
-    stems = [*Description(dataset).records, *OF_MODEL]
+    stems = [*Description(dataset).records, *variables_of_model(dataset)]
     names = [name for stem in stems for name in (stem, f"{stem}_nominal")]
     chosen = [
         name

@@ -23,6 +23,11 @@ class Parameter(NamedTuple):
     designed: bool = False
     deviation: bool = False
 
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of one value in a dataset, but of contacts with groups of their own."""
+        return () if self.per is None else (self.per,)
+
     def shown_as(self, name: str) -> tuple[str, str]:
         """Symbol and unit of pictures."""
         return self.symbol or name.replace("_", " "), self.units if self.unit is None else self.unit

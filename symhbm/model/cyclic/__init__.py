@@ -2,11 +2,12 @@
 
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.sector import Sector
-from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, SectorShape
+from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, Blade, SectorShape
 from symhbm.model.cyclic.waves import Interfaces, components, displacements, phasors
 
 __all__ = [
     "RECORDS_OF_SECTOR",
+    "Blade",
     "Coupling",
     "Influence",
     "Interfaces",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.influence import Coupling, Influence
-from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, SectorShape, stored_places
+from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, Blade, SectorShape, stored_places
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -106,6 +106,7 @@ class Sector(PolynomialStructure):
     interfaces: Interfaces
     order: int | None
     influences: tuple[Coupling, ...]
+    blade: Blade | None = None
     _waves: dict[int, Matrices]
     _turns: NDArray[np.bool_]
 
@@ -396,7 +397,8 @@ class Sector(PolynomialStructure):
     def shape(self) -> tuple[SectorShape, list[str]]:
         """What archives hold of it beside its matrices, and the labels of its places."""
         places, labels = stored_places(self.structure.places)
-        return SectorShape(self.interfaces, self.influences, self._turns, places), labels
+        given = self.interfaces, self.influences, self._turns, places, self.blade
+        return SectorShape(*given), labels
 
     @classmethod
     def from_shape(
@@ -407,7 +409,7 @@ class Sector(PolynomialStructure):
         structure._store(places=places)
         sector = object.__new__(cls)
         sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
-        sector._store(influences=shape.influences, _turns=shape.known)
+        sector._store(influences=shape.influences, _turns=shape.known, blade=shape.blade)
         sector._store(places=None if places is None else places.of(shape.interfaces.others))
         sector._set_contacts(contacts, **values)
         return sector

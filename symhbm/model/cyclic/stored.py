@@ -27,6 +27,20 @@ class StoredPlaces(NamedTuple):
         return Places(self.node, direction, self.coordinates, label)
 
 
+class Blade(NamedTuple):
+    """The blade of a sector, for deviations of it.
+
+    ``stiffness`` and ``mass`` (n_dof, n_dof), what of the matrices is the blade's; ``frequencies``
+    (n_modes,), natural frequencies of the blade held at its root [Hz]; ``rows`` (n_modes, n_dof),
+    coordinates [m kg^1/2] of these modes, of unit mass, from the motion.
+    """
+
+    stiffness: FloatArray
+    mass: FloatArray
+    frequencies: FloatArray
+    rows: FloatArray
+
+
 class SectorShape(NamedTuple):
     """How a sector hangs together; ``known`` (n_dof,), where motions can be turned."""
 
@@ -34,9 +48,10 @@ class SectorShape(NamedTuple):
     influences: tuple[Coupling, ...]
     known: NDArray[np.bool_]
     places: StoredPlaces | None
+    blade: Blade | None = None
 
 
-RECORDS_OF_SECTOR: tuple[Any, ...] = (SectorShape, StoredPlaces, Interfaces, Coupling)
+RECORDS_OF_SECTOR: tuple[Any, ...] = (SectorShape, Blade, StoredPlaces, Interfaces, Coupling)
 
 
 def stored_places(places: Places | None) -> tuple[StoredPlaces | None, list[str]]:

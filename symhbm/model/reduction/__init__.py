@@ -2,16 +2,16 @@
 
 from symhbm.model.reduction.certificate import ReductionCertificate
 from symhbm.model.reduction.craig_bampton import craig_bampton
-from symhbm.model.reduction.deviations import DEVIATIONS, DeviatingModel
+from symhbm.model.reduction.deviations import DeviatingModel, deviations_of
 from symhbm.model.reduction.mistuned_ring import MistunedRing, mistuned_ring
 from symhbm.model.reduction.reduced_model import ReducedModel
 
 __all__ = [
-    "DEVIATIONS",
     "DeviatingModel",
     "MistunedRing",
     "ReducedModel",
     "ReductionCertificate",
     "craig_bampton",
+    "deviations_of",
     "mistuned_ring",
 ]

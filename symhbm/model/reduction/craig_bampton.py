@@ -1,5 +1,6 @@
 """`craig_bampton`: structures and sectors reduced to a few degrees of freedom, with matrices."""
 
+import warnings
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
@@ -8,8 +9,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
-from symhbm.model.cyclic import Sector
-from symhbm.model.linear import natural_modes_of
+from symhbm.model.cyclic import Blade, Sector
+from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.places import next_sector
 from symhbm.model.reduction.certificate import certified
@@ -27,6 +28,8 @@ from symhbm.numerics import FloatArray, check
 
 _NOTHING = 1e-12
 """Weight of a displacement that is round-off."""
+_ALIKE = 1e-6
+"""Relative difference of frequencies of modes whose shapes nothing tells apart."""
 _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
 
@@ -49,6 +52,7 @@ def craig_bampton(
     interface_modes: int | None = None,
     dofs: Iterable[Any] = (),
     blade: Iterable[Any] | None = None,
+    blade_modes: int = 0,
 ) -> Any:
     """Reduce a structure by Craig and Bampton: constraint modes, and modes with the boundary held.
 
@@ -73,6 +77,10 @@ def craig_bampton(
     blade
         Degrees of freedom of the blade of a sector, but those of its root, that deviations of
         `mistuned_ring` are of; None for the whole sector.
+    blade_modes
+        Number of modes of the blade alone, held at its root, from the lowest on: each of their
+        frequencies deviates by itself in a `mistuned_ring`. ``blade.frequencies`` of the
+        result are theirs.
 
     Returns
     -------
@@ -117,11 +125,16 @@ def craig_bampton(
     if edges.shape != (2,) or edges[0] == edges[1]:
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
+    blade_modes = check.integer("blade_modes", blade_modes, minimum=0)
+    if blade_modes and blade is None:
+        raise ValueError(f"blade_modes={blade_modes}: expected 0, or a blade that has modes")
     if isinstance(structure, Sector):
         check_at_one_speed("structure", structure.structure)
         reduced = _sector(structure, modes, band, interface_modes, dofs)
         if blade is not None:
-            _set_blade(structure.structure, reduced.structure, _watched(structure, blade, "blade"))
+            of_blade = _watched(structure, blade, "blade")
+            parts = _blade(structure.structure, reduced.structure, of_blade, blade_modes)
+            reduced._store(blade=parts)
         return reduced
     if not isinstance(structure, Model):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
@@ -156,22 +169,43 @@ def _watched(structure: Structure, dofs: Iterable[Any], name: str = "dofs") -> N
     return np.array(sorted(numbers), dtype=np.intp)
 
 
-def _set_blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp]) -> None:
-    """Stiffness and mass of a blade as the reduced sector has them.
+def _blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_modes: int) -> Blade:
+    """Stiffness, mass and modes of a blade as the reduced sector has them.
 
     The stiffness resists what the blade moves beside its static motion with the root, so that it
-    does not resist where the root takes it.
+    does not resist where the root takes it. Modes are those of the same motion.
     """
     if not 0 < len(blade) < structure.n_dof:
         raise ValueError("blade: expected some degrees of freedom of the sector, and not all")
     others = np.setdiff1d(np.arange(structure.n_dof), blade)
     rows = structure.stiffness_matrix.tocsr()[blade]
     inside, basis = rows[:, blade].tocsc(), reduced.basis
-    static = follow(inside, -(rows[:, others] @ basis[others]))
-    reduced._store(
-        blade_stiffness=projected(inside, basis[blade] - static),
-        blade_mass=projected(structure.mass_matrix.tocsr()[blade][:, blade], basis[blade]),
-    )
+    beside = basis[blade] - follow(inside, -(rows[:, others] @ basis[others]))
+    mass = structure.mass_matrix.tocsr()[blade][:, blade]
+    natural, shapes = np.zeros(0), np.zeros((len(blade), 0))
+    if n_modes:
+        natural, shapes = _modes_of_blade(inside, mass.tocsc(), n_modes)
+    both = projected(inside, beside), projected(mass, basis[blade])
+    return Blade(*both, natural, shapes.T @ (mass @ beside))
+
+
+def _modes_of_blade(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, FloatArray]:
+    """The lowest modes of a blade held at its root: frequencies [Hz], shapes of unit mass."""
+    # One more tells whether the last one is alone.
+    squares, shapes = lowest_modes(stiffness, mass, count + 1)
+    natural = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+    if len(natural) < count:
+        raise ValueError(
+            f"blade_modes={count}: expected at most {len(natural)}, the modes of the blade"
+        )
+    for mode in np.flatnonzero(np.diff(natural) <= _ALIKE * natural[1:])[:1].tolist():
+        warnings.warn(
+            f"blade_modes={count}: modes {mode} and {mode + 1} of the blade alone have the same "
+            f"frequency, {natural[mode]:.6g} Hz, and no shapes of their own; keep both, with the "
+            "same deviations",
+            stacklevel=4,
+        )
+    return natural[:count], shapes[:, :count]
 
 
 def _sector(

@@ -1,37 +1,62 @@
 """A model whose blades deviate from each other, by parameters that its matrices depend on."""
 
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from symhbm.model.contacts import Parameter
 from symhbm.model.excitation import Excitation, HarmonicForce
 from symhbm.model.matrices import Model
+from symhbm.model.parameters import records_of_blade_modes
 from symhbm.model.structure import DENSE, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check
 
-DEVIATIONS = ("stiffness_deviation", "frequency_deviation", "mass_deviation")
-"""Parameters of blades, 0 of a tuned disk."""
-_POWERS = {
-    "stiffness_deviation": ("stiffness", {1: 1.0}),
-    "frequency_deviation": ("stiffness", {1: 2.0, 2: 1.0}),
-    "mass_deviation": ("mass", {1: 1.0}),
+_SQUARED = {1: 2.0, 2: 1.0}
+"""``(1 + d)^2 - 1`` by powers of ``d``."""
+
+
+class Deviation(NamedTuple):
+    """What a parameter of blades changes, one that is 0 of a tuned disk.
+
+    A ``matrix``, "mass" or "stiffness", by a ``part`` of each blade, "mass", "stiffness" or
+    "mode_<k>", times the sum of ``powers`` of the parameter with these factors.
+    """
+
+    matrix: str
+    part: str
+    powers: dict[int, float]
+
+
+_OF_WHOLE_BLADES = {
+    "stiffness_deviation": Deviation("stiffness", "stiffness", {1: 1.0}),
+    "frequency_deviation": Deviation("stiffness", "stiffness", _SQUARED),
+    "mass_deviation": Deviation("mass", "mass", {1: 1.0}),
 }
-"""The matrix that each changes, and the share of what is the blade's by powers of it."""
+
+
+def deviations_of(n_modes: int) -> dict[str, Deviation]:
+    """The deviations of blades by the names of the parameters, of ``n_modes`` modes of each."""
+    names = enumerate(records_of_blade_modes(n_modes))
+    of_modes = {name: Deviation("stiffness", f"mode_{mode}", _SQUARED) for mode, name in names}
+    return _OF_WHOLE_BLADES | of_modes
 
 
 class DeviatingModel(Model):
     """A `Model` with deviations of the stiffness, frequency and mass of each of its blades.
 
     ``base`` are its tuned matrices by name, "mass", "damping" and "stiffness", sparse; ``blades``
-    by "mass" and "stiffness" what one blade adds to the stored entries of such a matrix for a
-    deviation of 1, sparse (n_entries, n_blades); ``contacts`` as of `Model`, by name.
+    by the ``part`` of a `Deviation` what it is among the stored entries of the matrix, of each
+    blade, sparse (n_entries, n_blades); ``contacts`` as of `Model`, by name.
 
     Attributes
     ----------
     stiffness_deviation, frequency_deviation, mass_deviation : (n_blades,)
         Those of each blade [-].
+    frequency_deviation_0, frequency_deviation_1, .. : (n_blades,)
+        Those of the frequencies of the modes of each blade alone [-], where it has any.
     """
 
     stiffness_deviation: FloatArray
@@ -42,8 +67,12 @@ class DeviatingModel(Model):
 
     def __init__(self, base: dict[str, Any], blades: dict[str, Any], contacts: Any, **values: Any):
         self._store(lumped=False, blades=blades, _base=base, damping_matrix=base["damping"])
-        self._store(**{name: np.zeros(self.n_blades) for name in DEVIATIONS})
+        for name in values:
+            what = f"deviation of blades, of which {self.n_blade_modes} modes are kept"
+            check.known(name, self.deviations, what)
+        self._store(**{name: np.zeros(self.n_blades) for name in self.deviations})
         self._store(**{name: self._checked(name, value) for name, value in values.items()})
+        self._check_together()
         self._set_matrices()
         self._set_contacts(contacts)
 
@@ -58,24 +87,71 @@ class DeviatingModel(Model):
         return self.blades["stiffness"].shape[1]
 
     @property
+    def n_blade_modes(self) -> int:
+        """Number of modes of each blade alone that deviate by themselves."""
+        return sum(part.startswith("mode_") for part in self.blades)
+
+    @property
+    def deviations(self) -> dict[str, Deviation]:
+        """What each deviation changes, by the name of the parameter."""
+        return deviations_of(self.n_blade_modes)
+
+    @cached_property
+    def records(self) -> dict[str, Parameter]:
+        """What each parameter of the contacts is, and of modes of the blades."""
+        return super().records | records_of_blade_modes(self.n_blade_modes)
+
+    def description(self) -> dict[str, Any]:
+        """As of a `Model`, and how many modes of the blades deviate by themselves."""
+        modes = {"blade_modes": self.n_blade_modes} if self.n_blade_modes else {}
+        return super().description() | modes
+
+    @property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: deviations per blade, and those of the contacts."""
-        return {name: getattr(self, name) for name in DEVIATIONS} | super().parameters
+        return {name: getattr(self, name) for name in self.deviations} | super().parameters
 
     @property
     def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:
         """By deviation the matrix it changes, and its stored entries by powers of it."""
         return {
-            name: (of, {power: share * self.blades[of] for power, share in powers.items()})
-            for name, (of, powers) in _POWERS.items()
+            name: (matrix, {power: share * self.blades[part] for power, share in powers.items()})
+            for name, (matrix, part, powers) in self.deviations.items()
         }
 
     def constant_part(self, name: str) -> Any:
         """A matrix without deviations, with places for them."""
         return self._base[name]
 
+    def with_parameters(self, **values: ArrayLike) -> Self:
+        """As of all structures; ValueError also for deviations that leave no stiffness."""
+        other = super().with_parameters(**values)
+        other._check_together()
+        return other
+
+    def _check_together(self) -> None:
+        """Raise ValueError where deviations add up to blades, or modes of them, without stiffness.
+
+        Each of them alone leaves some.
+        """
+        added: dict[str, Any] = {}
+        for name, (matrix, part, powers) in self.deviations.items():
+            if matrix == "stiffness":
+                values = getattr(self, name)
+                share = sum(factor * values**power for power, factor in powers.items())
+                added[part] = added.get(part, 0.0) + share
+        whole = 1.0 + added.pop("stiffness")
+        least = whole + np.min([np.zeros(self.n_blades), *added.values()], axis=0)
+        if np.any(least <= 0):
+            worst = int(np.argmin(least))
+            raise ValueError(
+                "stiffness_deviation, frequency_deviation: expected those of the blade and of its "
+                f"modes to leave some stiffness, with those of blade {worst} it is "
+                f"{least[worst]:g} of the tuned one"
+            )
+
     def _put(self, name: str, value: ArrayLike) -> None:
-        if name not in DEVIATIONS:
+        if name not in self.deviations:
             super()._put(name, value)
             return
         self._store(**{name: self._checked(name, value)})
@@ -91,7 +167,7 @@ class DeviatingModel(Model):
         return values
 
     def _set_matrices(self) -> None:
-        changed = {of: self._base[of].data.copy() for of in self.blades}
+        changed = {of: self._base[of].data.copy() for of in ("mass", "stiffness")}
         for name, (of, terms) in self.matrix_terms.items():
             for power, entries in terms.items():
                 changed[of] += entries @ getattr(self, name) ** power

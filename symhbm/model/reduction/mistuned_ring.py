@@ -16,7 +16,6 @@ from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
-from symhbm.model.reduction.reduced_model import ReducedModel
 from symhbm.model.rotation import check_at_one_speed
 from symhbm.model.structure import AT_REST
 from symhbm.numerics import (
@@ -43,13 +42,13 @@ class MistunedRing(DeviatingModel):
     def __init__(self, sector: Sector, **deviations: Any):
         model = sector.structure
         self._store(sector=sector, _spread=_spread(sector))
-        parts = {name: _blade(model, name) for name in ("mass", "stiffness")}
         damping, stiffness = self._of_influences()
-        base = {
-            name: self._assembled(getattr(model, f"{name}_matrix"), blade, added)
-            for (name, blade), added in zip(parts.items(), (0, stiffness), strict=True)
-        }
-        blades = {name: _places(base[name], self._of_each(part)) for name, part in parts.items()}
+        base, blades = {}, {}
+        for name, added in (("mass", 0), ("stiffness", stiffness)):
+            parts = _blade(sector, name)
+            whole: Any = sum(map(abs, parts.values()))
+            base[name] = self._assembled(getattr(model, f"{name}_matrix"), whole, added)
+            blades |= {key: _places(base[name], self._of_each(p)) for key, p in parts.items()}
         base["damping"] = self._damping_matrix(model, base, damping)
         if isinstance(model.damping, StructuralDamping):
             self._store(damping=model.damping)
@@ -184,13 +183,16 @@ def mistuned_ring(
     stiffness_deviation: ArrayLike = 0.0,
     frequency_deviation: ArrayLike = 0.0,
     mass_deviation: ArrayLike = 0.0,
+    **of_modes: ArrayLike,
 ) -> MistunedRing:
     """Make the whole disk of a sector, with deviations of each blade as parameters.
 
     Blade j has the stiffness ``(1 + s_j + (1 + f_j)^2 - 1) K_b`` and the mass ``(1 + m_j) M_b``
     beside the disk, ``s_j`` its ``stiffness_deviation``, ``f_j`` that of its frequency alone,
-    ``m_j`` that of its mass. They are parameters of the result, per blade, for ``over=``,
-    `sensitivity`, `follow` and draws, whose spreads are those of the deviations themselves.
+    ``m_j`` that of its mass. Mode k of the blade alone adds ``((1 + d_jk)^2 - 1) omega_k^2`` to
+    the stiffness of its coordinate, ``d_jk`` the deviation of its frequency. They are parameters
+    of the result, per blade, for ``over=``, `sensitivity`, `follow` and draws, whose spreads are
+    those of the deviations themselves.
 
     Parameters
     ----------
@@ -199,6 +201,9 @@ def mistuned_ring(
         tells ``K_b`` and ``M_b``; the whole sector is the blade otherwise.
     stiffness_deviation, frequency_deviation, mass_deviation
         One value or one per blade [-], above -1.
+    of_modes
+        The same of modes of the blade alone, ``frequency_deviation_0`` of the lowest and so on, of
+        as many as the ``blade_modes`` of `craig_bampton`.
 
     Returns
     -------
@@ -211,6 +216,8 @@ def mistuned_ring(
     ------
     TypeError, ValueError
         For what is no sector, or deviations that are not above -1.
+    KeyError
+        For deviations of other modes.
 
     Notes
     -----
@@ -241,6 +248,7 @@ def mistuned_ring(
         stiffness_deviation=stiffness_deviation,
         frequency_deviation=frequency_deviation,
         mass_deviation=mass_deviation,
+        **of_modes,
     )
 
 
@@ -261,10 +269,16 @@ def _next(n_sectors: int) -> Any:
     return sp.csr_array((np.ones(n_sectors), (every, (every + 1) % n_sectors)))
 
 
-def _blade(model: Model, name: str) -> Any:
-    """The part of a matrix of a sector that is the blade's."""
-    blade = getattr(model, f"blade_{name}") if isinstance(model, ReducedModel) else None
-    return getattr(model, f"{name}_matrix") if blade is None else sp.csr_array(blade)
+def _blade(sector: Sector, name: str) -> dict[str, Any]:
+    """The parts of a matrix of a sector that are the blade's, as `Deviation` names them."""
+    blade = sector.blade
+    if blade is None:
+        return {name: getattr(sector.structure, f"{name}_matrix")}
+    parts = {name: getattr(blade, name)}
+    if name == "stiffness":
+        modes = enumerate(zip(2 * np.pi * blade.frequencies, blade.rows, strict=True))
+        parts |= {f"mode_{k}": natural**2 * np.outer(row, row) for k, (natural, row) in modes}
+    return {key: sp.csr_array(part) for key, part in parts.items()}
 
 
 def _places(pattern: Any, each: list[Any]) -> Any:

@@ -34,8 +34,6 @@ class ReducedModel(Model):
         Coordinates [m kg^1/2] of the modes with the boundary held, of unit mass, from the motion.
     certificate
         How exact it is, see `ReductionCertificate`.
-    blade_stiffness, blade_mass : (n_dof, n_dof)
-        What of the matrices is the blade's, None where nobody told.
     """
 
     dofs: NDArray[np.intp]
@@ -44,14 +42,12 @@ class ReducedModel(Model):
     modal_rows: FloatArray
     certificate: ReductionCertificate
     whole_places: Places | None
-    blade_stiffness: FloatArray | None
-    blade_mass: FloatArray | None
 
     def __init__(
         self, structure: Model, dofs: NDArray[np.intp], component: Component, n_right: int = 0
     ):
         basis = component.basis
-        self._store(lumped=False, dofs=dofs, basis=basis, blade_stiffness=None, blade_mass=None)
+        self._store(lumped=False, dofs=dofs, basis=basis)
         given = structure.places
         self._store(whole_places=given, places=None if given is None else given.of(dofs))
         natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)

@@ -316,6 +316,34 @@ def test_derivatives_stay_exact_next_to_onsets(switch, distance):
         met += 1
 
 
+def test_slip_keeps_its_derivative_at_the_limit_whatever_round_off_says():
+    """Held in slip at motions next to each other, one short of the limit, one beyond it."""
+    derivatives, met = Derivatives(FourierBasis((0, 1, 2, 3))), 0
+    for basis, motion, rng in random_cases(40, seed=3):
+        values = values_of(*rng.uniform([0.5, 0.5, 0.2, 1.0], [2, 2, 1, 2]))
+        given_values = np.concatenate([values[name] for name in derivatives.names])
+        motion[[0, len(motion) // 2]] = 0
+
+        def margin(size, basis=basis, motion=motion, values=values):
+            return located(basis, size * motion, values).margins[0]
+
+        low, high = 1e-6, 1.0
+        if not margin(low)[0] < 0 < margin(high)[0]:
+            continue
+        while np.nextafter(low, high) < high:
+            middle = (low + high) / 2
+            low, high = (middle, high) if margin(middle)[0] < 0 else (low, middle)
+        if margin(high)[1] > 0:
+            continue
+        slips, slopes = np.array([[True, False, True]]), []
+        for size in (low, high):
+            events = located(basis, size * motion, values, slips).events[0]
+            slopes.append(derivatives._first(size * motion, given_values, events).full())
+        np.testing.assert_allclose(*slopes, atol=1e-6)
+        met += 1
+    assert met >= 5
+
+
 @pytest.mark.parametrize("given_as", ["normal_load", "gap"])
 def test_margins_and_their_expansions(given_as):
     law = sh.VariableLoadFriction(given_as)

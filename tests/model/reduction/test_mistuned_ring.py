@@ -5,14 +5,18 @@ import pickle
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.linalg import eigh
 
 import symhbm as sh
-from tests.sectors_to_reduce import plane_sector, plate_sector
+from tests.sectors_to_reduce import chain_sector, plane_sector, plate_sector
 
 N = 12
 TIP = 76
-BLADE = range(40, 80)
+BLADE = np.arange(80).reshape(10, 8)[5:, 2:6].ravel()
 DEVIATIONS = 0.02 * np.random.default_rng(3).standard_normal(N)
+OF_MODES = {
+    f"frequency_deviation_{k}": 0.04 * np.random.default_rng(k).standard_normal(N) for k in (0, 1)
+}
 FORCE = sh.EngineOrder(3, pattern={TIP: 1.0, 50: 0.5j}, amplitude=30.0)
 
 
@@ -23,10 +27,35 @@ def disk():
 
 @pytest.fixture(scope="module")
 def reduced(disk):
-    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE)
+    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=3)
 
 
-def whole_ring(disk, deviations):
+def blade_alone(disk):
+    """Stiffness, mass and modes of the blade held at its root: squares of frequencies, shapes."""
+    at = np.ix_(BLADE, BLADE)
+    stiffness = disk.structure.stiffness_matrix.toarray()[at]
+    mass = disk.structure.mass_matrix.toarray()[at]
+    return stiffness, mass, *eigh(stiffness, mass)
+
+
+def stiffer(disk):
+    """What `DEVIATIONS` add to the stiffness of each blade."""
+    return [deviation * blade_alone(disk)[0] for deviation in DEVIATIONS]
+
+
+def stiffer_modes(disk):
+    """What `OF_MODES` add to the stiffness of each blade."""
+    _, mass, squares, shapes = blade_alone(disk)
+    result = np.zeros((N, *mass.shape))
+    for name, values in OF_MODES.items():
+        mode = int(name[-1])
+        coordinate = mass @ shapes[:, mode]
+        added = ((1 + values) ** 2 - 1) * squares[mode]
+        result += added[:, None, None] * np.outer(coordinate, coordinate)
+    return result
+
+
+def whole_ring(disk, added):
     """The unreduced ring, whose blades have other springs: by hand, without the library's ring."""
     model, n = disk.structure, disk.structure.n_dof
     right, left = disk.interfaces.right, disk.interfaces.left
@@ -35,16 +64,15 @@ def whole_ring(disk, deviations):
     number[:, others] = np.arange(N * len(others)).reshape(N, -1)
     number[:, right] = np.roll(number[:, left], -1, axis=0)
     parts = np.zeros((3, N * len(others), N * len(others)))
-    blade = np.array(BLADE)
-    for j, deviation in enumerate(deviations):
+    for j in range(N):
         stiffness = model.stiffness_matrix.toarray()
         # What resists the motion of the blade beside that with its root.
-        rest = np.setdiff1d(np.arange(n), blade)
-        inside = stiffness[np.ix_(blade, blade)]
-        relative = np.zeros((len(blade), n))
-        relative[:, blade] = np.eye(len(blade))
-        relative[:, rest] = np.linalg.solve(inside, stiffness[np.ix_(blade, rest)])
-        stiffness = stiffness + deviation * relative.T @ inside @ relative
+        rest = np.setdiff1d(np.arange(n), BLADE)
+        inside = stiffness[np.ix_(BLADE, BLADE)]
+        relative = np.zeros((len(BLADE), n))
+        relative[:, BLADE] = np.eye(len(BLADE))
+        relative[:, rest] = np.linalg.solve(inside, stiffness[np.ix_(BLADE, rest)])
+        stiffness = stiffness + relative.T @ added[j] @ relative
         matrices = model.mass_matrix.toarray(), model.damping_matrix.toarray(), stiffness
         at = np.ix_(number[j], number[j])
         for part, matrix in zip(parts, matrices, strict=True):
@@ -99,19 +127,24 @@ def test_a_tuned_ring_responds_as_its_sector(make):
         assert_allclose(own, expected, atol=1e-10 * scale)
 
 
-def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
+@pytest.mark.parametrize(
+    ("added", "deviations"),
+    [(stiffer, {"stiffness_deviation": DEVIATIONS}), (stiffer_modes, OF_MODES)],
+)
+def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviations):
     certificate = reduced.structure.certificate
-    exact, number = whole_ring(disk, DEVIATIONS)
-    tuned, _ = whole_ring(disk, np.zeros(N))
-    ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
+    exact, number = whole_ring(disk, added(disk))
+    tuned, _ = whole_ring(disk, np.zeros((N, len(BLADE), len(BLADE))))
+    ring = sh.mistuned_ring(reduced, **deviations)
     count = 2 * N
     modes = [
         sh.natural_modes(model, count=count).frequency.values
         for model in (exact, tuned, ring, sh.mistuned_ring(reduced))
     ]
     shifts = modes[0] - modes[1], modes[2] - modes[3]
-    assert np.abs(shifts[0]).max() > 0.003 * modes[0].max()
-    assert_allclose(shifts[1], shifts[0], atol=1e-4 * modes[0].min())
+    tolerance = 1e-4 * modes[0].min()
+    assert np.abs(shifts[0]).max() > 20 * tolerance
+    assert_allclose(shifts[1], shifts[0], atol=tolerance)
     for amplitude in (1e-3, 60.0):  # the shroud sticks, and slips
         forces = wave_of(number, amplitude), FORCE.with_parameters(force_amplitude=amplitude)
         problems = [
@@ -126,7 +159,7 @@ def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced):
 
 
 def test_derivatives_by_deviations(reduced):
-    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation")
+    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation", *OF_MODES)
     rng = np.random.default_rng(0)
     values = {name: 0.03 * rng.standard_normal(N) for name in names}
     ring = sh.mistuned_ring(reduced, **values)
@@ -153,6 +186,45 @@ def test_a_frequency_deviation_is_one_of_the_square(reduced):
     assert abs(by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix).max() < 1e-6
 
 
+@pytest.fixture(scope="module")
+def complete():
+    """A sector in other coordinates, with all its modes and all of its blade."""
+    disk = plate_sector(4)
+    modes = 80 - len({*disk.interfaces.left, *disk.interfaces.right, 74, 77, TIP})
+    small = sh.craig_bampton(disk, modes, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=len(BLADE))
+    return disk, small
+
+
+def test_all_modes_together_are_the_whole_blade(complete):
+    rng = np.random.default_rng(1)
+    values = 0.03 * rng.standard_normal(4)
+    each = {f"frequency_deviation_{mode}": values for mode in range(len(BLADE))}
+    rings = [sh.mistuned_ring(complete[1], **d) for d in ({"frequency_deviation": values}, each)]
+    one, other = (ring.stiffness_matrix for ring in rings)
+    assert abs(one - other).max() < 1e-11 * abs(one).max()
+    frequencies = [sh.natural_modes(ring, count=20).frequency for ring in rings]
+    assert_allclose(frequencies[1], frequencies[0], rtol=1e-10)
+
+
+def test_a_mode_of_the_blade_alone_has_the_frequency_told(complete):
+    disk, small = complete
+    blade, mode = 2, 1
+    ring = sh.mistuned_ring(small, frequency_deviation_1=0.05 * np.eye(4)[blade])
+    natural = small.blade.frequencies
+    assert_allclose(2 * np.pi * natural, np.sqrt(blade_alone(disk)[2]), rtol=1e-10)
+    motion = ring.expanded(np.eye(ring.n_dof))
+    for other in range(4):
+        held = np.zeros((4 * 80, len(BLADE)))
+        held[other * 80 + BLADE] = np.eye(len(BLADE))
+        coordinates, rest, *_ = np.linalg.lstsq(motion, held, rcond=None)
+        assert rest.max() < 1e-16
+        matrices = (ring.stiffness_matrix, ring.mass_matrix)
+        squares = eigh(*(coordinates.T @ (m @ coordinates) for m in matrices), eigvals_only=True)
+        expected = natural.copy()
+        expected[mode] *= 1.05 if other == blade else 1.0
+        assert_allclose(np.sqrt(squares) / (2 * np.pi), np.sort(expected), rtol=1e-8)
+
+
 def test_the_blade_follows_its_root_freely():
     disk = plate_sector(4)
     ground = np.where(np.arange(80) < 8, 1e6, 10.0)
@@ -163,7 +235,7 @@ def test_the_blade_follows_its_root_freely():
         blade=BLADE,
     )  # fmt: skip
     together = np.ones(small.structure.n_dof)
-    bent = small.structure.blade_stiffness
+    bent = small.blade.stiffness
     assert np.abs(bent @ together).max() < 1e-8 * np.abs(bent).max()
 
 
@@ -273,3 +345,143 @@ def test_bad_deviations_are_refused(arguments, error, told):
 def test_only_sectors_make_rings():
     with pytest.raises(TypeError, match="expected a Sector"):
         sh.mistuned_ring(3)
+
+
+@pytest.fixture(scope="module")
+def of_chains():
+    return sh.craig_bampton(chain_sector(4), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
+
+
+VALUES = {
+    "frequency_deviation_0": np.array([0.01, 0, -0.02, 0.005]),
+    "frequency_deviation_1": np.array([-0.01, 0.02, 0, 0.03]),
+    "mass_deviation": np.array([0.01, 0, 0, 0]),
+}
+
+
+@pytest.fixture(scope="module")
+def of_modes(of_chains):
+    ring = sh.mistuned_ring(of_chains, **VALUES)
+    return sh.HarmonicBalance(ring, sh.EngineOrder(1, pattern={3: 1.0}, amplitude=4.0))
+
+
+BAND = (12, 25)
+
+
+def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
+    name = "frequency_deviation_1"
+    draws = sh.mistuning.uniform(of_modes, 2, seed=1, **{name: 0.05, "normal_load": 0.1})
+    assert draws[name].dims == ("sample", "blade")
+    assert np.abs(draws[name] - VALUES[name]).max() < 0.05
+    response = sh.frf(of_modes, BAND, over=draws, progress=False)
+    assert response[name].dims == ("sample", "blade")
+    assert response[name].units == "1"
+    assert response[name].long_name == "deviation of the frequency of mode 1 of the blade alone"
+    sh.save(response, tmp_path / "ring.nc")
+    loaded = sh.load(tmp_path / "ring.nc")
+    again = sh.rebuild(loaded.isel(sample=1))
+    chosen = of_modes.with_parameters(**{n: draws[n][1] for n in (name, "normal_load")})
+    for matrix in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
+        one, other = (getattr(problem.model, matrix) for problem in (chosen, again))
+        assert abs(one - other).max() == 0
+    for parameter, value in chosen.model.parameters.items():
+        np.testing.assert_array_equal(again.model.parameters[parameter], value)
+    coefficients = [sh.solve(problem, 18.0).coefficient.values for problem in (chosen, again)]
+    np.testing.assert_array_equal(*coefficients)
+    assert again.records[name] == of_modes.records[name]
+    sh.verify(loaded.isel(sample=1))
+    listed = sh.frf(of_modes, BAND, over={name: [0.0, 0.02]}, progress=False)
+    assert listed[name].dims == (name,)
+
+
+def test_statistics_keep_the_modes_of_blades(of_modes):
+    draws = sh.mistuning.uniform(of_modes, 3, seed=1, frequency_deviation_1=0.05)
+    response = sh.frf(of_modes, BAND, at=[15.0, 17.0], over=draws, progress=False)
+    again = sh.rebuild(sh.statistics.envelope(response)).model
+    assert abs(again.stiffness_matrix - of_modes.model.stiffness_matrix).max() == 0
+
+
+def test_sensitivity_to_modes_agrees_with_differences(of_modes):
+    name = "frequency_deviation_0"
+
+    def highest(shift):
+        moved = of_modes.with_parameters(**{name: VALUES[name] + shift * np.eye(4)[2]})
+        response = sh.frf(moved, BAND, progress=False)
+        return response, float(response.peak_amplitude.max())
+
+    response, _ = highest(0.0)
+    slopes = sh.sensitivity(response)[f"peak_amplitude_by_{name}"]
+    peak = int(response.peak_amplitude.values.argmax())
+    dof = int(response.peak_dof[peak])
+    found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
+    quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
+    assert found == pytest.approx(quotient, rel=1e-4)
+
+
+def test_modes_are_followed(of_modes):
+    name = "frequency_deviation_0"
+    curve = sh.follow(of_modes, name, (-0.05, 0.05), frequency=17.0, progress=False)
+    assert curve[name].dims == ("point",)
+    assert curve[f"{name}_nominal"].dims == ("blade",)
+    at = of_modes.with_parameters(**{name: curve[name].values[-1]})
+    expected = sh.solve(at, 17.0).coefficient.values
+    scale = np.abs(expected).max()
+    assert_allclose(curve.coefficient.values[-1], expected, atol=1e-8 * scale)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        (dict(frequency_deviation_0=-1.0), ValueError, "frequency_deviation_0: .* above -1"),
+        (dict(frequency_deviation_1=[0.1]), ValueError, "frequency_deviation_1"),
+        (
+            dict(frequency_deviation=[0, 0, -0.4, 0], frequency_deviation_1=-0.3),
+            ValueError,
+            "those of blade 2 it is -0.15 of the tuned",
+        ),
+        (dict(frequency_deviation_2=0.1), KeyError, "'frequency_deviation_2' .* 2 modes .*_1"),
+    ],
+)
+def test_bad_deviations_of_modes_are_refused(of_chains, arguments, error, told):
+    with pytest.raises(error, match=told):
+        sh.mistuned_ring(of_chains, **arguments)
+
+
+def test_modes_of_one_frequency_are_told():
+    blade = range(40, 80)  # with chains beside it that are as low
+    with pytest.warns(UserWarning, match="modes 0 and 1 .* same frequency, 64.0681 Hz"):
+        sh.craig_bampton(plate_sector(4), 5, (1, 40), blade=blade, blade_modes=1)
+
+
+def test_deviations_that_together_leave_no_stiffness_are_refused_when_set(of_modes):
+    few = of_modes.with_parameters(stiffness_deviation=-0.6, frequency_deviation=0.5)
+    with pytest.raises(ValueError, match="leave some stiffness"):
+        few.with_parameters(frequency_deviation=-0.5)
+    again = few.with_parameters(stiffness_deviation=0.5, frequency_deviation=-0.6)
+    assert again.model.frequency_deviation[0] == -0.6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (dict(blade_modes=2), "blade_modes=2: expected 0"),
+        (dict(blade=BLADE, blade_modes=21), "blade_modes=21: expected at most 20"),
+        (dict(blade=BLADE, blade_modes=-1), "blade_modes=-1"),
+    ],
+)
+def test_bad_numbers_of_modes_are_refused(arguments, told):
+    with pytest.raises(ValueError, match=told):
+        sh.craig_bampton(plate_sector(4), 5, (1, 40), **arguments)
+
+
+def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
+    """A ring of the sector that an archive holds deviates as one of the sector itself."""
+    disk = plate_sector(4)
+    small = sh.craig_bampton(disk, 12, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=2)
+    problem = sh.HarmonicBalance(small, sh.EngineOrder(1, pattern={TIP: 1.0}))
+    sh.save(sh.solve(problem, 20.0), tmp_path / "sector.nc")
+    again = sh.rebuild(sh.load(tmp_path / "sector.nc")).model
+    deviations = dict(stiffness_deviation=0.05 * np.arange(4), frequency_deviation_1=0.02)
+    rings = [sh.mistuned_ring(sector, **deviations) for sector in (small, again)]
+    assert (rings[0].stiffness_matrix != rings[1].stiffness_matrix).nnz == 0
+    assert (rings[0].mass_matrix != rings[1].mass_matrix).nnz == 0

@@ -106,7 +106,8 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
             angles[n], kinds[n], rises[n] = zeros[i], _OPENS_OR_CLOSES, up[i]
             n += 1
     first, last = turning[0, 1], turning[1, 1]
-    slips = turning[0, 0] > turning[1, 0]
+    beyond = turning[0, 0] - turning[1, 0]
+    slips = beyond > 0
     if held == 0 or (held < 0 and not slips):
         _piece(pieces, 0, STICK_LOW, first, first + 2 * math.pi, first, 0.0)
         count = _piece(pieces, 1, STICK_HIGH, first, first + 2 * math.pi, last, 0.0)
@@ -117,7 +118,8 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
                 end = end if end > zeros[i] else end + 2 * math.pi
                 count = _piece(pieces, count, LIFTED, zeros[i], end, 0.0, 0.0)
         return count
-    if not slips:  # continued beyond the limit: stick between the two turning points
+    # Continued beyond the limit, or on it but for round-off: each wall pushes where it turns only.
+    if not slips or (beyond <= noise and not opens):
         middle = last if last > first else last + 2 * math.pi
         _piece(pieces, 0, STICK_LOW, first, middle, first, 0.0)
         return _piece(pieces, 1, STICK_HIGH, middle, first + 2 * math.pi, last, 0.0)
