@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import NewtonResult
-from symhbm.numerics import FloatArray, interpolate
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, interpolation
 
 _ACROSS = 0.5
 """Cosine of half the angle between both tangents below which their mean is no normal of planes."""
@@ -185,7 +185,7 @@ class Segment:
         """
         ends = [array[None] for array in (self.left.state, self.right.state, *self._slopes)]
         values, rates = np.empty((2, 1, len(share), len(self.scale)))
-        interpolate(*ends, share, values, rates)
+        interpolation.interpolate(*ends, share, values, rates)
         return values[0], rates[0]
 
     def solve(

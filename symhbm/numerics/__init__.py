@@ -12,15 +12,11 @@ from symhbm.numerics.fourier import (
     unknowns_of,
 )
 from symhbm.numerics.interpolation import (
-    amplitude_at,
     amplitude_between,
     cubic,
-    cubic_at,
     cubic_slope,
-    cubic_slope_at,
     cubic_top,
     first_zero,
-    interpolate,
 )
 from symhbm.numerics.linear_algebra import (
     DENSE_LIMIT,
@@ -58,7 +54,6 @@ __all__ = [
     "Motions",
     "Table",
     "TurningPoints",
-    "amplitude_at",
     "amplitude_between",
     "bordered",
     "by_harmonic",
@@ -68,13 +63,10 @@ __all__ = [
     "complete_harmonics",
     "constant",
     "cubic",
-    "cubic_at",
     "cubic_slope",
-    "cubic_slope_at",
     "cubic_top",
     "first_zero",
     "full",
-    "interpolate",
     "larger_set",
     "largest_displacement",
     "length_of",

@@ -7,14 +7,13 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from symhbm.numerics.interpolation import (
-    amplitude_at,
     amplitude_between,
     cubic,
     cubic_slope,
     cubic_top,
     first_zero,
-    interpolate,
 )
+from symhbm.numerics.loops.interpolation import amplitude_at, interpolate
 
 
 def test_against_scipy():

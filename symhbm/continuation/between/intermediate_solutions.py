@@ -32,8 +32,8 @@ from symhbm.continuation.segment import (
     is_beyond,
     measure,
 )
-from symhbm.numerics import FloatArray, amplitude_at, cubic, interpolate, largest_displacement
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import FloatArray, cubic, largest_displacement
+from symhbm.numerics.loops import Loop, interpolation
 
 TOLERANCE = 0.005
 """Relative error of the largest response between two points that is aimed at: 0.04 dB."""
@@ -136,7 +136,7 @@ def _needed_shares(
     folds = np.array([segment.folds for segment in segments])
     worst = np.zeros((2, len(segments)))
     for pair in tangents:
-        interpolate(left.state, right.state, *pair, _SHARES, states, rates)
+        interpolation.interpolate(left.state, right.state, *pair, _SHARES, states, rates)
         expected = _amplitude(problem, states[..., :-1])
         sides = ((at.state, at.direction, at.amplitude, at.slope) for at in (left, right))
         _largest_error(*sides, folds, states, expected, per_dof, *worst)
@@ -173,7 +173,9 @@ def _largest_error(
             for j in range(n_dof):
                 first = math.inf if folds[i, 0] else to_first * left[3][i, j]
                 last = math.inf if folds[i, 1] else to_last * right[3][i, j]
-                drawn[j] = amplitude_at(left[2][i, j], right[2][i, j], first, last, share)
+                drawn[j] = interpolation.amplitude_at(
+                    left[2][i, j], right[2][i, j], first, last, share
+                )
             error = _relative_error(drawn, expected[i, h], per_dof)
             if error > largest[i]:
                 largest[i] = error

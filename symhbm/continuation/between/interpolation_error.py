@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.continuation.segment import ahead
-from symhbm.numerics import cubic_slope_at
-from symhbm.numerics.loops import Loop
+from symhbm.numerics.loops import Loop, interpolation
 
 SAFETY_FACTOR = 8.0
 """Ratio by which the fourth derivative may exceed its estimate."""
@@ -114,7 +113,10 @@ def _one_sided(
     Those are values and slopes. NaN where there is no suitable neighbour.
     """
     slopes = distance * neighbour[1], distance * near[1]
-    expected = cubic_slope_at(neighbour[0], near[0], slopes, 1 + length / distance) / distance
+    expected = (
+        interpolation.cubic_slope_at(neighbour[0], near[0], slopes, 1 + length / distance)
+        / distance
+    )
     reach = length**2 / ((length + distance) * (2 * length + distance))
     return abs(reach * (far_slope - expected))
 

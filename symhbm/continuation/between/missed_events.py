@@ -18,8 +18,8 @@ from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import Measure, PathState, measure
-from symhbm.numerics import FloatArray, interpolate
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, interpolation
 
 _SHARES = np.arange(1, 16) / 16
 _ERROR_PROFILE = (4 * _SHARES * (1 - _SHARES)) ** 2
@@ -113,7 +113,7 @@ def _doubtful_shares(
     ends = segments.left.state, segments.right.state, measured.left, measured.right
     shape = len(segments.number), len(_SHARES)
     motions, rates = np.empty((2, *shape, problem.n_unknowns))
-    interpolate(*ends, _SHARES, motions, rates)
+    interpolation.interpolate(*ends, _SHARES, motions, rates)
     by_row = np.linalg.norm(_motion_errors(problem, segments, measured), axis=-1)
     sizes = problem.contacts.sizes_at_switches(by_row)
     error = np.where(segments.switches, -sizes, sizes)[:, None] * _ERROR_PROFILE[:, None]

@@ -14,8 +14,8 @@ from symhbm.continuation.between.interpolation_error import slope_errors
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, amplitude_and_slope
 from symhbm.continuation.segment import Measure, ahead, measure
-from symhbm.numerics import FloatArray, interpolate
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, interpolation
 
 _MIN_SHARE = 0.95
 """Share of the largest response that another one must reach to be examined."""
@@ -71,7 +71,9 @@ def estimate_slopes(
         states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
         slope_errors(states, directions, measured.normal, measured.length, scale, error)
     motions, rates = np.empty((2, n, n_shares, problem.n_unknowns))
-    interpolate(left.state, right.state, measured.left, measured.right, _SHARES, motions, rates)
+    interpolation.interpolate(
+        left.state, right.state, measured.left, measured.right, _SHARES, motions, rates
+    )
     amplitudes, inside = amplitude_and_slope(problem, motions, rates)
     ends = (left.amplitude, right.amplitude), (left.slope, right.slope)
     slopes = np.empty((n, _N_SLOPES, n_dof))

@@ -1,6 +1,6 @@
-"""Loops that are compiled at their first call, those over arrays and over one Fourier series."""
+"""Loops that are compiled at their first call, over arrays, one Fourier series, between points."""
 
-from symhbm.numerics.loops import arrays, series
+from symhbm.numerics.loops import arrays, interpolation, series
 from symhbm.numerics.loops.loop import Loop
 
-__all__ = ["Loop", "arrays", "series"]
+__all__ = ["Loop", "arrays", "interpolation", "series"]
