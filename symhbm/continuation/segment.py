@@ -4,18 +4,24 @@ Between two events the path is smooth and its tangent is known at every point. S
 a solution between two points, and a correction across the path solves for it.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
-from symhbm.numerics import FloatArray, cubic, cubic_slope
+from symhbm.continuation.newton import NewtonResult
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, interpolation
 
 _ACROSS = 0.5
 """Cosine of half the angle between both tangents below which their mean is no normal of planes."""
+_LEAST_AHEAD = 1e-3
+"""Least component of a unit tangent along a normal that divides."""
 _CLEARLY = 1e-7
 """Slip margin beyond which a contact is in another state, and not by round-off."""
 _ROUND_OFF = 1e-12
@@ -32,7 +38,7 @@ class PathState:
     direction: FloatArray
 
     def __getitem__(self, index: Any) -> Self:
-        return type(self)(*(getattr(self, field.name)[index] for field in fields(self)))
+        return type(self)(*[getattr(self, name)[index] for name in _names(type(self))])
 
     def bare(self) -> "PathState":
         """Solution and tangent alone."""
@@ -41,14 +47,17 @@ class PathState:
     @classmethod
     def stacked(cls, states: Sequence[Self]) -> Self:
         """Several states of one solution each, along a new first axis."""
-        names = [field.name for field in fields(cls)]
-        return cls(*(np.array([getattr(state, name) for state in states]) for name in names))
+        return cls(*[np.array([getattr(state, name) for state in states]) for name in _names(cls)])
 
     @classmethod
     def joined(cls, states: Sequence[Self]) -> Self:
         """Several states of many solutions each, along the first axis."""
-        names = [field.name for field in fields(cls)]
-        return cls(*(np.concatenate([getattr(s, name) for s in states]) for name in names))
+        return cls(*[np.concatenate([getattr(s, name) for s in states]) for name in _names(cls)])
+
+
+@cache
+def _names(kind: type[PathState]) -> list[str]:
+    return [field.name for field in fields(kind)]
 
 
 class Measure(NamedTuple):
@@ -70,35 +79,78 @@ class Measure(NamedTuple):
 
 def measure(single_valued: bool, left: PathState, right: PathState, scale: FloatArray) -> Measure:
     """Normals and lengths of one segment or several, in the ``scale`` of their left ends."""
-    units = [_unit(end.direction / scale) for end in (left, right)]
-    both = units[0] + units[1]
+    states = left.state, left.direction, right.state, right.direction, scale
+    given = [np.ascontiguousarray(array).reshape(-1, scale.shape[-1]) for array in states]
+    normal, *slopes = np.empty((3, *given[0].shape))
+    length = np.empty((len(normal), 1))
+    _measure(single_valued, *given, normal, length, *slopes)
+    shape = scale.shape
+    return Measure(
+        normal.reshape(shape), length.reshape(*shape[:-1], 1), *(s.reshape(shape) for s in slopes)
+    )
+
+
+@Loop
+def _measure(
+    single_valued: bool,
+    left: Any,
+    left_direction: Any,
+    right: Any,
+    right_direction: Any,
+    scale: Any,
+    normal: Any,
+    length: Any,
+    first: Any,
+    last: Any,
+) -> None:
+    """Write what `Measure` holds of segments (n, n_unknowns + 1)."""
+    for i in range(len(normal)):
+        begin, end, across = left_direction[i], right_direction[i], normal[i]
+        length[i, 0] = _normal(single_valued, left[i], begin, right[i], end, scale[i], across)
+        before, after = ahead(begin, across, scale[i]), ahead(end, across, scale[i])
+        for k in range(len(across)):
+            first[i, k] = length[i, 0] * begin[k] / before
+            last[i, k] = length[i, 0] * end[k] / after
+
+
+@Loop
+def _normal(
+    single_valued: bool, left: Any, begin: Any, right: Any, end: Any, scale: Any, normal: Any
+) -> float:
+    """Write the normal of one segment; gives its length."""
+    size, first, last, both = len(scale), 0.0, 0.0, 0.0
+    for k in range(size):
+        first += (begin[k] / scale[k]) ** 2
+        last += (end[k] / scale[k]) ** 2
+    first, last = math.sqrt(first), math.sqrt(last)
+    for k in range(size):
+        normal[k] = begin[k] / scale[k] / first + end[k] / scale[k] / last
+        both += normal[k] ** 2
+    both = math.sqrt(both)
     # A path that turns by up to 180 degrees meets each plane across the mean tangent once.
-    opposite = np.linalg.norm(both, axis=-1, keepdims=True) < 2 * _ACROSS
-    normal = _unit(np.where(opposite, units[0], both))
-    chord = (right.state - left.state) / scale
-    length = np.sum(normal * chord, axis=-1, keepdims=True)
-    if single_valued:
-        # Along a path that turns sharply, only the parameter increases throughout.
-        sharp = opposite | (length < np.linalg.norm(chord, axis=-1, keepdims=True) / 2)
-        heading = np.sign(left.direction[..., -1:])
-        normal = np.where(sharp, heading * unit_parameter(scale.shape[-1]), normal)
-        length = np.where(sharp, heading * chord[..., -1:], length)
-    slopes = [length * along(end, normal, scale) for end in (left, right)]
-    return Measure(normal, length, *slopes)
+    opposite = both < 2 * _ACROSS
+    length, chord = 0.0, 0.0
+    for k in range(size):
+        normal[k] = begin[k] / scale[k] / first if opposite else normal[k] / both
+        step = (right[k] - left[k]) / scale[k]
+        length += normal[k] * step
+        chord += step**2
+    # Along a path that turns sharply, only the parameter increases throughout.
+    if single_valued and (opposite or length < math.sqrt(chord) / 2):
+        for k in range(size - 1):
+            normal[k] = 0.0
+        normal[size - 1] = heading = 1.0 if begin[size - 1] >= 0 else -1.0
+        length = heading * (right[size - 1] - left[size - 1]) / scale[size - 1]
+    return length
 
 
-def along(solution: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
-    """Derivatives of the state by the distance along a ``normal``, (..., n_unknowns + 1)."""
-    return solution.direction / ahead(solution, normal, scale)
-
-
-def ahead(solution: PathState, normal: FloatArray, scale: FloatArray) -> FloatArray:
-    """Component of a tangent along a ``normal``, (..., 1), no less than a small positive number."""
-    return np.maximum(np.sum(normal * solution.direction / scale, axis=-1, keepdims=True), 1e-3)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+@Loop
+def ahead(direction: Any, normal: Any, scale: Any) -> float:
+    """Component of a tangent along a ``normal``, no less than a small positive number."""
+    result = 0.0
+    for k in range(len(normal)):
+        result += normal[k] * direction[k] / scale[k]
+    return max(result, _LEAST_AHEAD)
 
 
 class Segment:
@@ -131,8 +183,10 @@ class Segment:
 
         Two arrays (n, n_unknowns + 1).
         """
-        ends = self.left.state, self.right.state, self._slopes, share[:, None]
-        return cubic(*ends), cubic_slope(*ends)
+        ends = [array[None] for array in (self.left.state, self.right.state, *self._slopes)]
+        values, rates = np.empty((2, 1, len(share), len(self.scale)))
+        interpolation.interpolate(*ends, share, values, rates)
+        return values[0], rates[0]
 
     def solve(
         self,
@@ -145,24 +199,36 @@ class Segment:
         ``neighbour`` may be another share and the solution there. At an end the solution is the end
         itself, its tangent computed again.
         """
+        return self._path_state(self.corrected(share, neighbour, precision))
+
+    def corrected(
+        self,
+        share: float,
+        neighbour: tuple[float, PathState] | None = None,
+        precision: float = 1e-10,
+    ) -> Corrected | None:
+        """As `solve`, the direction relative to the ``scale``."""
         if share in (0.0, 1.0):
             end = self.right if share else self.left
-            return self._with_tangent(end.state, self.normal, self.switches)
+            return self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
         left, right = self.left.state, self.right.state
-        guess = cubic(left, right, self._slopes, share)
         if neighbour is not None and abs(share - neighbour[0]) < _CLOSE:
-            distance = (share - neighbour[0]) * self.length
-            guess = neighbour[1].state + distance * along(neighbour[1], self.normal, self.scale)
+            near, distance = neighbour[1], (share - neighbour[0]) * self.length
+            step = distance / ahead(near.direction, self.normal, self.scale)
+            guess = near.state + step * near.direction
+        else:
+            guess = self.interpolate(np.array([share]))[0][0]
         if self.curve.single_valued:
-            guess[-1] = np.clip(guess[-1], *sorted((left[-1], right[-1])))
+            low, high = sorted((left[-1], right[-1]))
+            guess[-1] = min(max(guess[-1], low), high)
         anchor = left + share * self.length * self.normal * self.scale
         plane = Hyperplane(anchor, self.scale, self.normal)
         solution = self.corrector.correct(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
         if not self.curve.single_valued and solution.crosses:
-            self.other_states |= self._is_beyond(solution.margins)
-        return PathState(solution.point, solution.direction * self.scale)
+            self.other_states |= is_beyond(solution.margins, self.switches, _CLEARLY)
+        return solution
 
     def solve_between(self, share: float) -> PathState | None:
         """A solution strictly between both ends, at or near a share of the length.
@@ -181,20 +247,14 @@ class Segment:
             return None
         state = np.append(result.unknowns, guess[-1])
         row = np.sign(self.left.direction[-1]) * unit_parameter(len(self.scale))
-        switches, margins = result.evaluation.states.switches, result.evaluation.states.margins
-        self.other_states |= bool((switches != self.switches)[np.abs(margins) > _CLEARLY].any())
-        return self._with_tangent(state, row, switches)
+        self.other_states |= has_other_states(result, self.switches, _CLEARLY)
+        switches = result.evaluation.states.switches
+        return self._path_state(self.corrector.tangent(state, self.scale, row, switches))
 
-    def _with_tangent(
-        self, state: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
-    ) -> PathState | None:
-        tangent = self.corrector.tangent(state, self.scale, row, switches)
-        return None if tangent is None else PathState(state, tangent.direction * self.scale)
-
-    def _is_beyond(self, margins: FloatArray) -> bool:
-        """Whether a contact is beyond a limit of its held states, and not by round-off."""
-        outward = np.where(self.switches, -1.0, 1.0) * margins
-        return bool(np.any(np.isfinite(margins) & (outward > _CLEARLY)))
+    def _path_state(self, solution: Corrected | None) -> PathState | None:
+        if solution is None:
+            return None
+        return PathState(solution.point, solution.direction * self.scale)
 
     def _is_between(self, solution: Corrected) -> bool:
         """Whether a solution lies between both ends, no contact beyond its limit."""
@@ -203,3 +263,15 @@ class Segment:
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         beyond = max(low - solution.point[-1], solution.point[-1] - high)
         return beyond <= _ROUND_OFF * abs(high) and not solution.crosses
+
+
+def is_beyond(margins: FloatArray, switches: NDArray[np.bool_], tolerance: float) -> bool:
+    """Whether a margin is beyond the limit of its held state by more than a tolerance."""
+    outward = np.where(switches, -margins, margins)
+    return bool((np.isfinite(margins) & (outward > tolerance)).any())
+
+
+def has_other_states(result: NewtonResult, switches: NDArray[np.bool_], tolerance: float) -> bool:
+    """Whether a contact is in another state at a free solution, by more than a tolerance."""
+    states = result.evaluation.states
+    return bool((states.switches != switches)[np.abs(states.margins) > tolerance].any())

@@ -2,9 +2,18 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.numerics.interpolation import cubic, cubic_slope, cubic_top, first_zero
+from symhbm.numerics.interpolation import (
+    amplitude_between,
+    cubic,
+    cubic_slope,
+    cubic_top,
+    first_zero,
+)
+from symhbm.numerics.loops.interpolation import amplitude_at, interpolate
 
 
 def test_against_scipy():
@@ -51,3 +60,41 @@ def test_the_first_zero_of_a_cubic():
         several += len(changes) > 1
         assert at <= share[changes[0] + 1]
     assert several > 20
+
+
+def test_many_pairs_at_once():
+    rng = np.random.default_rng(3)
+    left, right, first, last = rng.normal(size=(4, 6, 5))
+    share = np.array([0.0, 0.2, 1.0])
+    ends = left[:, None], right[:, None], (first[:, None], last[:, None]), share[:, None]
+    for loop in (interpolate, interpolate.__wrapped__):
+        values, rates = np.empty((2, 6, 3, 4))
+        loop(left, right, first, last, share, values, rates)
+        np.testing.assert_allclose(values, cubic(*ends)[..., :4], rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(rates, cubic_slope(*ends)[..., :4], rtol=1e-13, atol=1e-14)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_amplitudes_between_two_points(seed):
+    """Cubic in the logarithm, in the square between a fall and a rise, in the root at a fold."""
+    rng = np.random.default_rng(seed)
+    left, right = rng.random(2) * 10.0 ** rng.uniform(-3, 1, 2)
+    first, last = rng.normal(size=2) * 10.0 ** rng.uniform(-2, 2, 2)
+    share = rng.random()
+    if rng.random() < 0.3:
+        last = rng.choice([-1, 1]) * np.inf
+        root = np.sqrt(1 - share)
+        bend = 2 * -first - (left - right)
+        expected = right + (left - right - bend) * root + bend * root**2
+    elif first < 0 < last:
+        square = cubic(left**2, right**2, (2 * left * first, 2 * right * last), share)
+        expected = np.sqrt(max(square, (1e-3 * min(left, right)) ** 2))
+    else:
+        mean = np.log(right / left)
+        slopes = [slope / at for slope, at in ((first, left), (last, right))]
+        slopes = [mean * min(s / mean, 3) if s * mean > 0 else s for s in slopes]
+        expected = np.exp(cubic(np.log(left), np.log(right), tuple(slopes), share))
+    for kind in (amplitude_at, amplitude_at.__wrapped__):
+        assert kind(left, right, first, last, share) == pytest.approx(expected, rel=1e-9)
+    assert amplitude_between(left, right, (first, last), share) == pytest.approx(expected, rel=1e-9)

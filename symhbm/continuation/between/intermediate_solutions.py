@@ -6,21 +6,34 @@ in between. Next to an onset or end of slip the states follow a root, and their 
 less accurate one of both: the tolerances are aims, and no bounds.
 """
 
+import math
 from collections.abc import Sequence
 from itertools import chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
-from symhbm.continuation.correctors import ON_LIMIT, Corrector, Hyperplane, unit_parameter
-from symhbm.continuation.newton import ACCEPTED, slope_of
+from symhbm.continuation.correctors import (
+    ON_LIMIT,
+    Corrector,
+    Hyperplane,
+    crossed,
+    unit_parameter,
+)
+from symhbm.continuation.newton import slope_of
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
-from symhbm.continuation.problem import ContinuationProblem
-from symhbm.continuation.segment import PathState, Segment, measure
-from symhbm.numerics import FloatArray, amplitude_between, cubic, largest_displacement
+from symhbm.continuation.segment import (
+    PathState,
+    Segment,
+    has_other_states,
+    is_beyond,
+    measure,
+)
+from symhbm.numerics import FloatArray, cubic, largest_displacement
+from symhbm.numerics.loops import Loop, interpolation
 
 TOLERANCE = 0.005
 """Relative error of the largest response between two points that is aimed at: 0.04 dB."""
@@ -74,8 +87,8 @@ def solved_between(
                 passed[number] = ends[ends[0] == points[number].value]
             if not share or depth == _MAX_DEPTH:
                 continue
-            middle = _solution(segment, corrector, points[number].switches, share)
-            if middle is not None and _leaves(points[number].switches, middle, corrector.curve):
+            middle, leaves = _solution(segment, corrector, points[number].switches, share)
+            if middle is not None and leaves:
                 passed[number] = float(middle.state[-1])
             elif middle is not None:
                 solution = middle, corrector.solves - solves_before
@@ -108,36 +121,66 @@ def _needed_shares(
     Where the response is single-valued, it is one of the parameter interval. Also whether slopes
     at both ends tell of a maximum in between.
     """
-    curve = corrector.curve
+    problem, single_valued = corrector.curve.problem, corrector.curve.single_valued
     ends = [segment.left for segment in segments], [segment.right for segment in segments]
-    left, right = (Slopes.of(curve.problem, PathState.stacked(side)) for side in ends)
-    width = (right.state - left.state)[:, -1:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        folds = np.array([segment.folds for segment in segments]).T[..., None]
-        first, last = (
-            np.where(fold, np.inf, width * at.slope / at.direction[:, -1:])[:, None]
-            for at, fold in zip((left, right), folds, strict=True)
-        )
-    slopes = first, last
-    scale = np.array([curve.scale(segment.left.state) for segment in segments])
-    measured = measure(curve.single_valued, left, right, scale)
-    tangents = [[measured.left, measured.right]]
-    if curve.single_valued:
+    left, right = (Slopes.of(problem, PathState.stacked(side)) for side in ends)
+    scale = np.array([corrector.curve.scale(state) for state in left.state])
+    measured = measure(single_valued, left, right, scale)
+    tangents = [(measured.left, measured.right)]
+    if single_valued:
         # A cubic over the parameter differs from one over the arc length: the worse one counts.
-        tangents.append([width * at.direction / at.direction[:, -1:] for at in (left, right)])
-    error = np.zeros((len(segments), len(_SHARES)))
-    for first, last in tangents:
-        pair = first[:, None], last[:, None]
-        state = cubic(left.state[:, None], right.state[:, None], pair, _SHARES[:, None])
-        expected = _amplitude(curve.problem, state[..., :-1])
-        share = (state[..., -1:] - left.state[:, None, -1:]) / width[:, None]
-        heights = left.amplitude[:, None], right.amplitude[:, None]
-        drawn = amplitude_between(*heights, slopes, np.clip(share, 0.0, 1.0))
-        error = np.maximum(error, _relative_error(drawn, expected, per_dof))
-    worst = error.argmax(axis=1)
+        width = (right.state - left.state)[:, -1:]
+        first, last = (width * at.direction / at.direction[:, -1:] for at in (left, right))
+        tangents.append((first, last))
+    states, rates = np.empty((2, len(segments), len(_SHARES), left.state.shape[1]))
+    folds = np.array([segment.folds for segment in segments])
+    worst = np.zeros((2, len(segments)))
+    for pair in tangents:
+        interpolation.interpolate(left.state, right.state, *pair, _SHARES, states, rates)
+        expected = _amplitude(problem, states[..., :-1])
+        sides = ((at.state, at.direction, at.amplitude, at.slope) for at in (left, right))
+        _largest_error(*sides, folds, states, expected, per_dof, *worst)
     hides = np.any(_rises(left, 1, per_dof) & _rises(right, -1, per_dof), axis=1)
-    shares = np.where(error.max(axis=1) > 1, _SHARES[worst], 0.0)
-    return list(zip(shares.tolist(), hides.tolist(), strict=True))
+    return list(zip(worst[1].tolist(), hides.tolist(), strict=True))
+
+
+@Loop
+def _largest_error(
+    left: tuple[Any, Any, Any, Any],
+    right: tuple[Any, Any, Any, Any],
+    folds: Any,
+    states: Any,
+    expected: Any,
+    per_dof: bool,
+    largest: Any,
+    shares: Any,
+) -> None:
+    """Raise the ``largest`` errors of segments, and write the shares of those above 1.
+
+    Of what is drawn from states, directions, amplitudes and slopes ``left`` and ``right`` at their
+    ends, against amplitudes ``expected`` (n, s, n_dof) at ``states`` (n, s, n_unknowns + 1); errors
+    are relative to the tolerance. ``folds`` (n, 2) tells which ends are smooth ones.
+    """
+    n, n_shares, n_dof = expected.shape
+    drawn = np.empty(n_dof)
+    for i in range(n):
+        begin = left[0][i, -1]
+        width = right[0][i, -1] - begin
+        to_first = math.inf if folds[i, 0] else width / left[1][i, -1]
+        to_last = math.inf if folds[i, 1] else width / right[1][i, -1]
+        for h in range(n_shares):
+            share = min(max((states[i, h, -1] - begin) / width, 0.0), 1.0)
+            for j in range(n_dof):
+                first = math.inf if folds[i, 0] else to_first * left[3][i, j]
+                last = math.inf if folds[i, 1] else to_last * right[3][i, j]
+                drawn[j] = interpolation.amplitude_at(
+                    left[2][i, j], right[2][i, j], first, last, share
+                )
+            error = _relative_error(drawn, expected[i, h], per_dof)
+            if error > largest[i]:
+                largest[i] = error
+                if error > 1:
+                    shares[i] = _SHARES[h]
 
 
 def _rises(at: Slopes, heading: int, per_dof: bool) -> NDArray[np.bool_]:
@@ -155,52 +198,63 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     return largest_displacement(problem.basis, motions)[0].reshape(*unknowns.shape[:-1], -1)
 
 
-def _relative_error(drawn: FloatArray, expected: FloatArray, per_dof: bool) -> FloatArray:
-    """Largest difference of the amplitudes (..., n_dof), relative to the tolerance."""
-    largest = expected.max(axis=-1)
-    scale = np.where(largest > 0, largest, 1.0)
-    error = np.abs(drawn.max(axis=-1) - largest) / (TOLERANCE * scale)
-    if not per_dof:
-        return error
-    scale_per_dof = _TOLERANCE_PER_DOF * np.maximum(expected, _SMALL_SHARE * scale[..., None])
-    return np.maximum(error, (np.abs(drawn - expected) / scale_per_dof).max(axis=-1))
+@Loop
+def _relative_error(drawn: Any, expected: Any, per_dof: bool) -> float:
+    """Largest difference of the amplitudes (n_dof,), relative to the tolerance."""
+    largest = expected.max()
+    scale = largest if largest > 0 else 1.0
+    error = abs(drawn.max() - largest) / (TOLERANCE * scale)
+    if per_dof:
+        for j in range(len(drawn)):
+            reference = max(expected[j], _SMALL_SHARE * scale)
+            error = max(error, abs(drawn[j] - expected[j]) / (_TOLERANCE_PER_DOF * reference))
+    return error
 
 
 def _solution(
     segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
-) -> PathState | None:
-    """The solution at a share of the segment, of the parameter interval where single-valued."""
+) -> tuple[PathState | None, bool]:
+    """The solution at a share of the segment, of the parameter interval where single-valued.
+
+    Also whether a contact is in another state there, and not by round-off.
+    """
     if corrector.curve.single_valued:
         return _solution_at_value(segment, corrector, switches, share)
-    solution = Segment(corrector, segment.left, segment.right, switches).solve(share)
+    between = Segment(corrector, segment.left, segment.right, switches)
+    solution = between.corrected(share)
     low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
-    return solution if solution is not None and low < solution.state[-1] < high else None
-
-
-def _leaves(switches: NDArray[np.bool_], solution: PathState, curve: ContinuationProblem) -> bool:
-    """Whether a contact is in another state at a solution, and not by round-off."""
-    evaluation = curve.evaluate(solution.state[:-1], float(solution.state[-1]))
-    states = evaluation.states
-    changed = (states.switches != switches) & (np.abs(states.margins) > ON_LIMIT)
-    return evaluation.norm > ACCEPTED or bool(changed.any())
+    if solution is None or not low < solution.point[-1] < high:
+        return None, False
+    leaves = is_beyond(solution.margins, switches, ON_LIMIT)
+    return PathState(solution.point, solution.direction * between.scale), leaves
 
 
 def _solution_at_value(
     segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
-) -> PathState | None:
+) -> tuple[PathState | None, bool]:
     """The solution at a share of the parameter interval, contacts free where one changes."""
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
-    slopes = tuple(width * end.direction / end.direction[-1] for end in (left, right))
-    guess = cubic(left.state, right.state, slopes, share)
-    scale = curve.scale(guess)
+    over = (width * end.direction / end.direction[-1] for end in (left, right))
+    guess = cubic(left.state, right.state, tuple(over), share)
+    scale, value = curve.scale(guess), float(guess[-1])
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
     corrected = corrector.correct(guess, scale, plane, switches)
+    if corrected is None:
+        # Where the path bends sharply over the parameter, it is predicted along its length.
+        near = Segment(corrector, left, right, switches).solve(share)
+        if near is not None:
+            start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
+            corrected = corrector.correct(start, scale, plane, switches)
+    if corrected is not None and corrected.crosses:
+        flipped = switches ^ crossed(corrected.margins, switches)
+        corrected = corrector.correct(corrected.point, scale, plane, flipped)
     if corrected is not None and not corrected.crosses:
-        return PathState(corrected.point, corrected.direction * scale)
-    value = float(guess[-1])
+        leaves = is_beyond(corrected.margins, switches, ON_LIMIT)
+        return PathState(corrected.point, corrected.direction * scale), leaves
     result = corrector.free(guess[:-1], value)
     if not result.converged:
-        return None
+        return None, False
     direction = np.sign(width) * np.append(slope_of(result.evaluation), 1.0)
-    return PathState(np.append(result.unknowns, value), direction)
+    leaves = has_other_states(result, switches, ON_LIMIT)
+    return PathState(np.append(result.unknowns, value), direction), leaves

@@ -1,101 +1,186 @@
-"""Error estimates for cubic interpolation between two points of a path.
+"""Error estimates for cubic interpolation between two points of a path, as loops.
 
 The cubic through the two points before a segment, or the two after it, predicts the slope at the
 far end of the segment. The difference from the actual slope measures the fourth derivative.
 """
 
-from typing import Any, NamedTuple
+import math
+from typing import Any
 
 import numpy as np
 
-from symhbm.continuation.segment import Measure, PathState, ahead
-from symhbm.numerics import FloatArray, cubic_slope
+from symhbm.continuation.segment import ahead
+from symhbm.numerics.loops import Loop, interpolation
 
 SAFETY_FACTOR = 8.0
 """Ratio by which the fourth derivative may exceed its estimate."""
 _SLOPE_ERROR, _VALUE_ERROR = 0.0962, 1 / 32
 """Largest errors of slope and value of a cubic with a constant fourth derivative, over the result
-of `_extrapolation_error`."""
+of `extrapolation_error`."""
+OF_SLOPE, OF_VALUE = SAFETY_FACTOR * _SLOPE_ERROR, SAFETY_FACTOR * _VALUE_ERROR
+"""Error bounds of interpolated slopes per unit of length, and of values over the length, both over
+the result of `extrapolation_error`."""
 _LONE_SHARE = 0.5
 """Share of the third derivative's contribution taken as slope error where there is no neighbour."""
 _MIN_ALIGNMENT = 0.3
 """Smallest cosine between the tangent of a neighbour and a segment for which its cubic is used."""
 
-
-class ValueAndRate(NamedTuple):
-    """Quantities at one or several solutions, and their derivatives along the tangent, (..., n)."""
-
-    path_state: PathState
-    value: FloatArray
-    rate: FloatArray
-
-    def reversed(self) -> "ValueAndRate":
-        """The same with the path run through backwards."""
-        path_state = PathState(self.path_state.state, -self.path_state.direction)
-        return ValueAndRate(path_state, self.value, -self.rate)
+BEFORE, LEFT, RIGHT, AFTER = range(4)
+"""Rows: the solution before a segment, those at both its ends, and the one after it."""
+DISTANCE_BEFORE, DISTANCE_AFTER = 4, 5
+"""Places of the distances between two solutions, behind the components of the four tangents."""
 
 
-def slope_errors(measured: Measure, scale: FloatArray, *samples: Any) -> FloatArray:
-    """Error bounds of interpolated slopes per unit of length, (..., n).
+@Loop
+def describe(
+    states: tuple[Any, ...],
+    directions: tuple[Any, ...],
+    row: int,
+    normal: Any,
+    scale: Any,
+    around: Any,
+) -> None:
+    """Write what `extrapolation_error` needs to know ``around`` (6,) one segment.
 
-    ``samples`` are those before a segment, at both its ends and after it; NaN where there is none
-    or an event lies between.
+    The components of four tangents along its normal, and the distances from its ends to the
+    solutions beside it, NaN where there is none or its tangent points elsewhere. ``states`` and
+    ``directions`` are four arrays (n, n_unknowns + 1), NaN where there is no solution.
     """
-    return SAFETY_FACTOR * _SLOPE_ERROR * _extrapolation_error(measured, scale, *samples)
-
-
-def value_errors(measured: Measure, scale: FloatArray, *samples: Any) -> FloatArray:
-    """Error bounds of interpolated values, (..., n); arguments as of `slope_errors`."""
-    error = _extrapolation_error(measured, scale, *samples)
-    return SAFETY_FACTOR * _VALUE_ERROR * np.abs(measured.length) * error
-
-
-def _extrapolation_error(
-    measured: Measure,
-    scale: FloatArray,
-    before: ValueAndRate,
-    left: ValueAndRate,
-    right: ValueAndRate,
-    after: ValueAndRate,
-) -> FloatArray:
-    """Larger extrapolation error of both sides, scaled to the length of the segment."""
-    normal, length = measured.normal, np.where(measured.length == 0, 1.0, measured.length)
-    forward = _one_sided_error(normal, length, scale, before, left, right)
-    backward = _one_sided_error(
-        -normal, length, scale, after.reversed(), right.reversed(), left.reversed()
+    around[BEFORE] = ahead(directions[BEFORE][row], normal, scale)
+    around[LEFT] = ahead(directions[LEFT][row], normal, scale)
+    around[RIGHT] = ahead(directions[RIGHT][row], normal, scale)
+    around[AFTER] = ahead(directions[AFTER][row], normal, scale)
+    around[DISTANCE_BEFORE] = _distance(
+        states[BEFORE][row], states[LEFT][row], directions[BEFORE][row], normal, scale
     )
-    slopes = [sample.rate / ahead(sample.path_state, normal, scale) for sample in (left, right)]
-    own_estimate = 1.5 * ((right.value - left.value) / length - (slopes[0] + slopes[1]) / 2)
-    largest = np.fmax(np.abs(forward), np.abs(backward))
-    return np.where(
-        np.isnan(largest),
-        _LONE_SHARE / (SAFETY_FACTOR * _SLOPE_ERROR) * np.abs(own_estimate),
-        largest,
+    around[DISTANCE_AFTER] = _distance(
+        states[RIGHT][row], states[AFTER][row], directions[AFTER][row], normal, scale
     )
 
 
-def _one_sided_error(
-    normal: FloatArray,
-    length: FloatArray,
-    scale: FloatArray,
-    neighbour: ValueAndRate,
-    near: ValueAndRate,
-    far: ValueAndRate,
-) -> FloatArray:
+@Loop
+def _distance(first: Any, second: Any, direction: Any, normal: Any, scale: Any) -> float:
+    """Distance of two solutions along a normal, NaN where a tangent leads elsewhere."""
+    distance, along, size = 0.0, 0.0, 0.0
+    for k in range(len(normal)):
+        tangent = direction[k] / scale[k]
+        distance += normal[k] * (second[k] - first[k]) / scale[k]
+        along += normal[k] * tangent
+        size += tangent**2
+    valid = along > _MIN_ALIGNMENT * math.sqrt(size) and distance > 0
+    return distance if valid else math.nan
+
+
+@Loop
+def extrapolation_error(
+    around: Any,
+    length: float,
+    before: tuple[float, float],
+    left: tuple[float, float],
+    right: tuple[float, float],
+    after: tuple[float, float],
+) -> float:
+    """Larger extrapolation error of both sides, scaled to the length of the segment.
+
+    Of one quantity: its values at the four solutions, and its derivatives along their tangents.
+    """
+    first, last = left[1] / around[LEFT], right[1] / around[RIGHT]
+    slope, far_slope = before[1] / around[BEFORE], -after[1] / around[AFTER]
+    forward = _one_sided(
+        around[DISTANCE_BEFORE], length, (before[0], slope), (left[0], first), last
+    )
+    backward = _one_sided(
+        around[DISTANCE_AFTER], length, (after[0], far_slope), (right[0], -last), -first
+    )
+    if not math.isnan(forward):
+        return forward if math.isnan(backward) else max(forward, backward)
+    if not math.isnan(backward):
+        return backward
+    own_estimate = 1.5 * ((right[0] - left[0]) / length - (first + last) / 2)
+    return _LONE_SHARE / OF_SLOPE * abs(own_estimate)
+
+
+@Loop
+def _one_sided(
+    distance: float,
+    length: float,
+    neighbour: tuple[float, float],
+    near: tuple[float, float],
+    far_slope: float,
+) -> float:
     """Scaled error of the slope at the far end, extrapolated from the near end and its neighbour.
 
-    NaN where there is no suitable neighbour.
+    Those are values and slopes. NaN where there is no suitable neighbour.
     """
-    chord = (near.path_state.state - neighbour.path_state.state) / scale
-    distance = np.sum(normal * chord, axis=-1, keepdims=True)
-    tangent = neighbour.path_state.direction / scale
-    along = np.sum(normal * tangent, axis=-1, keepdims=True)
-    valid = along > _MIN_ALIGNMENT * np.linalg.norm(tangent, axis=-1, keepdims=True)
-    distance = np.where(valid & (distance > 0), distance, np.nan)
-    slopes = [
-        sample.rate / ahead(sample.path_state, normal, scale) for sample in (neighbour, near, far)
-    ]
-    tangents = distance * slopes[0], distance * slopes[1]
-    expected = cubic_slope(neighbour.value, near.value, tangents, 1 + length / distance) / distance
+    slopes = distance * neighbour[1], distance * near[1]
+    expected = (
+        interpolation.cubic_slope_at(neighbour[0], near[0], slopes, 1 + length / distance)
+        / distance
+    )
     reach = length**2 / ((length + distance) * (2 * length + distance))
-    return reach * (slopes[2] - expected)
+    return abs(reach * (far_slope - expected))
+
+
+@Loop
+def slope_errors(
+    states: tuple[Any, ...],
+    directions: tuple[Any, ...],
+    normal: Any,
+    length: Any,
+    scale: Any,
+    error: Any,
+) -> None:
+    """Write error bounds (n, n_dof) of slopes of motions, per unit of length.
+
+    ``states`` and ``directions`` are those of `describe`; ``normal`` and ``scale`` are
+    (n, n_unknowns + 1), ``length`` (n, 1).
+    """
+    around, n_dof = np.empty(6), error.shape[1]
+    size = (scale.shape[1] - 1) // n_dof
+    for i in range(len(error)):
+        describe(states, directions, i, normal[i], scale[i], around)
+        distance = length[i, 0] if length[i, 0] != 0 else 1.0
+        for j in range(n_dof):
+            square = 0.0
+            for k in range(j * size, (j + 1) * size):
+                square += _of_component(states, directions, i, k, around, distance) ** 2
+            error[i, j] = OF_SLOPE * math.sqrt(square)
+
+
+@Loop
+def value_errors(
+    states: tuple[Any, ...],
+    directions: tuple[Any, ...],
+    values: tuple[Any, ...],
+    rates: tuple[Any, ...],
+    normal: Any,
+    length: Any,
+    scale: Any,
+    error: Any,
+) -> None:
+    """Write error bounds (n, m) of quantities, whose four ``values`` and ``rates`` are (n, m).
+
+    The other arguments are those of `slope_errors`.
+    """
+    around = np.empty(6)
+    for i in range(len(error)):
+        describe(states, directions, i, normal[i], scale[i], around)
+        distance = length[i, 0] if length[i, 0] != 0 else 1.0
+        for k in range(error.shape[1]):
+            scaled = _of_component(values, rates, i, k, around, distance)
+            error[i, k] = OF_VALUE * abs(length[i, 0]) * scaled
+
+
+@Loop
+def _of_component(
+    values: tuple[Any, ...], rates: tuple[Any, ...], i: int, k: int, around: Any, length: float
+) -> float:
+    """`extrapolation_error` of one component of one segment."""
+    return extrapolation_error(
+        around,
+        length,
+        (values[BEFORE][i, k], rates[BEFORE][i, k]),
+        (values[LEFT][i, k], rates[LEFT][i, k]),
+        (values[RIGHT][i, k], rates[RIGHT][i, k]),
+        (values[AFTER][i, k], rates[AFTER][i, k]),
+    )

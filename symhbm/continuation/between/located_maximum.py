@@ -9,7 +9,8 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.between.slopes import Slopes
-from symhbm.continuation.segment import Segment
+from symhbm.continuation.correctors import Corrected
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
 
 CORNER_JUMP = 1e-6
@@ -24,7 +25,7 @@ _ROUND_OFF = 1e-10
 """Distance of two solutions, relative to the response, that round-off explains."""
 _MAX_SECANTS = 12
 _PRECISION = 1e-11
-"""Last secant step, as a share of the segment."""
+"""Secant step that is not taken any more, as a share of the segment."""
 
 
 class PeakKind(StrEnum):
@@ -38,11 +39,14 @@ class PeakKind(StrEnum):
 class LocatedMaximum(NamedTuple):
     """A maximum of the responses ``dofs``: its ``share`` of the segment and the solution ``at`` it.
 
-    ``solves`` counts the linear solves spent on it.
+    ``solution`` is the same with its direction relative to ``scale``; ``solves`` counts the linear
+    solves spent on it.
     """
 
     share: float
     at: Slopes
+    solution: Corrected
+    scale: FloatArray
     kind: PeakKind
     dofs: tuple[int, ...]
     solves: int
@@ -55,17 +59,19 @@ def locate_maximum(
 
     ``start`` is its estimated share of the segment. None if the iteration does not converge.
     """
-    visited: dict[float, Slopes] = {}
+    visited: dict[float, tuple[Corrected, Slopes]] = {}
     solves_before = segment.corrector.solves
 
     def slope(share: float) -> float:
         if share not in visited:
-            nearest = min(visited.items(), key=lambda s: abs(s[0] - share), default=None)
-            solution = segment.solve(share, nearest) if 0 <= share <= 1 else None
+            nearest = min(visited, key=lambda known: abs(known - share), default=None)
+            neighbour = None if nearest is None else (nearest, visited[nearest][1])
+            solution = segment.corrected(share, neighbour) if 0 <= share <= 1 else None
             if solution is None:
                 raise ArithmeticError
-            visited[share] = Slopes.of(segment.curve.problem, solution)
-        return float(visited[share].slope[dof])
+            at = PathState(solution.point, solution.direction * segment.scale)
+            visited[share] = solution, Slopes.of(segment.curve.problem, at)
+        return float(visited[share][1].slope[dof])
 
     # A small slope is as inaccurate as the tangent of its point: solve for both anew.
     ends = float(left.slope[dof]), float(right.slope[dof])
@@ -81,20 +87,22 @@ def locate_maximum(
         slope(share)
     except ArithmeticError:
         return None
-    at, solves = visited[share], segment.corrector.solves - solves_before
+    (solution, at), solves = visited[share], segment.corrector.solves - solves_before
     jumps = abs(at.slope[dof]) > CORNER_JUMP * scale and 0.0 < share < 1.0
-    if jumps and not _is_continuous(segment, visited, share):
+    states = {known: of_share.state for known, (_, of_share) in visited.items()}
+    if jumps and not _is_continuous(segment, states, share):
         return None
-    return LocatedMaximum(share, at, PeakKind.CORNER if jumps else PeakKind.SMOOTH, (dof,), solves)
+    kind = PeakKind.CORNER if jumps else PeakKind.SMOOTH
+    return LocatedMaximum(share, at, solution, segment.scale, kind, (dof,), solves)
 
 
-def _is_continuous(segment: Segment, visited: dict[float, Slopes], share: float) -> bool:
+def _is_continuous(segment: Segment, states: dict[float, FloatArray], share: float) -> bool:
     """Whether a solution is close to its neighbours: at a corner slopes jump, solutions do not."""
     for side in (-1, 1):
         neighbour = min(
-            (h for h in visited if h * side > share * side), key=lambda h: h * side, default=share
+            (h for h in states if h * side > share * side), key=lambda h: h * side, default=share
         )
-        distance = np.linalg.norm((visited[neighbour].state - visited[share].state) / segment.scale)
+        distance = np.linalg.norm((states[neighbour] - states[share]) / segment.scale)
         if distance > _MAX_RATIO * segment.length * abs(neighbour - share) + _ROUND_OFF:
             return False
     return True
@@ -123,19 +131,18 @@ def falling_zero(slope: Callable[[float], float], low: float, high: float, start
             values[share] = slope(share)
         return values[share]
 
-    start_value = value(start)
-    opposite_end = 1.0 if start_value > 0 else 0.0  # its slope has the other sign
-    share, previous = start, opposite_end
+    # The slope at the opposite end has the other sign.
+    share, previous = start, 1.0 if value(start) > 0 else 0.0
     for _ in range(_MAX_SECANTS):
         change = value(share) - value(previous)
         step = -value(share) * (share - previous) / change if change else np.inf
-        if not 0 <= share + step <= 1:
-            break
-        share, previous = share + step, share
         if abs(step) <= _PRECISION:
             left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
             right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)
             if values[left] >= 0 >= values[right]:
                 return share
             break
+        if not 0 <= share + step <= 1:
+            break
+        share, previous = share + step, share
     return float(scipy.optimize.brentq(value, 0, 1, xtol=1e-13))  # type: ignore

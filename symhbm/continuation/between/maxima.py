@@ -10,14 +10,8 @@ from symhbm.continuation.between.located_maximum import (
     locate_maximum,
 )
 from symhbm.continuation.between.segments import Segments
-from symhbm.continuation.between.slopes import (
-    TIE,
-    SlopeEstimate,
-    Slopes,
-    amplitude_and_slope,
-    estimate_slopes,
-    leading,
-)
+from symhbm.continuation.between.slope_estimate import SlopeEstimate, estimate_slopes
+from symhbm.continuation.between.slopes import TIE, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray
@@ -65,23 +59,33 @@ class Maxima:
 
     def _process(self, segments: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
         """Parts of the segments that need further division; maxima of the others are stored."""
-        estimates = estimate_slopes(self._problem, *segments[3:-1])
-        candidates = (estimates.has_maximum | estimates.ambiguous) & (
-            estimates.may_lead | self._per_dof
-        )
+        estimate = estimate_slopes(self._problem, segments, self._per_dof)
+        is_doubtful = np.any(estimate.is_doubtful, axis=1).tolist()
+        candidates = np.any(estimate.is_doubtful | estimate.turns, axis=1)
+        candidates &= estimate.measured.length[:, 0] > 0  # else its ends coincide
         middles: dict[int, PathState] = {}
         maxima: dict[int, list[LocatedMaximum]] = {}
-        for k in np.flatnonzero(candidates.any(axis=-1)).tolist():
-            segment, estimate = segments.take(k), estimates.take(k)
-            resolved = self._resolve(segment, estimate, last)
-            middle = self._dividing_point(segment, estimate) if resolved is None else None
-            if middle is not None:
-                middles[k] = middle
-            elif int(segment.number) not in self.other_states:
-                resolved = self._resolve(segment, estimate, True) if resolved is None else resolved
-                maxima[k] = resolved or []
+        for k in np.flatnonzero(candidates).tolist():
+            if int(segments.number[k]) in self.other_states:
+                continue  # its events are to be located first
+            segment = segments.segment(k, self._corrector, estimate.measured)
+            found, lost = None, 0
+            if last or not is_doubtful[k]:
+                found, lost = self._locate(segment, segments, estimate, k)
+            if found is None or (lost and not last):
+                middle = self._dividing_point(segment, segments, k)
+                if middle is not None:
+                    middles[k] = middle
+                    continue
+                if int(segments.number[k]) in self.other_states:
+                    continue
+            if found is None:
+                found, lost = self._locate(segment, segments, estimate, k)
+            maxima[k] = found
+            self.lost += lost
         for k in [] if last else self._with_hidden_maxima(segments, maxima):
-            middle = self._dividing_point(segments.take(k), estimates.take(k))
+            segment = segments.segment(k, self._corrector, estimate.measured)
+            middle = self._dividing_point(segment, segments, k)
             if middle is not None:
                 middles[k] = middle
                 del maxima[k]
@@ -103,33 +107,13 @@ class Maxima:
         scale = np.array([self._corrector.curve.scale(state) for state in at.state])
         return segments.divided(share, at, scale)
 
-    def _resolve(
-        self, segments: Segments[Slopes], estimate: SlopeEstimate, last: bool
-    ) -> list[LocatedMaximum] | None:
-        """The maxima in one segment; None where it needs division, before the ``last`` depth."""
-        segment = segments.segment(self._corrector, estimate.measured)
-        if segment.length <= 0 or int(segments.number) in self.other_states:
-            return []  # coincident ends, or a segment whose events are to be located first
-        left, right = segments.left, segments.right
-        dofs = np.flatnonzero(estimate.may_lead | self._per_dof)
-        tied = np.all([_tied(end, dofs[0])[dofs] for end in (left, right)], axis=0)
-        dofs = np.concatenate([dofs[:1], dofs[~tied]])
-        if not last and np.any(estimate.ambiguous[dofs]):
-            return None
-        maxima, lost = self._locate(segment, segments, estimate, dofs[estimate.has_maximum[dofs]])
-        if lost and not last:
-            return None
-        self.lost += lost
-        return maxima
-
     def _dividing_point(
-        self, segments: Segments[Slopes], estimate: SlopeEstimate
+        self, segment: Segment, segments: Segments[Slopes], k: int
     ) -> PathState | None:
         """A solution that divides one segment, None where there is none."""
-        segment = segments.segment(self._corrector, estimate.measured)
-        solution = segment.solve_between(float(_dividing_share(segments.switch_events)))
+        solution = segment.solve_between(float(_dividing_share(segments.switch_events[k])))
         if solution is not None and segment.other_states and not self._ignore_states:
-            self.other_states[int(segments.number)] = float(solution.state[-1])
+            self.other_states[int(segments.number[k])] = float(solution.state[-1])
             return None
         return solution
 
@@ -153,36 +137,31 @@ class Maxima:
             )
         )
         at = Slopes.stacked([maximum.at for maximum in smooth_maxima])
-        estimates = estimate_slopes(
-            self._problem, *self._divide(segments.take(list(number)), share, at)[3:-1]
-        )
+        halves = self._divide(segments.take(list(number)), share, at)
+        estimate = estimate_slopes(self._problem, halves, self._per_dof)
         rows = np.arange(len(smooth_maxima))
-        single = (
-            estimates.rises_to()[rows, dof] & estimates.falls_from()[rows + len(smooth_maxima), dof]
-        )
+        single = estimate.rises_to(rows, dof)
+        single &= estimate.falls_from(rows + len(smooth_maxima), dof)
         return sorted(
             {k for k, is_single in zip(number, single.tolist(), strict=True) if not is_single}
         )
 
     def _locate(
-        self,
-        segment: Segment,
-        segments: Segments[Slopes],
-        estimate: SlopeEstimate,
-        turning_dofs: NDArray[np.intp],
+        self, segment: Segment, segments: Segments[Slopes], estimate: SlopeEstimate, k: int
     ) -> tuple[list[LocatedMaximum], int]:
-        """The maxima of ``turning_dofs`` in a segment, and the number of those not located."""
-        left, right = segments.left, segments.right
+        """The maxima in a segment, and the number of those not located."""
+        left, right, switch_events = segments.left[k], segments.right[k], segments.switch_events[k]
         height = np.maximum(left.amplitude, right.amplitude)
+        turning_dofs = np.flatnonzero(estimate.turns[k])
         maxima: list[LocatedMaximum] = []
         lost = 0
         done = np.zeros(len(height), dtype=bool)
         for dof in turning_dofs[np.argsort(-height[turning_dofs])].tolist():
             if done[dof]:
                 continue
-            start = estimated_maximum(estimate.slopes[:, dof], segments.switch_events)
-            margin = float(estimate.error[dof]) * segment.length
-            always = self._per_dof or segments.switch_events.any()
+            start = estimated_maximum(estimate.slopes[k, :, dof], switch_events)
+            margin = float(estimate.error[k, dof]) * segment.length
+            always = self._per_dof or switch_events.any()
             if not (always or self._may_lead(segment, start, dof, margin)):
                 continue
             maximum = locate_maximum(segment, left, right, dof, start)

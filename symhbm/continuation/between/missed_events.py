@@ -5,18 +5,21 @@ is interpolated there; where it comes as close to a limit as the interpolation e
 solved for in between.
 """
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symhbm.balance import BalancedContacts, HarmonicBalance
-from symhbm.continuation.between.interpolation_error import ValueAndRate, value_errors
+from symhbm.continuation.between.interpolation_error import value_errors
 from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import Measure, PathState, measure
-from symhbm.numerics import FloatArray, cubic
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, interpolation
 
 _SHARES = np.arange(1, 16) / 16
 _ERROR_PROFILE = (4 * _SHARES * (1 - _SHARES)) ** 2
@@ -28,45 +31,47 @@ _BATCH_SIZE = 2**20
 _MAX_DEPTH = 6
 
 
-def find_missed_events(points: list[PathPoint], corrector: Corrector) -> dict[int, float]:
+def find_missed_events(
+    points: list[PathPoint], corrector: Corrector, path_segments: Segments[Slopes]
+) -> tuple[dict[int, float], Segments[PathState]]:
     """Parameter values where a contact is in another state than after the path point before.
 
-    By the index of that point.
+    By the index of that point. Also the segments of the path, divided where that was in doubt.
     """
     problem, curve = corrector.curve.problem, corrector.curve
+    segments = path_segments.bare()
     if len(points) < 2 or not len(points[0].margins):
-        return {}
-    state, before, after = (
-        np.array([getattr(point, name) for point in points])
-        for name in ("state", "before", "after")
-    )
-    segments = Segments.of(points, PathState(state, before), PathState(state, after))
-    estimates = _Estimates.of(curve, points, state)
+        return {}, segments
+    estimates = _Estimates.of(curve, points)
     samples = problem.basis.highest if problem.basis.n_components > 2 else 1
     size = len(_SHARES) * len(points[0].margins) * _SAMPLES * samples
     missed: dict[int, float] = {}
+    whole: list[Segments[PathState]] = []
     for _ in range(_MAX_DEPTH):
         divided, dividing_shares, middles = [], [], []
         for batch in segments.batches(max(_BATCH_SIZE // size, 1)):
             measured = measure(curve.single_valued, batch.left, batch.right, batch.scale)
             shares = _doubtful_shares(problem, batch, measured, estimates)
+            stays = np.ones(len(shares), dtype=bool)
             for k in np.flatnonzero(shares).tolist():
                 if int(batch.number[k]) in missed:
                     continue
-                segment = batch.take(k).segment(corrector, measured.take(k))
+                segment = batch.segment(k, corrector, measured)
                 middle = segment.solve_between(float(shares[k])) if segment.length > 0 else None
                 if middle is not None and segment.other_states:
                     missed[int(batch.number[k])] = float(middle.state[-1])
                 elif middle is not None:
+                    stays[k] = False
                     divided.append(batch.take([k]))
                     dividing_shares.append(shares[k])
                     middles.append(middle)
+            whole.append(batch.take(stays))
         if not divided:
-            break
+            return missed, Segments.joined([segments.take(slice(0)), *whole])
         middle = PathState.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
         segments = Segments.joined(divided).divided(np.array(dividing_shares), middle, scale)
-    return missed
+    return missed, Segments.joined([*whole, segments])
 
 
 class _Estimates(NamedTuple):
@@ -82,14 +87,13 @@ class _Estimates(NamedTuple):
     last: FloatArray
 
     @classmethod
-    def of(
-        cls, curve: ContinuationProblem, points: list[PathPoint], state: FloatArray
-    ) -> "_Estimates":
-        """Those of the points of a path, whose states are (n_points, n_unknowns + 1)."""
+    def of(cls, curve: ContinuationProblem, points: list[PathPoint]) -> "_Estimates":
+        """Those of the points of a path."""
         at = [curve.at(point.value) for point in points[:-1]]
         frequency = np.array([frequency for _, frequency in at])
         contacts = [problem.contacts for problem, _ in at]
-        ends = np.stack([state[:-1, :-1], state[1:, :-1]], axis=1)
+        unknowns = np.array([point.unknowns for point in points])
+        ends = np.stack([unknowns[:-1], unknowns[1:]], axis=1)
         known = np.array([point.margins for point in points])
         known = np.stack([known[:-1], known[1:]], axis=1)
         exact = np.zeros(known.shape)
@@ -106,37 +110,58 @@ def _doubtful_shares(
     estimates: _Estimates,
 ) -> FloatArray:
     """Shares (n,) of the segments at which a contact may pass its limit, 0 where none may."""
-    states = segments.left.state, segments.right.state
-    slopes = measured.left[:, None], measured.right[:, None]
-    interpolated = cubic(states[0][:, None], states[1][:, None], slopes, _SHARES[:, None])
-    path_states = segments.before, segments.left, segments.right, segments.after
-    error = value_errors(
-        measured, segments.scale, *(_relative_motion(problem, at) for at in path_states)
-    )
-    by_row = np.linalg.norm(error.reshape(len(error), -1, problem.basis.n_components), axis=-1)
-    error = problem.contacts.sizes_at_switches(by_row)[:, None]
-    outward = np.where(segments.switches, -1.0, 1.0)[:, None]
+    ends = segments.left.state, segments.right.state, measured.left, measured.right
+    shape = len(segments.number), len(_SHARES)
+    motions, rates = np.empty((2, *shape, problem.n_unknowns))
+    interpolation.interpolate(*ends, _SHARES, motions, rates)
+    by_row = np.linalg.norm(_motion_errors(problem, segments, measured), axis=-1)
+    sizes = problem.contacts.sizes_at_switches(by_row)
+    error = np.where(segments.switches, -sizes, sizes)[:, None] * _ERROR_PROFILE[:, None]
     of_point = segments.number
+    frequency, contacts = estimates.frequency[of_point], estimates.contacts
     within = problem.contacts.margins_within(
-        interpolated[..., :-1],
-        estimates.frequency[of_point],
-        outward * _ERROR_PROFILE[:, None] * error,
-        [estimates.contacts[k] for k in of_point.tolist()],
+        motions, frequency, error, [contacts[k] for k in of_point.tolist()]
     )
-    first, last = estimates.first[of_point][:, None], estimates.last[of_point][:, None]
-    shares = segments.begin[:, None] + segments.width[:, None] * _SHARES
-    with np.errstate(invalid="ignore"):
-        margins = within - first - shares[..., None] * (last - first)
-        beyond = np.where(np.isfinite(first + last), outward * margins, -np.inf)
-    highest = beyond.max(axis=-1)
-    share_index = highest.argmax(axis=-1)
-    return np.where(highest.max(axis=-1) > BEYOND, _SHARES[share_index], 0.0)
+    off = estimates.first[of_point], estimates.last[of_point]
+    shares = np.zeros(len(of_point))
+    _most_beyond(within, *off, segments.begin, segments.width, segments.switches, shares)
+    return shares
 
 
-def _relative_motion(problem: HarmonicBalance, at: PathState) -> ValueAndRate:
-    """All relative motions, and their derivatives along the tangent."""
-    value, rate = (
-        problem.layout.relative(array[..., :-1]).reshape(len(array), -1)
-        for array in (at.state, at.direction)
+@Loop
+def _most_beyond(
+    within: Any, first: Any, last: Any, begin: Any, width: Any, switches: Any, shares: Any
+) -> None:
+    """Write the share of each segment at which a margin is the farthest beyond its limit.
+
+    Margins ``within`` (n, s, n_switches) are corrected by what they are off at the ends of a step,
+    ``first`` and ``last``. Segments in which all are within their limits are left out.
+    """
+    for i in range(len(within)):
+        farthest = BEYOND
+        for h in range(within.shape[1]):
+            at = begin[i] + width[i] * _SHARES[h]
+            for k in range(within.shape[2]):
+                if not (math.isfinite(first[i, k]) and math.isfinite(last[i, k])):
+                    continue
+                off = first[i, k] + at * (last[i, k] - first[i, k])
+                outward = off - within[i, h, k] if switches[i, k] else within[i, h, k] - off
+                if outward > farthest:
+                    farthest, shares[i] = outward, _SHARES[h]
+
+
+def _motion_errors(
+    problem: HarmonicBalance, segments: Segments[PathState], measured: Measure
+) -> FloatArray:
+    """Error bounds of interpolated relative motions, (n, n_rows, n_components) [m]."""
+    around = segments.before, segments.left, segments.right, segments.after
+    states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
+    values, rates = (
+        tuple(np.ascontiguousarray(problem.layout.relative(array[:, :-1])) for array in arrays)
+        for arrays in (states, directions)
     )
-    return ValueAndRate(at, value, rate)
+    error = np.empty(values[0].shape)
+    flat = [tuple(array.reshape(len(error), -1) for array in each) for each in (values, rates)]
+    metric = measured.normal, measured.length, segments.scale
+    value_errors(states, directions, *flat, *metric, error.reshape(len(error), -1))
+    return error

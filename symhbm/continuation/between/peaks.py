@@ -21,7 +21,7 @@ from symhbm.continuation.between.maxima import Maxima
 from symhbm.continuation.between.missed_events import find_missed_events
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
-from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.correctors import Corrected, Corrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState
@@ -76,13 +76,15 @@ def locate_peaks(
         Slopes.of(problem, PathState(state, np.array([getattr(p, name) for p in points])))
         for name in ("before", "after")
     )
-    for i, point in enumerate(points[1:-1], 1):
-        if point.events:
-            peak_list.at_event(before[i], after[i])
+    peak_list.at_events(points, before, after)
     maxima = Maxima(corrector, per_dof, ignore_states)
+    segments = Segments.of(points, before, after)
     if not ignore_states:
-        maxima.other_states |= find_missed_events(points, corrector)
-    located = maxima.between(Segments.of(points, before, after))
+        missed, divided = find_missed_events(points, corrector, segments)
+        maxima.other_states |= missed
+        left, right = (Slopes.of(problem, at) for at in (divided.left, divided.right))
+        segments = divided.with_ends(left, right)
+    located = maxima.between(segments)
     between = {}
     for i, maxima_between in located.items():
         if i not in maxima.other_states:
@@ -112,19 +114,20 @@ class _PeakList:
 
     def __init__(self, corrector: Corrector, per_dof: bool):
         self.curve = corrector.curve
-        self.corrector = corrector
         self.per_dof = per_dof
         self.peaks: list[Peak] = []
 
-    def at_event(self, left: Slopes, right: Slopes) -> None:
-        """Add the corners of an event, where slopes change from positive to negative."""
-        scale = np.maximum(np.abs(left.slope), np.abs(right.slope))
-        corner = np.minimum(left.slope, -right.slope) > CORNER_JUMP * scale
-        corner &= scale > FLAT_SLOPE * left.amplitude
-        if not self.per_dof:
-            corner &= np.arange(len(corner)) == leading(left.amplitude)
-        if corner.any():
-            self._add(left, np.flatnonzero(corner).tolist(), PeakKind.CORNER)
+    def at_events(self, points: list[PathPoint], before: Slopes, after: Slopes) -> None:
+        """Add the corners at events, where slopes change from positive to negative."""
+        scale = np.maximum(np.abs(before.slope), np.abs(after.slope))
+        corner = np.minimum(before.slope, -after.slope) > CORNER_JUMP * scale
+        corner &= scale > FLAT_SLOPE * before.amplitude
+        for i in np.flatnonzero(corner[1:-1].any(axis=1)) + 1:
+            dofs = np.flatnonzero(corner[i])
+            if not self.per_dof:
+                dofs = dofs[dofs == leading(before.amplitude[i])]
+            if points[i].events:
+                self._add(before[i], dofs.tolist(), PeakKind.CORNER, points[i].residual_norm)
 
     def between(
         self, maxima: list[LocatedMaximum], left: Slopes, right: Slopes, point: PathPoint
@@ -133,25 +136,20 @@ class _PeakList:
 
         None, and no maximum added, where a contact leaves the state it was held in.
         """
-        norms = [self._norm(maximum.at) for maximum in maxima]
+        norms = [self._norm(maximum.solution) for maximum in maxima]
         if max(norms, default=0.0) > ACCEPTED:
             return None
         points: list[PathPoint] = []
         previous = left
-        for maximum in maxima:
+        for maximum, norm in zip(maxima, norms, strict=True):
             at = next(
                 (s for s in (previous, right) if self._is_same_solution(maximum.at, s)), maximum.at
             )
-            self._add(at, maximum.dofs, maximum.kind)
-            if at is not maximum.at:
-                continue
-            solves_before, scale = self.corrector.solves, self.curve.scale(at.state)
-            corrected = self.corrector.tangent(
-                at.state, scale, at.direction / scale, point.switches
-            )
-            if corrected is not None:
-                solves = maximum.solves + self.corrector.solves - solves_before
-                points.append(PathPoint.of(self.curve, corrected, scale, point.switches, solves))
+            self._add(at, maximum.dofs, maximum.kind, norm)
+            if at is maximum.at:
+                solution, scale = maximum.solution, maximum.scale
+                given = point.switches, maximum.solves
+                points.append(PathPoint.of(self.curve, solution, scale, *given))
                 previous = at
         return points
 
@@ -161,12 +159,14 @@ class _PeakList:
         same_value = self.curve.single_valued and at.state[-1] == neighbour.state[-1]
         return bool(distance <= _SAME_SOLUTION or same_value)
 
-    def _add(self, at: Slopes, dofs: Iterable[int], kind: PeakKind) -> None:
+    def _add(self, at: Slopes, dofs: Iterable[int], kind: PeakKind, norm: float) -> None:
         """Add one solution as the peak of the responses ``dofs``."""
-        unknowns, value, norm = at.state[:-1], float(at.state[-1]), self._norm(at)
+        unknowns, value = at.state[:-1], float(at.state[-1])
         for dof in dofs:
             self.peaks.append(Peak(value, float(at.amplitude[dof]), dof, kind, unknowns, norm))
 
-    def _norm(self, at: Slopes) -> float:
+    def _norm(self, solution: Corrected) -> float:
         """Residual norm with contact states evaluated freely."""
-        return self.curve.evaluate(at.state[:-1], float(at.state[-1])).norm
+        if not solution.crosses:
+            return solution.residual_norm  # they are those that were held
+        return self.curve.evaluate(solution.point[:-1], float(solution.point[-1])).norm

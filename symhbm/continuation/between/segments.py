@@ -12,6 +12,7 @@ from symhbm.continuation.segment import Measure, PathState, Segment
 from symhbm.numerics import FloatArray
 
 At = TypeVar("At", bound=PathState)
+Other = TypeVar("Other", bound=PathState)
 
 
 class Segments(NamedTuple, Generic[At]):
@@ -71,9 +72,20 @@ class Segments(NamedTuple, Generic[At]):
         """The segments in batches of at most ``size``."""
         return [self.take(slice(i, i + size)) for i in range(0, len(self.number), size)]
 
-    def segment(self, corrector: Corrector, measured: Measure) -> Segment:
-        """The one segment in this selection, with a corrector."""
-        return Segment(corrector, self.left, self.right, self.switches, self.scale, measured)
+    def segment(self, index: int, corrector: Corrector, measured: Measure) -> Segment:
+        """One segment, with a corrector."""
+        ends = self.left[index].bare(), self.right[index].bare()
+        given = self.switches[index], self.scale[index], measured.take(index)
+        return Segment(corrector, *ends, *given)
+
+    def with_ends(self, left: Other, right: Other) -> "Segments[Other]":
+        """The same with other descriptions of their ends."""
+        given: Any = self._replace(left=left, right=right)  # type: ignore[arg-type]
+        return given
+
+    def bare(self) -> "Segments[PathState]":
+        """The same with solutions and tangents alone at their ends."""
+        return self.with_ends(self.left.bare(), self.right.bare())
 
     def divided(self, share: FloatArray, middle: At, scale: FloatArray) -> Self:
         """Both parts of each segment, divided at solutions ``middle`` at a ``share`` (n,) of it."""

@@ -1,6 +1,6 @@
-"""Loops that are compiled at their first call, those over arrays and over one Fourier series."""
+"""Loops that are compiled at their first call, over arrays, one Fourier series, between points."""
 
-from symhbm.numerics.loops import arrays, fourier, series, turning
+from symhbm.numerics.loops import arrays, fourier, interpolation, series, turning
 from symhbm.numerics.loops.loop import Loop
 
-__all__ = ["Loop", "arrays", "fourier", "series", "turning"]
+__all__ = ["Loop", "arrays", "fourier", "interpolation", "series", "turning"]

@@ -1,0 +1,85 @@
+"""Cubics between two points, and the amplitude of a path there, of numbers and in loops."""
+
+import math
+from typing import Any
+
+from symhbm.numerics.loops.loop import Loop
+
+_MONOTONE = 3.0
+"""Largest slope at an end over the mean slope of a monotone cubic."""
+_LOWEST = 1e-3
+"""Smallest interpolated amplitude over that at both points: a lower one requires a point."""
+
+
+def cubic(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
+    """Value at a ``share`` of the way; ``slopes`` are the derivatives by the share at both ends.
+
+    Arrays broadcast against each other.
+    """
+    value = left + share**2 * (3 - 2 * share) * (right - left)
+    return value + share * (1 - share) ** 2 * slopes[0] + share**2 * (share - 1) * slopes[1]
+
+
+def cubic_slope(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
+    """Derivative of `cubic` by the share."""
+    value = 6 * share * (1 - share) * (right - left)
+    value = value + (1 - share) * (1 - 3 * share) * slopes[0]
+    return value + share * (3 * share - 2) * slopes[1]
+
+
+cubic_at, cubic_slope_at = Loop(cubic), Loop(cubic_slope)
+"""The same of numbers, within loops."""
+
+
+@Loop
+def interpolate(
+    left: Any, right: Any, first: Any, last: Any, shares: Any, values: Any, rates: Any
+) -> None:
+    """Write `cubic` and `cubic_slope` of several pairs of points at the same ``shares`` (s,).
+
+    Points ``left`` and ``right`` and slopes ``first`` and ``last`` are (n, m). ``values`` and
+    ``rates`` (n, s, k) are of their first k components.
+    """
+    for i in range(len(values)):
+        for h in range(len(shares)):
+            for k in range(values.shape[2]):
+                slopes = first[i, k], last[i, k]
+                values[i, h, k] = cubic_at(left[i, k], right[i, k], slopes, shares[h])
+                rates[i, h, k] = cubic_slope_at(left[i, k], right[i, k], slopes, shares[h])
+
+
+@Loop
+def amplitude_at(left: float, right: float, first: float, last: float, share: float) -> float:
+    """`amplitude_between` of numbers."""
+    if share == 0 or share == 1:
+        return right if share else left
+    if math.isinf(last):
+        return _rooted(right, left, -first, 1 - share)
+    if math.isinf(first):
+        return _rooted(left, right, last, share)
+    lowest = min(left, right)
+    if (first < 0 and last > 0) or lowest <= 0:
+        square = cubic_at(left**2, right**2, (2 * left * first, 2 * right * last), share)
+        return math.sqrt(max(square, (_LOWEST * lowest) ** 2))
+    level = math.log(left)
+    mean = math.log(right) - level
+    slopes = _limited(first / left, mean), _limited(last / right, mean)
+    return math.exp(cubic_at(level, level + mean, slopes, share))
+
+
+@Loop
+def _limited(slope: float, mean: float) -> float:
+    """A slope at an end with which a cubic stays monotone where both ends rise or both fall."""
+    return mean * min(slope / mean, _MONOTONE) if slope * mean > 0 else slope
+
+
+@Loop
+def _rooted(fold: float, end: float, slope: float, share: float) -> float:
+    """``fold + c t + d t^2``, ``t`` the root of the share, with a known value and slope at 1.
+
+    Straight over ``t`` where the other end is a fold, too.
+    """
+    rise = end - fold
+    bend = 0.0 if math.isinf(slope) else 2 * slope - rise
+    root = math.sqrt(min(max(share, 0.0), 1.0))
+    return fold + (rise - bend) * root + bend * root**2
