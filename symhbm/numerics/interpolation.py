@@ -24,7 +24,10 @@ cubic, cubic_slope = interpolation.cubic, interpolation.cubic_slope
 def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
     """Share at which a cubic that rises first and falls last is largest, and its value there."""
     cube, square, slope = _powers(left, right, slopes)
-    share = slope / (sqrt(square**2 - 3 * cube * slope) - square)
+    bend = sqrt(square**2 - 3 * cube * slope) - square
+    if not bend:
+        return 0.0, left  # flat to round-off
+    share = slope / bend
     return share, left + share * (slope + share * (square + share * cube))
 
 

@@ -20,9 +20,12 @@ from tests.benchmarks.table import Table, ratio, seconds
 
 FEW, MANY = 256, 2080
 """Samples of a period: the usual number, and what an accuracy of about 1e-6 takes."""
-SYMHBM, WHOLE, SAMPLED = "symhbm", "symhbm, full ring", f"symhbm, {FEW} samples"
+SYMHBM, INTERPRETED = "symhbm", "symhbm, no compiler"
+WHOLE, SAMPLED = "symhbm, full ring", f"symhbm, {FEW} samples"
 LOOP, ACCURATE, PEER = f"loop, {FEW} samples", f"loop, {MANY} samples", f"pyHarm, {FEW} samples"
 RATIOS = {
+    f"{SYMHBM} / {LOOP}": (SYMHBM, LOOP),
+    f"{INTERPRETED} / {LOOP}": (INTERPRETED, LOOP),
     f"{SYMHBM} / {ACCURATE}": (SYMHBM, ACCURATE),
     f"symhbm / loop, both {FEW} samples": (SAMPLED, LOOP),
     "pyHarm / symhbm": (PEER, SYMHBM),
@@ -41,7 +44,7 @@ TOO_LONG = (
 
 def blade() -> list[Table]:
     """One blade, one harmonic, from far below to far above the load of full stick."""
-    names = [SYMHBM, SAMPLED, LOOP, ACCURATE, PEER]
+    names = [SYMHBM, INTERPRETED, SAMPLED, LOOP, ACCURATE, PEER]
     caption = f"**One blade**, 10 to 30 Hz, one harmonic. {EXPLANATION}"
     table = _table(caption, "normal load", names)
     for load in (1, 3, 5, 18):
@@ -52,7 +55,7 @@ def blade() -> list[Table]:
 
 def ring() -> list[Table]:
     """The tuned ring of 13 blades."""
-    names = [SYMHBM, WHOLE, SAMPLED, LOOP, ACCURATE, PEER]
+    names = [SYMHBM, INTERPRETED, WHOLE, SAMPLED, LOOP, ACCURATE, PEER]
     caption = "**Ring of 13 blades**, engine order 3, 150 to 280 Hz, as above."
     table = _table(caption, "case", names)
     for load in (10, 100):
@@ -85,6 +88,7 @@ def _add(
     height = exact.amplitude if exact else by_symhbm(problem, band)()().amplitude
     makers: dict[str, Callable] = {
         SYMHBM: lambda: by_symhbm(problem, band),
+        INTERPRETED: lambda: by_symhbm(problem, band, machine_code=False),
         WHOLE: lambda: by_symhbm(problem, band, sector=False),
         SAMPLED: lambda: by_symhbm(sampled, band),
         LOOP: lambda: by_aft(problem, band, FEW),

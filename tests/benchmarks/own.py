@@ -11,6 +11,8 @@ import numpy as np
 from scipy.linalg import lu_factor
 
 import symhbm as sh
+from symhbm.continuation.correctors.bordered_system import point_system
+from symhbm.numerics import Compiled, to_machine_code
 from tests.benchmarks.clock import cpu, repeated, take_turns
 from tests.benchmarks.problems import (
     BLADE_BAND,
@@ -21,7 +23,7 @@ from tests.benchmarks.problems import (
     mistuned,
     ring,
 )
-from tests.benchmarks.programs import MissingError, optional
+from tests.benchmarks.programs import MissingError, evaluated_by, optional
 from tests.benchmarks.table import Table, ratio, seconds
 
 N_SAMPLES, N_SHARED = 16, 64
@@ -84,17 +86,51 @@ def step() -> list[Table]:
 
 def ensemble() -> list[Table]:
     """Mistuned frequency responses per second of one core."""
-    timed = take_turns({"ensemble": lambda: _ensemble}, rounds=1)["ensemble"]
-    found = timed.result
-    header = ["curves per second and core", "points", "peaks", "events", "complete"]
-    complete = int(np.sum(found.status == sh.Status.REACHED_END))
-    means = [f"{float(found[name].mean()):.1f}" for name in ("n_points", "n_peaks", "n_events")]
-    rate = f"{N_SAMPLES / timed.seconds:.2f}"
+
+    def evaluated(machine_code: bool):
+        def run():
+            with evaluated_by(machine_code):
+                return _ensemble()
+
+        return lambda: run
+
+    names = {"machine code": True, "the virtual machine of CasADi": False}
+    programs = {name: evaluated(machine_code) for name, machine_code in names.items()}
+    timed = take_turns(programs, rounds=RUNS)
+    least = _least(mistuned(13))
+    header = ["equations by", "curves per second and core", "curve / L"]
+    header += ["points", "peaks", "events", "linear solves", "complete"]
     caption = (
         f"**Ensemble** of {N_SAMPLES} mistuned rings of 13 blades, 50 to 350 Hz, one harmonic, in "
-        "one process; means per curve."
+        "one process; means per curve. L is the time of one residual with its Jacobian as machine "
+        f"code and of one factorisation by LAPACK of its size, {seconds(least)}, times the number "
+        "of linear solves."
     )
-    return [Table(caption, header, [[rate, *means, f"{complete} of {N_SAMPLES}"]])]
+    table = Table(caption, header)
+    for name, run in timed.items():
+        found, curve = run.result, run.seconds / N_SAMPLES
+        complete = int(np.sum(found.status == sh.Status.REACHED_END))
+        counts = ("n_points", "n_peaks", "n_events", "linear_solves")
+        means = [float(found[count].mean()) for count in counts]
+        row = [name, f"{1 / curve:.2f}", ratio(curve / (least * means[-1]))]
+        shown = [f"{mean:.1f}" for mean in means]
+        table.rows.append([*row, *shown, f"{complete} of {N_SAMPLES}"])
+    return [table]
+
+
+def _least(problem: sh.HarmonicBalance) -> float:
+    """Seconds of one residual with its Jacobian as machine code, and of one factorisation."""
+    equations, arguments = problem.compiled
+    system = point_system(equations)
+    evaluation = Compiled((to_machine_code([system]) or (system,))[0])
+    size = problem.n_unknowns + 1
+    rng = np.random.default_rng(0)
+    evaluation.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
+    evaluation.inputs[1][:] = np.append(1e-4 * rng.random(size - 1), 1300.0)
+    evaluation.inputs[-1][:] = 1e-4, 1300.0
+    square = np.eye(size) + rng.random((size, size))
+    lapack = repeated(lambda: lu_factor(square, check_finite=False))
+    return repeated(evaluation.run) + lapack
 
 
 def processes() -> list[Table]:

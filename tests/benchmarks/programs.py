@@ -2,14 +2,19 @@
 
 import importlib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import ModuleType
 from typing import NamedTuple
+from unittest import mock
 
 import numpy as np
 
 import symhbm as sh
+from symhbm.continuation import prepare
 
+MANY_CURVES = 1000
+"""Curves of one structure that make it machine code."""
 CONVERGED = 2**15
 """Samples from which on the error of sampling, below 1e-8, no longer counts."""
 
@@ -34,11 +39,28 @@ def optional(module: str) -> ModuleType:
         raise MissingError(f"{module} skipped: {error}") from error
 
 
-def by_symhbm(problem: sh.HarmonicBalance, band: tuple[float, float], **options) -> Callable:
+@contextmanager
+def evaluated_by(machine_code: bool) -> Iterator[None]:
+    """Context in which each structure is machine code from its first curve on, or none is."""
+
+    def prepared(curve, count, announce):
+        return machine_code and prepare(curve, MANY_CURVES, announce)
+
+    with mock.patch("symhbm.response.curve.prepare", prepared):
+        yield
+
+
+def by_symhbm(
+    problem: sh.HarmonicBalance,
+    band: tuple[float, float],
+    machine_code: bool = True,
+    **options,
+) -> Callable:
     """Prepare this library."""
 
     def run() -> Found:
-        result = sh.frf(problem, band, throw=True, progress=False, **options)
+        with evaluated_by(machine_code):
+            result = sh.frf(problem, band, throw=True, progress=False, **options)
         height = np.atleast_1d(result.peak_amplitude.values)
         highest = int(np.nanargmax(height))
         frequency = float(np.atleast_1d(result.peak_frequency.values)[highest])
