@@ -24,10 +24,12 @@ cubic, cubic_slope = interpolation.cubic, interpolation.cubic_slope
 def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
     """Share at which a cubic that rises first and falls last is largest, and its value there."""
     cube, square, slope = _powers(left, right, slopes)
-    bend = sqrt(square**2 - 3 * cube * slope) - square
-    if not bend:
+    root = sqrt(square**2 - 3 * cube * slope)
+    # Of two forms of the same zero, the one without a difference of large numbers.
+    above, below = (root + square, -3 * cube) if square > 0 else (slope, root - square)
+    if not below:
         return 0.0, left  # flat to round-off
-    share = slope / bend
+    share = above / below
     return share, left + share * (slope + share * (square + share * cube))
 
 

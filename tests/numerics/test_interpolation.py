@@ -101,6 +101,9 @@ def test_amplitudes_between_two_points(seed):
     assert amplitude_between(left, right, (first, last), share) == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_cubic_that_is_flat_to_round_off_has_its_top_at_its_start():
-    """Products of the smallest slopes are zero."""
-    assert cubic_top(0.5, 0.5, (1e-200, -1e-200)) == (0.0, 0.5)
+def test_a_cubic_that_hardly_rises_at_first_has_its_top_where_it_falls():
+    """Its first slope is lost in the square of its bend."""
+    share, top = cubic_top(0.0, 0.0, (1e-20, -1.0))
+    assert (share, top) == pytest.approx((2 / 3, 4 / 27))
+    assert cubic_top(0.5, 0.5, (1e-200, -1e-200))[1] == 0.5
+    assert cubic_top(0.5, 0.5, (1e-200, -2e-200)) == (0.0, 0.5)
