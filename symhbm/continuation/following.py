@@ -22,7 +22,7 @@ from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, on_one_thread
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances beyond a pole at which a new path starts, over that of the last point before it."""
@@ -30,6 +30,7 @@ _MAX_DEPTH = 4
 """How often a segment is followed again because its step passed over events."""
 
 
+@on_one_thread
 def follow_branch(
     curve: ContinuationProblem,
     band: tuple[float, float],

@@ -10,7 +10,7 @@ from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.status import Status
-from symhbm.numerics import Factorisation, FloatArray
+from symhbm.numerics import Factorisation, FloatArray, on_one_thread
 
 _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""
@@ -49,6 +49,7 @@ def position_at_rest(problem: HarmonicBalance, frequency: float) -> FloatArray:
     return found.unknowns if found.converged else rest
 
 
+@on_one_thread
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     """Solve Eq. (9) at one angular ``frequency`` [rad/s] without a guess.
 

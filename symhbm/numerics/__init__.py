@@ -30,6 +30,7 @@ from symhbm.numerics.linear_algebra import (
 )
 from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.roots import MACHINE, monotone_root
+from symhbm.numerics.threads import on_one_thread
 from symhbm.numerics.turning_points import (
     TurningPoints,
     check_turning,
@@ -69,6 +70,7 @@ __all__ = [
     "length_of",
     "monotone_root",
     "negative_eigenvalues",
+    "on_one_thread",
     "relative_difference",
     "saddle",
     "sparsity_of",

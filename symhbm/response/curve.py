@@ -22,7 +22,7 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, is_pattern
-from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
+from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic, on_one_thread
 from symhbm.response.accuracy import (
     BranchPart,
     Refinement,
@@ -41,6 +41,7 @@ _MANY = 500
 """Curves of a sweep from which machine code of their checks saves more time than it takes."""
 
 
+@on_one_thread
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The response curve of one problem."""
     symmetry = symmetry_of(request, problem)
