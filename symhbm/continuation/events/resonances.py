@@ -254,5 +254,5 @@ def _resonances(
     squares, shapes = np.linalg.eigh(stiffness)
     natural = np.sqrt(np.maximum(squares, 1e-300))
     viscous = structure.damping + weighted(springs, loss / frequency) @ springs.conj().T
-    width = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes).real / 2
+    width = np.sum(shapes.conj() * (viscous @ shapes), axis=0).real / 2
     return natural, width, shapes

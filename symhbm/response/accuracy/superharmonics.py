@@ -194,7 +194,7 @@ def _modes(
     squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.conj().T)
     travel = springs.conj().T @ vectors
     squares = squares + (stiffness.T - mean) @ np.abs(travel) ** 2
-    width = np.einsum("ik,ij,jk->k", vectors.conj(), structure.damping, vectors).real / 2
+    width = np.sum(vectors.conj() * (structure.damping @ vectors), axis=0).real / 2
     shape = structure.inverse.conj().T @ vectors
     modal_force = np.abs(force.T @ travel.conj())
     return np.sqrt(np.maximum(squares, 0.0)), width, shape, modal_force
