@@ -25,7 +25,7 @@ _LEAST_AHEAD = 1e-3
 _CLEARLY = 1e-7
 """Slip margin beyond which a contact is in another state, and not by round-off."""
 _ROUND_OFF = 1e-12
-"""Distance beyond an end, relative to the parameter, of a solution that is the end."""
+"""Distance beyond an end, in the unit of the parameter, of a solution that is the end."""
 _CLOSE = 0.01
 """Share of the segment within which the tangent of a neighbour predicts better than the cubic."""
 
@@ -262,7 +262,7 @@ class Segment:
             return True
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         beyond = max(low - solution.point[-1], solution.point[-1] - high)
-        return beyond <= _ROUND_OFF * abs(high) and not solution.crosses
+        return beyond <= _ROUND_OFF * self.scale[-1] and not solution.crosses
 
 
 def is_beyond(margins: FloatArray, switches: NDArray[np.bool_], tolerance: float) -> bool:

@@ -132,30 +132,7 @@ class DatasetParts:
         if LARGEST_OF in self.attributes:
             for name in OF_LARGEST & {*variables}:
                 variables[name] = _of_kept(variables[name], self.attributes[LARGEST_OF])
-        return _assembled(variables, coordinates, labels, self.attributes)
-
-
-def _assembled(
-    variables: dict[str, Any],
-    coordinates: list[str],
-    labels: xr.Coordinates,
-    attributes: dict[str, Any],
-) -> xr.Dataset:
-    """``xr.Dataset(variables, labels, attributes).set_coords(coordinates)``.
-
-    That merges and copies all variables, which takes ten times as long. Where nothing is to merge,
-    the dataset is made as xarray makes its own ones.
-    """
-    if any(isinstance(variable, xr.DataArray) for variable in variables.values()):
-        return xr.Dataset(variables, labels, attributes).set_coords(coordinates)
-    own = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
-    whole, names, indexes = dict[Any, Any](variables), set[Any](coordinates), dict[Any, Any]()
-    for part in (xr.Coordinates(own), labels) if own else (labels,):
-        # Datasets share labels, but not what is told of them.
-        whole |= {name: label.copy(deep=False) for name, label in part.variables.items()}
-        names |= {*part}
-        indexes |= dict(part.xindexes)
-    return xr.Dataset._construct_direct(whole, names, attrs={**attributes}, indexes=indexes)
+        return xr.Dataset(variables, labels, self.attributes).set_coords(coordinates)
 
 
 def _speeds(variables: dict[str, Any], order: int) -> dict[str, Any]:

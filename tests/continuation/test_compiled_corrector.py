@@ -259,6 +259,15 @@ def curves(problem, n):
     return sh.frf(problem, (10, 30), over={"normal_load": loads}, progress=False)
 
 
+def test_machine_code_is_looked_for_once_and_made_once(cache, monkeypatch):
+    """Whether there is any or not: a look at many small calls would take longer than they do."""
+    problem, asked = fig03.problem(), []
+    monkeypatch.setattr(compiled, "to_machine_code", lambda of, make, announce: asked.append(make))
+    for _ in range(5):
+        curves(problem, 1)
+    assert asked == [False, True]
+
+
 @needs_compiler
 def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch):
     """Decided in front of a call, told in its result, kept for other processes."""

@@ -1,11 +1,10 @@
-"""Datasets are those that xarray makes of the same parts."""
+"""Datasets own their variables."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm.results import provenance
 
 BLADE = sh.HarmonicBalance(
     sh.single_blade(
@@ -28,28 +27,6 @@ CALLS = {
     "dimension": dict(over={"normal_load": xr.DataArray([1.0, 3.0], dims="case")}),
     "labels": dict(over={"normal_load": NAMED}),
 }
-
-
-def by_xarray(variables, coordinates, labels, attributes):
-    return xr.Dataset(variables, labels, attributes).set_coords(coordinates)
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_parts_make_the_same_dataset(name, monkeypatch):
-    def call():
-        return sh.frf(BLADE, (15, 22), progress=False, **CALLS[name])
-
-    ours = call()
-    monkeypatch.setattr(provenance, "_assembled", by_xarray)
-    theirs = call()
-    xr.testing.assert_identical(ours, theirs)
-    assert [*ours.variables] == [*theirs.variables]
-    assert [*ours.coords] == [*theirs.coords]
-    assert [*ours.indexes] == [*theirs.indexes]
-    assert dict(ours.sizes) == dict(theirs.sizes)
-    for label in theirs.variables:
-        assert type(ours.variables[label]) is type(theirs.variables[label])
-        assert ours.variables[label].dtype == theirs.variables[label].dtype
 
 
 @pytest.mark.parametrize("name", CALLS)

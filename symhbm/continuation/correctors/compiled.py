@@ -175,14 +175,15 @@ class _Programs:
         self._system = system
         self._interpreted = correction(system), tangent(system)
         self._machine_code: _Functions | None = None
+        self._looked: set[bool] = set()
         self._uses = 0
         self._lock = threading.Lock()
 
     def functions(self, as_machine_code: bool | None) -> _Functions:
         """The correction and the tangent; None for machine code where this process has it."""
         with self._lock:
-            if as_machine_code and self._machine_code is None:
-                self._machine_code = self._made(True)
+            if as_machine_code:
+                self._look(True)
             if as_machine_code is False:
                 return self._interpreted
             return self._machine_code or self._interpreted
@@ -191,11 +192,16 @@ class _Programs:
         """Whether there is machine code: from another process, or because many curves use it."""
         with self._lock:
             self._uses += count
-            if self._machine_code is None:
-                self._machine_code = self._made(self._uses >= _OFTEN, announce)
+            self._look(self._uses >= _OFTEN, announce)
             return self._machine_code is not None
 
-    def _made(self, make: bool, announce: Callable[[], None] = lambda: None) -> _Functions | None:
+    def _look(self, make: bool, announce: Callable[[], None] = lambda: None) -> None:
+        """Look for machine code once, and ``make`` it once where there is none."""
+        if self._machine_code is None and make not in self._looked:
+            self._looked.add(make)
+            self._machine_code = self._made(make, announce)
+
+    def _made(self, make: bool, announce: Callable[[], None]) -> _Functions | None:
         if is_generated(self._system):
             return to_machine_code(self._interpreted, make, announce)  # type: ignore[return-value]
         made = to_machine_code([self._system], make, announce)
