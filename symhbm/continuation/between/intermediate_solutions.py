@@ -109,8 +109,8 @@ def solved_between(
         if not halves:
             break
         numbers, left, right, smooth = zip(*halves, strict=True)
-        ends = (PathState.stacked(side) for side in (left, right))
-        segments = _Ends(np.array(numbers), *ends, np.array(smooth))
+        first, last = (PathState.stacked(side) for side in (left, right))
+        segments = _Ends(np.array(numbers), first, last, np.array(smooth))
     for number, several in solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
