@@ -6,6 +6,7 @@ The file is made by the library that is imported. That of another version in ``.
 
 import sys
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ from tests.stored.problems import KINDS, OF_EACH, Case, case
 
 BEFORE_SPEED = Path(__file__).parent / "before_speed.npz"
 """Results of the last version before loops were compiled: commit 147a5cb."""
+Name = tuple[str, int]
+"""The kind and the number of a problem."""
+ALL: list[Name] = [(kind, number) for kind in KINDS for number in range(OF_EACH)]
 
 
 @dataclass(frozen=True)
@@ -56,27 +60,26 @@ def _found(response: Any, amplitude: np.ndarray) -> Found:
     return Found(np.array([str(response.status.item())]), **given, amplitude=amplitude)
 
 
-def write(path: Path) -> None:
-    """Compute all problems and write what is found along their paths."""
-    columns: dict[str, list[np.ndarray]] = {field.name: [] for field in fields(Found)}
-    for kind in KINDS:
-        for number in range(OF_EACH):
-            of_path, _ = found(case(kind, number))
-            for name, values in columns.items():
-                values.append(getattr(of_path, name))
-    arrays: dict[str, Any] = {name: np.concatenate(values) for name, values in columns.items()}
-    arrays |= {f"{name}_size": [len(v) for v in values] for name, values in columns.items()}
+def write(path: Path, names: Iterable[Name] = ALL) -> None:
+    """Compute problems and write what is found along their paths."""
+    names = [*names]
+    results = [found(case(*name))[0] for name in names]
+    arrays: dict[str, Any] = dict(zip(("kind", "number"), zip(*names, strict=True), strict=True))
+    for field in fields(Found):
+        values = [getattr(each, field.name) for each in results]
+        arrays[field.name] = np.concatenate(values)
+        arrays[f"{field.name}_size"] = [len(each) for each in values]
     np.savez_compressed(path, **arrays)
 
 
-def read(path: Path) -> dict[tuple[str, int], Found]:
+def read(path: Path) -> dict[Name, Found]:
     """Stored results by kind and number."""
     with np.load(path) as file:
+        names = [*zip(file["kind"].tolist(), file["number"].tolist(), strict=True)]
         parts = [
             np.split(file[field.name], np.cumsum(file[f"{field.name}_size"])[:-1])
             for field in fields(Found)
         ]
-    names = [(kind, number) for kind in KINDS for number in range(OF_EACH)]
     return {name: Found(*each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
 
 
