@@ -206,9 +206,9 @@ class _Curve:
         )
         table |= {name: np.array(count) for name, count in counts.items()}
         harmonics = np.array(self._problem(self.highest_level).harmonics)
-        table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
         evaluated = by_machine_code(self.refinement.equations(0)) if self.parts else -1
-        table["by_machine_code"] = np.array(evaluated, dtype=np.int8)
+        table |= dict(by_machine_code=np.array(evaluated, dtype=np.int8))
+        table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
         return points | peaks | table
 
     def _problem(self, level: int) -> HarmonicBalance:
