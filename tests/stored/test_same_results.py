@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import symhbm as sh
 from tests.stored.problems import KINDS, OF_EACH, case
 from tests.stored.results import BEFORE_SPEED, Found, found, read
 
@@ -73,3 +74,13 @@ def test_results_are_those_of_before(kind, number):
     expected = before()[kind, number]
     for response in found(case(kind, number)):
         same((kind, number), response, expected)
+
+
+@pytest.mark.parametrize(("name", "frequency"), MISSED.items())
+def test_peaks_that_were_missed_are_there(name, frequency):
+    """Points around them are solved for, and are lower."""
+    problem, band, _ = case(*name)
+    at = frequency + np.linspace(-2e-3, 2e-3, 9)
+    amplitude = sh.frf(problem, band, at=at, progress=False).amplitude.max("dof").values
+    assert np.all(np.diff(amplitude)[:4] > 0)
+    assert np.all(np.diff(amplitude)[4:] < 0)
