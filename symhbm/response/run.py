@@ -16,7 +16,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import Table, check
+from symhbm.numerics import Table, check, on_one_thread
 from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
 from symhbm.results import DatasetParts, Request, Sweep, schema, tables
@@ -37,6 +37,7 @@ from symhbm.results.archive import (
 from symhbm.workers import check_executor
 
 
+@on_one_thread
 def run(
     problem: HarmonicBalance,
     sweep: Sweep,
