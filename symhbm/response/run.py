@@ -87,7 +87,7 @@ def _blank(problem: HarmonicBalance, request: Request) -> Callable[[], Table]:
 def _left_out(problem: HarmonicBalance, request: Request, call: DatasetParts) -> list[str]:
     """Names of results that are not kept; KeyError for names to keep that there are not."""
     whole = blank_curve(problem, request)
-    names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
+    names = [tables.name_of(key, request) for key in whole if key not in tables.NO_VARIABLES]
     allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
     for name in request.keep or ():
         check.known(name, allowed, "variable to keep")

@@ -159,6 +159,14 @@ def prepare(
     return programs.prepare(count, announce)
 
 
+def by_machine_code(curve: ContinuationProblem) -> bool:
+    """Whether machine code evaluates a curve in this process, as far as that is compiled."""
+    if not is_compiled(curve):
+        return False
+    programs = _programs(curve.problem.compiled[0], curve.problem.structure)
+    return programs.functions(curve.machine_code) is not programs.interpreted
+
+
 @lru_cache(maxsize=32)
 def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
     return _Programs(point_system(equations, structure))
@@ -169,7 +177,7 @@ class _Programs:
 
     def __init__(self, system: ca.Function):
         self._system = system
-        self._interpreted = correction(system), tangent(system)
+        self.interpreted = correction(system), tangent(system)
         self._machine_code: _Functions | None = None
         self._looked: set[bool] = set()
         self._uses = 0
@@ -181,8 +189,8 @@ class _Programs:
             if as_machine_code:
                 self._look(True)
             if as_machine_code is False:
-                return self._interpreted
-            return self._machine_code or self._interpreted
+                return self.interpreted
+            return self._machine_code or self.interpreted
 
     def prepare(self, count: int, announce: Callable[[], None]) -> bool:
         """Whether there is machine code: from another process, or because many curves use it."""
@@ -199,6 +207,6 @@ class _Programs:
 
     def _made(self, make: bool, announce: Callable[[], None]) -> _Functions | None:
         if is_generated(self._system):
-            return to_machine_code(self._interpreted, make, announce)  # type: ignore[return-value]
+            return to_machine_code(self.interpreted, make, announce)  # type: ignore[return-value]
         made = to_machine_code([self._system], make, announce)
         return None if made is None else (correction(made[0]), tangent(made[0]))
