@@ -108,7 +108,11 @@ def follow_with(
     if missed and status == Status.REACHED_END:
         status = Status.PEAK_NOT_LOCATED
     complete = status == Status.REACHED_END and not curve.single_valued
-    if complete and any(_has_other_solution(corrector, points[i]) for i in (0, -1)):
+    if (
+        complete
+        and curve.driven
+        and any(_has_other_solution(corrector, points[i]) for i in (0, -1))
+    ):
         status = Status.OTHER_SOLUTIONS
     if complete and any(e.kind == EventKind.BRANCH for p in points for e in p.events):
         status = Status.BRANCH_POINTS

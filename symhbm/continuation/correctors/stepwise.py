@@ -8,7 +8,6 @@ from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
     crossed,
-    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -90,7 +89,7 @@ class StepwiseCorrector(Corrector):
             self.curve.amplification(point[:-1], point[-1]),
             self.curve.distance(point, guess, scale),
             evaluation.states.margins,
-            margin_rate(self.curve, evaluation, direction * scale),
+            self.curve.margin_rate(evaluation, direction * scale),
             bool(crossed(evaluation.states.margins, switches).any()),
             self._count.below(point[:-1], point[-1], evaluation.states),
         )
@@ -99,7 +98,7 @@ class StepwiseCorrector(Corrector):
         """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
         force = evaluation.magnitude or 1.0
         matrix = bordered(
-            evaluation.jacobian * (scale[0] / force),
+            evaluation.jacobian * (scale[:-1] / force),
             evaluation.by_parameter * (scale[-1] / force),
             row,
         )
