@@ -11,7 +11,7 @@ from symhbm.balance.harmonic_balance import MANY, HarmonicBalance, advise_conden
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
-from symhbm.balance.unforced import SustainedMotion, check_mass, mass_in, unforced
+from symhbm.balance.unforced import SustainedMotion, check_mass, matrices_in, unforced
 from symhbm.balance.unknowns import UnknownLayout
 
 __all__ = [
@@ -40,7 +40,7 @@ __all__ = [
     "friction_of",
     "is_held",
     "locate_each",
-    "mass_in",
+    "matrices_in",
     "slip_angles",
     "unforced",
     "values_at_each",

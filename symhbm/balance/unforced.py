@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model import EngineOrder, StaticLoad, find_symmetry
+from symhbm.model import EngineOrder, Matrices, StaticLoad, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
 
@@ -73,10 +73,14 @@ class SustainedMotion:
     def __init__(self, problem: HarmonicBalance):
         check_mass(problem)
         basis = problem.basis
-        momentum = displacements(lambda n: 1j * n * mass_in(problem, n), basis)
+
+        def mass_in(harmonic: int) -> Any:
+            return matrices_in(problem, harmonic).mass_matrix
+
+        momentum = displacements(lambda n: 1j * n * mass_in(n), basis)
         self._momentum = sp.csc_array(momentum)
         self._momentum.sort_indices()
-        self.inertia = sp.csc_array(displacements(lambda n: (n > 0) * mass_in(problem, n), basis))
+        self.inertia = sp.csc_array(displacements(lambda n: (n > 0) * mass_in(n), basis))
         functions = _FUNCTIONS.setdefault(problem.compiled[0], [])
         if not functions:  # the sparsity is that of the structure, and the same for its copies
             functions.append(_function(self._momentum))
@@ -127,13 +131,14 @@ def _function(momentum: Any) -> tuple[Compiled, Assembly]:
     return Compiled(ca.Function("sustain", inputs, outputs)), Assembly(matrix.sparsity())
 
 
-def mass_in(problem: HarmonicBalance, harmonic: int) -> Any:
-    """Mass matrix (n_dof, n_dof) of a harmonic, sparse, complex of one sector of a disk."""
-    model, symmetry = problem.model, problem.symmetry
+def matrices_in(problem: HarmonicBalance, harmonic: int) -> Matrices:
+    """Matrices (n_dof, n_dof) of a harmonic, sparse, complex of one sector of a disk."""
+    model: Any = problem.model
+    symmetry = problem.symmetry
     if symmetry is None:
-        return model.matrices_in(harmonic).mass_matrix  # type: ignore[attr-defined]
-    phases = symmetry.phases(symmetry.wave(harmonic))
-    return model.mass_matrix[np.arange(symmetry.n_dof)] @ phases
+        return model.matrices_in(harmonic)
+    phases, rows = symmetry.phases(symmetry.wave(harmonic)), np.arange(symmetry.n_dof)
+    return Matrices(*(getattr(model, name)[rows] @ phases for name in Matrices._fields))
 
 
 def check_mass(problem: HarmonicBalance) -> None:

@@ -22,6 +22,14 @@ class Status(StrEnum):
         "no response was found at the start of the band; try a band that starts elsewhere, or "
         "check the parameters for values many orders of magnitude apart"
     )
+    NO_MODE = (
+        "the linear mode could not be followed to the smallest amplitude; try a smaller one, or "
+        "another degree of freedom that tells the amplitude"
+    )
+    NO_FREQUENCY = (
+        "the frequency of the mode falls to 0: at the last amplitude nothing holds it any more; the "
+        "points before are valid; end the band of amplitudes there"
+    )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
         "which this path does not visit; the points are valid; try a wider band, at whose ends "

@@ -241,6 +241,9 @@ def with_provenance(
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
+    if request and request.unforced is not None:
+        kind = request.unforced.capitalize()
+        global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
     if request:
         by = "machine code" if request.machine_code else "the virtual machine of CasADi"
         global_attributes[EVALUATED_BY] = by
@@ -439,7 +442,8 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         for name in metadata.swept
         if name in dataset.variables and all(map(is_pattern, dataset[name].dims))
     }
-    if moving != "frequency" and moving in dataset.variables and dataset[moving].ndim == 0:
+    selected = moving in dataset.variables and dataset[moving].ndim == 0
+    if selected and moving in problem.parameters:
         index = metadata.index
         values = np.array(problem.parameters[moving], dtype=float)
         values[... if index is None else index] = dataset[moving].values

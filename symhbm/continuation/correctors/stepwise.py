@@ -72,7 +72,10 @@ class StepwiseCorrector(Corrector):
     ) -> Corrected | None:
         """As `Corrector.tangent`."""
         borders = row, unit_parameter(len(row))
-        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        try:
+            evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        except ArithmeticError:
+            return None
         for border in borders:
             columns, sign = self._step(evaluation, scale, border, 0.0)
             if columns is not None:

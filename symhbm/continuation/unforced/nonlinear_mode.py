@@ -34,9 +34,14 @@ class NonlinearModeProblem(UnforcedProblem):
         """The same problem at all amplitudes."""
         return self.problem
 
+    @property
+    def damping_place(self) -> int:
+        """Number of the damping ratio among the unknowns."""
+        return self.problem.n_unknowns + 1
+
     def damping_ratio(self, unknowns: FloatArray) -> float:
         """The damping ratio among unknowns."""
-        return float(unknowns[self.problem.n_unknowns + 1])
+        return float(unknowns[self.damping_place])
 
     def modal_amplitude(self, unknowns: FloatArray) -> float:
         """The modal amplitude [kg^1/2 m] of a motion, see `SustainedMotion.modal_amplitude`."""

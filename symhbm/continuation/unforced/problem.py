@@ -59,12 +59,14 @@ class UnforcedProblem(ContinuationProblem):
 
     ``phase`` (n_coefficients,) tells when the period begins: where ``phase @ coefficients`` is 0.
     It must not vanish along the motion's own shift in time. ``more`` are the units of length of the
-    further unknowns; as many `conditions` are added.
+    further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest`` [rad/s]
+    are not looked for.
     """
 
     driven = False
     single_valued = False
     more: tuple[float, ...] = ()
+    lowest: float = 0.0
 
     def __init__(self, problem: HarmonicBalance, phase: FloatArray):
         self.problem = problem
@@ -108,8 +110,8 @@ class UnforcedProblem(ContinuationProblem):
     ) -> UnforcedEvaluation:
         """Residual and derivatives by all unknowns, the conditions behind the balance."""
         n, frequency = self.problem.n_unknowns, self.frequency(unknowns)
-        if not frequency > 0:
-            raise ArithmeticError(f"no motion has the frequency {frequency:g} rad/s")
+        if not frequency > self.lowest:
+            raise ArithmeticError(f"no motion of {frequency:g} rad/s is looked for")
         found = self.balance(unknowns, float(value), switches)
         balance, states = found.evaluation, found.evaluation.states
         jacobian, below = balance.jacobian, np.zeros(0)

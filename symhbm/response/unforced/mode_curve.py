@@ -1,0 +1,77 @@
+"""One nonlinear mode over its amplitude: the computation for one parameter set."""
+
+from typing import Any
+
+import numpy as np
+
+from symhbm.balance import HarmonicBalance, check_mass, unforced
+from symhbm.continuation.unforced import (
+    LinearMode,
+    NonlinearModeProblem,
+    follow_mode,
+    linear_mode,
+)
+from symhbm.model import Structure
+from symhbm.numerics import FloatArray, Table
+from symhbm.response.unforced.curve import UnforcedCurve
+from symhbm.results import Request
+
+
+class ModeCurve(UnforcedCurve):
+    """A nonlinear mode over its amplitude."""
+
+    OWN = ("frequency", "damping_ratio", "modal_amplitude")
+    NAMES = {"amplitude": "largest_displacement"}  # noqa: RUF012  # the amplitude is the parameter
+    curve: NonlinearModeProblem
+
+    def own(self, unknowns: FloatArray) -> Table:
+        """As of any unforced motion, the damping ratio and the modal amplitude."""
+        amplitudes = [self.curve.modal_amplitude(row) for row in unknowns]
+        return super().own(unknowns) | dict(
+            damping_ratio=unknowns[:, self.curve.damping_place],
+            modal_amplitude=np.array(amplitudes, dtype=float),
+        )
+
+
+def mode_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """The nonlinear mode of one problem; raises as `mode_problem`."""
+    curve, linear = mode_problem(problem, request)
+    low, high = request.followed(request.band).tolist()
+    branch = follow_mode(curve, linear, (low, high), request.max_points)
+    return ModeCurve(request, curve, branch).table()
+
+
+def blank_mode_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """A curve without points that has the names and shapes of a request's."""
+    curve = NonlinearModeProblem(unforced(problem, request.nodal_diameter), 0)
+    return ModeCurve(request, curve, None).table()
+
+
+def mode_problem(
+    problem: HarmonicBalance, request: Request
+) -> tuple[NonlinearModeProblem, LinearMode]:
+    """The equations of a nonlinear mode, and the linear one that it starts from.
+
+    Raises TypeError or ValueError for a structure without a mass matrix, without such a wave or
+    such a mode.
+    """
+    check_mass(problem)
+    alone = unforced(problem, request.nodal_diameter)
+    assert request.mode is not None
+    assert request.dof is not None
+    dof = _unknown_dof(problem.model, alone, request.dof)
+    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof)
+
+
+def _unknown_dof(model: Structure, alone: HarmonicBalance, dof: int) -> int:
+    """Which unknown degree of freedom one of a structure is, of a sector that of its twin."""
+    others: Any = getattr(getattr(model, "interfaces", None), "others", None)
+    if others is None:
+        return dof % alone.n_dof
+    place = np.flatnonzero(others == dof)
+    if not len(place):
+        raise ValueError(
+            f"dof={dof}: expected a degree of freedom that is not at the right interface of the "
+            "sector; its twin at the left one moves as much"
+        )
+    return int(place[0])
