@@ -184,7 +184,8 @@ def _others(dataset: xr.Dataset) -> Lines:
     """Variables and attributes of the user; all variables where there is no status."""
     parameters = Description(dataset).parameters
     described = {*VARIABLES, *parameters, "harmonic", "component", "dof", "contact"}
-    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in parameters}
+    followed = [*parameters, moving(dataset)]
+    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
     described |= {*variables_of_model(dataset)}
     if "status" not in dataset.variables:

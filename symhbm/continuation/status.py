@@ -27,8 +27,8 @@ class Status(StrEnum):
         "another degree of freedom that tells the amplitude"
     )
     NO_FREQUENCY = (
-        "the frequency of the mode falls to 0: at the last amplitude nothing holds it any more; the "
-        "points before are valid; end the band of amplitudes there"
+        "the frequency of the mode falls to 0: nothing holds it at the last amplitude; the points "
+        "before are valid; end the band of amplitudes there"
     )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "

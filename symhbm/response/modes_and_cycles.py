@@ -105,7 +105,7 @@ def nonlinear_modes(
     >>> modes.event_kind.values, modes.event_amplitude.values.round(6)
     (array(['onset of slip', 'damping turns'], dtype=object), array([0.00015 , 0.000391]))
     >>> modes.damping_ratio.max().values.round(4)
-    array(0.1138)
+    np.float64(0.1138)
     """
     check_problem(problem)
     check_executor(executor)
@@ -132,9 +132,16 @@ def nonlinear_modes(
         nodal_diameter=None
         if nodal_diameter is None
         else check.integer("nodal_diameter", nodal_diameter),
-        dof=problem.model.number_of(dof),
+        dof=_number_of(problem, dof),
     )
     first = sweep.chosen(0)
     curve, _ = mode_problem(problem.with_parameters(**first) if first else problem, request)
     check_mean(curve.problem)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
+
+
+def _number_of(problem: HarmonicBalance, dof: Place) -> int:
+    """The number of a degree of freedom that tells an amplitude."""
+    if isinstance(dof, str):
+        return problem.model.number_of(dof)
+    return check.integer("dof", dof, 0, problem.model.n_whole - 1)

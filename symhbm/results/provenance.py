@@ -68,6 +68,8 @@ SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
+LEFT_OUT = "force_left_out"
+"""Attribute of motions that no force drives, of a problem with one."""
 SPEEDS = ("speed", "peak_speed", "event_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
@@ -244,6 +246,8 @@ def with_provenance(
     if request and request.unforced is not None:
         kind = request.unforced.capitalize()
         global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
+        if problem.excitation.amplitude:
+            global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"
     if request:
         by = "machine code" if request.machine_code else "the virtual machine of CasADi"
         global_attributes[EVALUATED_BY] = by

@@ -24,9 +24,10 @@ def find_folds(
 ) -> list[PathState] | None:
     """Folds between two neighbouring points of a path without an event in between, in their order.
 
-    They are those of the parameter, the last component, or turns of another ``component``. Where the interpolated path turns back, the segment is halved until every fold lies between
-    slopes of opposite sign. None if a solution in between cannot be found, as the points are then
-    too far apart.
+    They are those of the parameter, the last component, or turns of another ``component``. Where
+    the interpolated path turns back, the segment is halved until every fold lies between slopes of
+    opposite sign. None if a solution in between cannot be found, as the points are then too far
+    apart.
     """
     ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:

@@ -1,5 +1,6 @@
 """Linear modes of a structure about its rest, from which nonlinear ones start."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -54,13 +55,18 @@ class LinearMode(NamedTuple):
         return np.concatenate([motion.ravel(), [self.frequency, 0.0]])
 
 
-def linear_mode(problem: HarmonicBalance, mode: int, dof: int) -> LinearMode:
+def linear_mode(
+    problem: HarmonicBalance, mode: int, dof: int, numbers: Sequence[int] | None = None
+) -> LinearMode:
     """A mode of an unforced problem about its rest, contacts as they are there: stuck, or open.
 
     ``mode`` counts from the lowest; ``dof`` is the unknown degree of freedom that tells the
-    amplitude. ValueError for a mode that there is not, that is repeated, that nothing holds, or in
+    amplitude; ``numbers`` are those that the user gives the unknown ones.
+
+    Raises ValueError for a mode that there is not, that is repeated, that nothing holds, or in
     which that degree of freedom does not move.
     """
+    numbers = range(problem.n_dof) if numbers is None else numbers
     frequency, found = 1.0, None
     rest = position_at_rest(problem, frequency)
     for _ in range(_ROUNDS):
@@ -84,8 +90,8 @@ def linear_mode(problem: HarmonicBalance, mode: int, dof: int) -> LinearMode:
     size, largest = np.abs(shape), int(np.argmax(np.abs(shape)))
     if size[dof] < _STILL * size[largest]:
         raise ValueError(
-            f"dof={dof}: expected a degree of freedom that moves in mode {mode}, this one does not; "
-            f"{largest} moves most"
+            f"dof={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this one "
+            f"does not; {numbers[largest]} moves most"
         )
     return LinearMode(frequency, np.asarray(shape / shape[dof], dtype=complex), rest)
 

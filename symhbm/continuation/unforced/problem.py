@@ -59,8 +59,8 @@ class UnforcedProblem(ContinuationProblem):
 
     ``phase`` (n_coefficients,) tells when the period begins: where ``phase @ coefficients`` is 0.
     It must not vanish along the motion's own shift in time. ``more`` are the units of length of the
-    further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest`` [rad/s]
-    are not looked for.
+    further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest``
+    [rad/s] are not looked for.
     """
 
     driven = False

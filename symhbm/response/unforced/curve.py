@@ -1,7 +1,7 @@
 """One curve of motions that no force drives as plain arrays, with what all of them have."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,8 @@ class UnforcedCurve:
     ``NAMES`` are those of `describe_each` that it calls otherwise.
     """
 
-    OWN: tuple[str, ...] = ("frequency",)
-    NAMES: dict[str, str] = {}
+    OWN: ClassVar[tuple[str, ...]] = ("frequency",)
+    NAMES: ClassVar[dict[str, str]] = {}
 
     def __init__(self, request: Request, curve: UnforcedProblem, branch: Branch | None):
         self.request, self.curve, self.branch = request, curve, branch

@@ -1,6 +1,6 @@
 """One nonlinear mode over its amplitude: the computation for one parameter set."""
 
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from symhbm.continuation.unforced import (
     follow_mode,
     linear_mode,
 )
-from symhbm.model import Structure
+from symhbm.model.cyclic import Sector
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.results import Request
@@ -21,12 +21,14 @@ class ModeCurve(UnforcedCurve):
     """A nonlinear mode over its amplitude."""
 
     OWN = ("frequency", "damping_ratio", "modal_amplitude")
-    NAMES = {"amplitude": "largest_displacement"}  # noqa: RUF012  # the amplitude is the parameter
+    NAMES: ClassVar = {"amplitude": "largest_displacement"}  # the amplitude is what moves
     curve: NonlinearModeProblem
 
     def own(self, unknowns: FloatArray) -> Table:
-        """As of any unforced motion, the damping ratio and the modal amplitude."""
-        amplitudes = [self.curve.modal_amplitude(row) for row in unknowns]
+        """As of any unforced motion, the damping ratio and the modal amplitude of all sectors."""
+        symmetry = self.problem.symmetry
+        several = 1.0 if symmetry is None else np.sqrt(symmetry.n_sectors)
+        amplitudes = [several * self.curve.modal_amplitude(row) for row in unknowns]
         return super().own(unknowns) | dict(
             damping_ratio=unknowns[:, self.curve.damping_place],
             modal_amplitude=np.array(amplitudes, dtype=float),
@@ -59,19 +61,15 @@ def mode_problem(
     alone = unforced(problem, request.nodal_diameter)
     assert request.mode is not None
     assert request.dof is not None
-    dof = _unknown_dof(problem.model, alone, request.dof)
-    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof)
-
-
-def _unknown_dof(model: Structure, alone: HarmonicBalance, dof: int) -> int:
-    """Which unknown degree of freedom one of a structure is, of a sector that of its twin."""
-    others: Any = getattr(getattr(model, "interfaces", None), "others", None)
-    if others is None:
-        return dof % alone.n_dof
-    place = np.flatnonzero(others == dof)
-    if not len(place):
+    numbers = [*range(alone.n_dof)]
+    if isinstance(problem.model, Sector):
+        numbers = problem.model.interfaces.others.tolist()
+    # Of a ring of sectors, all move alike.
+    own = request.dof if isinstance(problem.model, Sector) else request.dof % alone.n_dof
+    if own not in numbers:
         raise ValueError(
-            f"dof={dof}: expected a degree of freedom that is not at the right interface of the "
+            f"dof={own}: expected a degree of freedom that is not at the right interface of the "
             "sector; its twin at the left one moves as much"
         )
-    return int(place[0])
+    dof = numbers.index(own)
+    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof, numbers)
