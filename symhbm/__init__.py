@@ -59,6 +59,7 @@ from symhbm.response import (
     sector_response,
     solve,
     static_states,
+    synthesised_response,
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
@@ -132,6 +133,7 @@ __all__ = [
     "solve",
     "static_states",
     "statistics",
+    "synthesised_response",
     "verify",
 ]
 

@@ -17,7 +17,8 @@ from symhbm.results import Description
 
 _FIRST = (
     *("response", "envelope", "disk", "blades"),
-    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"),
+    *("nonlinear-modes", "hysteresis", "normal-force", "states", "stick-map", "contact-map"),
+    "model",
 )
 """The order in which kinds are listed; others follow by name."""
 _NO_ARCHIVES = {"campbell", "interference"}
@@ -85,6 +86,8 @@ def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
 
 
 def _natural_kind(dataset: xr.Dataset) -> str:
+    if Description(dataset).unforced == "nonlinear mode":
+        return "nonlinear-modes"
     if "friction_force" in dataset.variables:
         return "hysteresis"
     if "followed" not in dataset.attrs:

@@ -9,6 +9,7 @@ from symhbm.response.recover import recover
 from symhbm.response.run import resume
 from symhbm.response.solve import solve
 from symhbm.response.static_states import static_states
+from symhbm.response.unforced import synthesised_response
 from symhbm.response.verify import summary, verify
 
 __all__ = [
@@ -25,5 +26,6 @@ __all__ = [
     "solve",
     "static_states",
     "summary",
+    "synthesised_response",
     "verify",
 ]

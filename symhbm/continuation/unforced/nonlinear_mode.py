@@ -43,6 +43,10 @@ class NonlinearModeProblem(UnforcedProblem):
         """The damping ratio among unknowns."""
         return float(unknowns[self.damping_place])
 
+    def amplitude(self, unknowns: FloatArray) -> float:
+        """The amplitude [m] that unknowns tell."""
+        return float(self._cosine @ unknowns[: self.problem.n_unknowns])
+
     def modal_amplitude(self, unknowns: FloatArray) -> float:
         """The modal amplitude [kg^1/2 m] of a motion, see `SustainedMotion.modal_amplitude`."""
         return self._sustained.modal_amplitude(unknowns[: self.problem.n_unknowns])

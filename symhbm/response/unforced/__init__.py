@@ -2,5 +2,12 @@
 
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.response.unforced.mode_curve import blank_mode_curve, mode_curve, mode_problem
+from symhbm.response.unforced.synthesis import synthesised_response
 
-__all__ = ["UnforcedCurve", "blank_mode_curve", "mode_curve", "mode_problem"]
+__all__ = [
+    "UnforcedCurve",
+    "blank_mode_curve",
+    "mode_curve",
+    "mode_problem",
+    "synthesised_response",
+]
