@@ -68,7 +68,12 @@ def test_error_of_a_ring_is_told(harmonics):
 
 
 def test_sector_of_a_disk():
-    disk = with_friction(random_disk(5, cartesian=True))
+    whole = random_disk(5, cartesian=True)
+    given = whole.structure
+    matrices = given.mass_matrix, 0.02 * given.damping_matrix, given.stiffness_matrix
+    light = sh.Model(*matrices, places=given.places)
+    ends = whole.interfaces.left, whole.interfaces.right
+    disk = with_friction(sh.Sector(light, *ends, 5, rotation="z"))
     force = sh.EngineOrder(2, 20.0, pattern={1: {5: 1.0}})
     problem = sh.HarmonicBalance(disk, force, (0, 1, 2, 3))
     found = modes(problem, amplitude=(1e-6, 1e-1), dof=5)

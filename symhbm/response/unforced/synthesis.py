@@ -166,13 +166,14 @@ class _Synthesis:
         real, imaginary = np.real(balance), np.imag(balance)
         square = np.convolve(real, real) + np.convolve(imaginary, imaginary)
         square[-1] -= abs(force) ** 2
-        return square
+        return square.astype(float)
 
     def lowest(self, unknowns: FloatArray) -> tuple[float, float]:
         """Smallest excess over the frequency, relative to the force, and where; above 0: none."""
         balance, force = self._balance(unknowns)
         excess = self._excess(balance, force)
-        places = np.append(_positive(np.polyder(excess)), 0.0)
+        slope = excess[:-1] * np.arange(len(excess) - 1, 0, -1.0)
+        places = np.append(_positive(slope), 0.0)
         values = np.polyval(excess, places)
         best = int(np.argmin(values))
         return float(values[best]) / abs(force) ** 2, float(places[best])
