@@ -10,11 +10,11 @@ from typing import Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
-from symhbm.response.unforced import mode_problem
+from symhbm.response.unforced import with_dof
 from symhbm.results import Request, check_band, check_grid, check_keep, parse
 from symhbm.workers import check_executor
 
@@ -23,7 +23,7 @@ def nonlinear_modes(
     problem: HarmonicBalance,
     mode: int = 0,
     amplitude: tuple[float, float] = (1e-6, 1e-2),
-    dof: Place = 0,
+    dof: Place | None = 0,
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
@@ -48,7 +48,8 @@ def nonlinear_modes(
     amplitude
         Smallest and largest amplitude [m]: that of the first harmonic at ``dof``.
     dof
-        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``.
+        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
+        None for the one that moves most in the linear mode of the first parameter set.
     at : (n,), ascending
         Amplitudes [m] of a grid; ``amplitude`` then is a dimension, and ``solution`` another: where
         the amplitude turns back along the mode, there are several. By default the result holds the
@@ -132,11 +133,10 @@ def nonlinear_modes(
         nodal_diameter=None
         if nodal_diameter is None
         else check.integer("nodal_diameter", nodal_diameter),
-        dof=_number_of(problem, dof),
+        dof=None if dof is None else _number_of(problem, dof),
     )
     first = sweep.chosen(0)
-    curve, _ = mode_problem(problem.with_parameters(**first) if first else problem, request)
-    check_mean(curve.problem)
+    request = with_dof(problem.with_parameters(**first) if first else problem, request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
 
 

@@ -414,3 +414,16 @@ def test_other_verbs_refuse_modes():
     for verb in (sh.verify, sh.plot.response, sh.statistics.envelope):
         with pytest.raises(ValueError, match="responses to a force"):
             verb(path)
+
+
+def test_degree_of_freedom_that_moves_most():
+    pair = sh.Model(np.eye(2), np.eye(2), [[1e4, -1e3], [-1e3, 2e4]])
+    for mode in (0, 1):
+        problem = sh.HarmonicBalance(pair)
+        most, given = (modes(problem, mode, (1e-6, 1e-5), dof) for dof in (None, mode))
+        np.testing.assert_array_equal(most.coefficient, given.coefficient)
+        assert most.attrs["followed"] == given.attrs["followed"]
+    disk = with_friction(random_disk(5, cartesian=False))
+    path = modes(sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-6, 1e-5), None, nodal_diameter=1)
+    size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
+    assert size.max() == pytest.approx(1e-6, rel=1e-12)

@@ -64,6 +64,8 @@ class NonlinearModeProblem(UnforcedProblem):
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """The phase, and the amplitude of the cosine."""
         amplitude = 10.0**value
+        if not 0 < amplitude < np.inf:
+            raise ArithmeticError(f"no mode has the amplitude {amplitude:g} m")
         slope = np.log(10.0) * amplitude
         return [
             Condition(self.phase, 0.0, 0.0, amplitude),

@@ -1,10 +1,11 @@
 """One nonlinear mode over its amplitude: the computation for one parameter set."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, check_mass, unforced
+from symhbm.balance import HarmonicBalance, check_mass, check_mean, unforced
 from symhbm.continuation.unforced import (
     LinearMode,
     NonlinearModeProblem,
@@ -54,22 +55,38 @@ def mode_problem(
 ) -> tuple[NonlinearModeProblem, LinearMode]:
     """The equations of a nonlinear mode, and the linear one that it starts from.
 
-    Raises TypeError or ValueError for a structure without a mass matrix, without such a wave or
-    such a mode.
+    Without a degree of freedom that tells the amplitude it is the one that moves most. Raises
+    TypeError or ValueError for a structure without a mass matrix, such a wave or such a mode.
     """
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
     assert request.mode is not None
-    assert request.dof is not None
     numbers = [*range(alone.n_dof)]
     if isinstance(problem.model, Sector):
         numbers = problem.model.interfaces.others.tolist()
     # Of a ring of sectors, all move alike.
-    own = request.dof if isinstance(problem.model, Sector) else request.dof % alone.n_dof
-    if own not in numbers:
+    own = request.dof
+    if own is not None and not isinstance(problem.model, Sector):
+        own %= alone.n_dof
+    if own is not None and own not in numbers:
         raise ValueError(
             f"dof={own}: expected a degree of freedom that is not at the right interface of the "
             "sector; its twin at the left one moves as much"
         )
-    dof = numbers.index(own)
-    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof, numbers)
+    dof = None if own is None else numbers.index(own)
+    linear = linear_mode(alone, request.mode, dof, numbers)
+    return NonlinearModeProblem(alone, linear.dof), linear
+
+
+def with_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """The request with the degree of freedom that moves most, where it tells none.
+
+    Raises as `mode_problem`.
+    """
+    curve, linear = mode_problem(problem, request)
+    check_mean(curve.problem)
+    if request.dof is not None:
+        return request
+    sector = isinstance(problem.model, Sector)
+    dof = problem.model.interfaces.others[linear.dof] if sector else linear.dof  # type: ignore[attr-defined]
+    return replace(request, dof=int(dof))
