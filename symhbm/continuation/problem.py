@@ -22,9 +22,10 @@ class ContinuationProblem(ABC):
     the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names the
     solver where the switching angles are unknowns too, None where they are located.
     ``machine_code`` tells whether that evaluates the equations, None where this process has it.
-    ``driven`` tells that a force drives the motion, at a given frequency: resonances may lie
-    between two points, and Newton's method finds a solution without a neighbouring one. The first
-    unknowns are the coefficients of the motion; where they are not all, the class tells more.
+    ``peaked`` tells whether maxima of its amplitudes are looked for. ``driven`` tells that a force
+    drives the motion, at a given frequency: resonances may lie between two points, and Newton's
+    method finds a solution without a neighbouring one. The first unknowns are the coefficients of
+    the motion; where they are not all, the class tells more.
     """
 
     problem: HarmonicBalance
@@ -32,6 +33,7 @@ class ContinuationProblem(ABC):
     smallest: float = 0.0
     angles: str | None = None
     machine_code: bool | None = None
+    peaked: bool = True
     driven: bool = True
 
     @property

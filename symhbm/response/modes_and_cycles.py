@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Place
+from symhbm.model import Place, check_place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
 from symhbm.response.unforced import with_dof
@@ -133,15 +133,8 @@ def nonlinear_modes(
         nodal_diameter=None
         if nodal_diameter is None
         else check.integer("nodal_diameter", nodal_diameter),
-        dof=None if dof is None else _number_of(problem, dof),
+        dof=None if dof is None else problem.model.number_of(check_place("dof", dof)),
     )
     first = sweep.chosen(0)
     request = with_dof(problem.with_parameters(**first) if first else problem, request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
-
-
-def _number_of(problem: HarmonicBalance, dof: Place) -> int:
-    """The number of a degree of freedom that tells an amplitude."""
-    if isinstance(dof, str):
-        return problem.model.number_of(dof)
-    return check.integer("dof", dof, 0, problem.model.n_whole - 1)

@@ -313,7 +313,8 @@ def test_bad_input_is_named():
             (pair, 0),
             dict(dof=1),
         ),
-        ("dof=1", (problem,), dict(dof=1)),
+        ("degree of freedom=1: expected", (problem,), dict(dof=1)),
+        ("dof=-1", (problem,), dict(dof=-1)),
         ("dof=.*right interface", (sector,), dict(dof=disk.n_whole - 1, nodal_diameter=1)),
         ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
         ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
@@ -427,3 +428,20 @@ def test_degree_of_freedom_that_moves_most():
     path = modes(sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-6, 1e-5), None, nodal_diameter=1)
     size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
     assert size.max() == pytest.approx(1e-6, rel=1e-12)
+
+
+def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
+    stiffness = 2e4 * np.eye(12) - 1e4 * (np.eye(12, k=1) + np.eye(12, k=-1))
+    rubs = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3.0)
+    whole = sh.Model(np.eye(12), 0.5 * np.eye(12), stiffness, contacts=[(9,)], **rubs)
+    reduced = sh.craig_bampton(whole, 11, (1, 40), dofs=[9])  # as many modes as there are
+    found = []
+    for model in (whole, reduced):
+        problem = sh.HarmonicBalance(model, harmonics=(1, 3))
+        found.append(modes(problem, 0, (1e-6, 1e-2), 9, at=[1e-5, 1e-3, 5e-3]))
+    for name in ("frequency", "damping_ratio", "modal_amplitude"):
+        np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
+    small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))
+    gone = next(dof for dof in range(12) if dof not in small.model.kept)
+    with pytest.raises(ValueError, match=f"dof={gone}: expected a degree of freedom that is kept"):
+        modes(small, dof=gone)

@@ -19,6 +19,7 @@ class NonlinearModeProblem(UnforcedProblem):
     of the first harmonic of the unknown degree of freedom ``dof``, whose motion in it is a cosine.
     """
 
+    peaked = False  # the amplitude is what moves
     more = (1.0,)
     """A damping ratio is as much as the same relative change of the frequency."""
 

@@ -12,7 +12,6 @@ from symhbm.continuation.unforced import (
     follow_mode,
     linear_mode,
 )
-from symhbm.model.cyclic import Sector
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.results import Request
@@ -61,21 +60,23 @@ def mode_problem(
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
     assert request.mode is not None
-    numbers = [*range(alone.n_dof)]
-    if isinstance(problem.model, Sector):
-        numbers = problem.model.interfaces.others.tolist()
-    # Of a ring of sectors, all move alike.
-    own = request.dof
-    if own is not None and not isinstance(problem.model, Sector):
-        own %= alone.n_dof
+    numbers, own = _numbers(alone), request.dof
+    if own is not None and alone.symmetry is not None:
+        own %= alone.n_dof  # all sectors move alike
     if own is not None and own not in numbers:
         raise ValueError(
-            f"dof={own}: expected a degree of freedom that is not at the right interface of the "
-            "sector; its twin at the left one moves as much"
+            f"dof={own}: expected a degree of freedom that is kept; those at the right interface of "
+            "a sector are not, their twins at the left one move as much"
         )
     dof = None if own is None else numbers.index(own)
     linear = linear_mode(alone, request.mode, dof, numbers)
     return NonlinearModeProblem(alone, linear.dof), linear
+
+
+def _numbers(problem: HarmonicBalance) -> list[int]:
+    """Numbers that the user gives the unknown degrees of freedom."""
+    kept = problem.model.kept
+    return [*range(problem.n_dof)] if kept is None else kept.tolist()
 
 
 def with_dof(problem: HarmonicBalance, request: Request) -> Request:
@@ -87,6 +88,4 @@ def with_dof(problem: HarmonicBalance, request: Request) -> Request:
     check_mean(curve.problem)
     if request.dof is not None:
         return request
-    sector = isinstance(problem.model, Sector)
-    dof = problem.model.interfaces.others[linear.dof] if sector else linear.dof  # type: ignore[attr-defined]
-    return replace(request, dof=int(dof))
+    return replace(request, dof=_numbers(curve.problem)[linear.dof])
