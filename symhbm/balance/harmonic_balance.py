@@ -529,7 +529,7 @@ def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
     if isinstance(model, Sector):
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
-    return StaticLoad((0.0,) * model.n_whole)
+    return StaticLoad({0: 0.0})
 
 
 def _check_entries(model: Model) -> None:
