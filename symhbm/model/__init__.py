@@ -26,7 +26,7 @@ from symhbm.model.parameters import (
     records_by_name,
     records_of_blade_modes,
 )
-from symhbm.model.places import Place, Places, check_place, next_sector, number_of
+from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
@@ -64,7 +64,6 @@ __all__ = [
     "Symmetry",
     "bladed_disk",
     "check_excitation",
-    "check_place",
     "contact_pairs",
     "described",
     "find_symmetry",

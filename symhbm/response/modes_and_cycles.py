@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Place, check_place
+from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
 from symhbm.response.unforced import with_dof
@@ -133,7 +133,7 @@ def nonlinear_modes(
         nodal_diameter=None
         if nodal_diameter is None
         else check.integer("nodal_diameter", nodal_diameter),
-        dof=None if dof is None else problem.model.number_of(check_place("dof", dof)),
+        dof=None if dof is None else problem.model.number_of(dof),
     )
     first = sweep.chosen(0)
     request = with_dof(problem.with_parameters(**first) if first else problem, request)

@@ -314,7 +314,7 @@ def test_bad_input_is_named():
             dict(dof=1),
         ),
         ("degree of freedom=1: expected", (problem,), dict(dof=1)),
-        ("dof=-1", (problem,), dict(dof=-1)),
+        ("degree of freedom=-1", (problem,), dict(dof=-1)),
         ("dof=.*right interface", (sector,), dict(dof=disk.n_whole - 1, nodal_diameter=1)),
         ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
         ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
