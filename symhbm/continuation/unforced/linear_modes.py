@@ -70,17 +70,17 @@ def linear_mode(
     """
     numbers = range(problem.n_dof) if numbers is None else numbers
     frequency, found = 1.0, None
-    rest = position_at_rest(problem, frequency)
     for _ in range(_ROUNDS):
+        rest = position_at_rest(problem, frequency)
         natural, shapes = _modes_about(problem, rest, frequency, mode + 2)
         if mode >= len(natural):
             raise ValueError(f"mode={mode}: expected a number from 0 to {len(natural) - 1}")
         before, frequency = frequency, float(natural[mode])
-        found = natural, shapes
+        found = natural, shapes, rest
         if not frequency > 0 or abs(frequency - before) <= _SETTLED * frequency:
             break
     assert found is not None
-    natural, shapes = found
+    natural, shapes, rest = found
     if not frequency > _NO_STIFFNESS * _high_frequency(problem):
         raise ValueError(
             f"mode={mode}: expected a mode that stiffness holds, the frequency of this one is 0"
