@@ -52,12 +52,14 @@ from symhbm.response import (
     follow,
     frf,
     natural_modes,
+    nonlinear_modes,
     periodic_motion,
     recover,
     resume,
     sector_response,
     solve,
     static_states,
+    synthesised_response,
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
@@ -115,6 +117,7 @@ __all__ = [
     "mistuning",
     "natural_modes",
     "next_sector",
+    "nonlinear_modes",
     "peak_curve",
     "periodic_motion",
     "plot",
@@ -130,6 +133,7 @@ __all__ = [
     "solve",
     "static_states",
     "statistics",
+    "synthesised_response",
     "verify",
 ]
 

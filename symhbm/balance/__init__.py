@@ -11,6 +11,7 @@ from symhbm.balance.harmonic_balance import MANY, HarmonicBalance, advise_conden
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
+from symhbm.balance.unforced import SustainedMotion, check_mass, matrices_in, unforced
 from symhbm.balance.unknowns import UnknownLayout
 
 __all__ = [
@@ -23,11 +24,13 @@ __all__ = [
     "Evaluation",
     "HarmonicBalance",
     "SecondOrder",
+    "SustainedMotion",
     "SwitchingAngles",
     "UnknownLayout",
     "advise_condensing",
     "by_row",
     "check_each",
+    "check_mass",
     "check_mean",
     "check_odd",
     "check_problem",
@@ -36,6 +39,8 @@ __all__ = [
     "friction_of",
     "is_held",
     "locate_each",
+    "matrices_in",
     "slip_angles",
+    "unforced",
     "values_at_each",
 ]

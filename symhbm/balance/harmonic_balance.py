@@ -17,14 +17,17 @@ from symhbm.balance.equations import MATRIX_INPUTS, Equations, identifier
 from symhbm.balance.evaluation import Evaluation
 from symhbm.model import (
     PARAMETERS,
+    EngineOrder,
     Excitation,
     Model,
+    StaticLoad,
     Structure,
     Symmetry,
     check_excitation,
     find_symmetry,
 )
 from symhbm.model.contacts import ContactLaw, Parameter
+from symhbm.model.cyclic import Sector
 from symhbm.model.rotation import check_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
 
@@ -42,7 +45,7 @@ class HarmonicBalance:
     Parameters
     ----------
     model, excitation
-        What vibrates, and what drives it.
+        What vibrates, and what drives it; None for a structure whose free motions are looked for.
     harmonics
         Harmonics of the response, for example ``(1,)``, ``(1, 3, 5)`` or ``(0, 1, 2, 3)``. By
         default the first, with the mean where contacts or static loads make one.
@@ -92,13 +95,15 @@ class HarmonicBalance:
     def __init__(
         self,
         model: Structure,
-        excitation: Excitation,
+        excitation: Excitation | None = None,
         harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
+        if excitation is None:
+            excitation = nothing_on(model)
         check_excitation("excitation", excitation)
         excitation = excitation.placed(model.number_of)
         model = model.under(excitation)
@@ -300,6 +305,15 @@ class HarmonicBalance:
     def with_harmonics(self, harmonics: tuple[int, ...]) -> "HarmonicBalance":
         """Copy with other harmonics, compiled once for all copies of this problem."""
         return self._copy(basis=FourierBasis(harmonics), linear=None)
+
+    def with_excitation(self, excitation: Excitation) -> "HarmonicBalance":
+        """Copy under another excitation; raises as the constructor."""
+        excitation = excitation.placed(self.model.number_of)
+        model = self.model.under(excitation)
+        changes = dict(excitation=excitation, linear=None)
+        if model is not self.model:  # in another wave
+            changes |= dict(model=model, shared={})
+        return self._copy(**changes)
 
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
@@ -519,6 +533,13 @@ class HarmonicBalance:
             f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
             f"{self.model!r}\n{self.excitation!r}"
         )
+
+
+def nothing_on(model: Structure) -> Excitation:
+    """An excitation of a structure that neither moves nor loads it."""
+    if isinstance(model, Sector):
+        return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
+    return StaticLoad({0: 0.0})
 
 
 def _check_entries(model: Model) -> None:

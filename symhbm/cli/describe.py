@@ -120,6 +120,11 @@ def _force(force: dict[str, Any], body: str) -> str:
         "EngineOrder": "engine order, a travelling wave over the blades",
         "StaticLoad": "static load",
     }
+    values = force.get("values", ())
+    if force["type"] == "StaticLoad" and not any(
+        [*values.values()] if isinstance(values, dict) else values
+    ):
+        return "none"
     on = [str(force["harmonic"])] if "harmonic" in force else []
     on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
     if force.get("mean") is not None:
@@ -184,7 +189,8 @@ def _others(dataset: xr.Dataset) -> Lines:
     """Variables and attributes of the user; all variables where there is no status."""
     parameters = Description(dataset).parameters
     described = {*VARIABLES, *parameters, "harmonic", "component", "dof", "contact"}
-    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in parameters}
+    followed = [*parameters, moving(dataset)]
+    described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
     described |= {*variables_of_model(dataset)}
     if "status" not in dataset.variables:

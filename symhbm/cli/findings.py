@@ -42,7 +42,9 @@ def _computed(dataset: xr.Dataset) -> Lines:
     on_path = "point" in dataset.dims and band.ndim > 0
     finite = band[np.isfinite(band)]
     if "followed" in dataset.attrs:
+        kind = Description(dataset).unforced
         subject = "frequency response" if along == "frequency" else f"response over {along}"
+        subject = subject if kind is None else f"{kind} over its {along}"
         ends = Description(dataset).request.get("band") or _ends(band, finite)
         text = f"{subject} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
         text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
@@ -50,7 +52,7 @@ def _computed(dataset: xr.Dataset) -> Lines:
             text = f"{subject} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
         elif not band.ndim:
             text = f"{subject}, {_at(dataset[along])}"
-        if along != "frequency" and "frequency" in dataset.variables:
+        if along != "frequency" and "frequency" in dataset.variables and kind is None:
             text += f", at {short(dataset['frequency'].values)} Hz"
     elif "angle" in dataset.dims:
         text = "periodic motion in time, without truncation"
@@ -137,7 +139,12 @@ def _peaks(dataset: xr.Dataset) -> Lines:
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             words += [*_kept(dataset), *_set_words(dataset, index)]
             yield "highest peak", ", ".join(words)
-    if "amplitude" in dataset.variables:
+    if "damping_ratio" in dataset.variables:
+        most = largest(dataset, "damping_ratio")
+        if most is not None:
+            where = _location(dataset, "damping_ratio", most[1])
+            yield "largest damping ratio", ", ".join([short(most[0]), *where])
+    elif "amplitude" in dataset.variables:
         response = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
         if response is not None and (top is None or response[0] > top[0] * (1 + ALIKE)):

@@ -26,6 +26,8 @@ from symhbm.numerics import FloatArray, on_one_thread
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances beyond a pole at which a new path starts, over that of the last point before it."""
+_OF_START = (Status.SYSTEM_SINGULAR, Status.NOT_HELD, Status.UNDEFINED_FORCE, Status.NO_MODE)
+"""What tells more of a first point that there is not."""
 _MAX_DEPTH = 4
 """How often a segment is followed again because its step passed over events."""
 
@@ -75,7 +77,7 @@ def follow_with(
         return solution if solution and solution.converged else solve_from_scratch(value)
 
     solution = solved(guess, start)
-    if solution.status in (Status.SYSTEM_SINGULAR, Status.NOT_HELD, Status.UNDEFINED_FORCE):
+    if solution.status in _OF_START:
         status = solution.status
     while solution.converged and (end - start) * heading > 0:
         # Without a solution beyond its pole the branch keeps the status of the path.
@@ -108,7 +110,11 @@ def follow_with(
     if missed and status == Status.REACHED_END:
         status = Status.PEAK_NOT_LOCATED
     complete = status == Status.REACHED_END and not curve.single_valued
-    if complete and any(_has_other_solution(corrector, points[i]) for i in (0, -1)):
+    if (
+        complete
+        and curve.driven
+        and any(_has_other_solution(corrector, points[i]) for i in (0, -1))
+    ):
         status = Status.OTHER_SOLUTIONS
     if complete and any(e.kind == EventKind.BRANCH for p in points for e in p.events):
         status = Status.BRANCH_POINTS

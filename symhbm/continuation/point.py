@@ -24,6 +24,7 @@ class EventKind(StrEnum):
     FOLD = "fold"
     BRANCH = "branch point"
     CORNER = "corner"
+    DAMPING_TURNS = "damping turns"
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,10 @@ class ContinuationProblem(ABC):
     the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names the
     solver where the switching angles are unknowns too, None where they are located.
     ``machine_code`` tells whether that evaluates the equations, None where this process has it.
+    ``peaked`` tells whether maxima of its amplitudes are looked for. ``driven`` tells that a force
+    drives the motion, at a given frequency: resonances may lie between two points, and Newton's
+    method finds a solution without a neighbouring one. The first unknowns are the coefficients of
+    the motion; where they are not all, the class tells more.
     """
 
     problem: HarmonicBalance
@@ -32,6 +36,13 @@ class ContinuationProblem(ABC):
     smallest: float = 0.0
     angles: str | None = None
     machine_code: bool | None = None
+    peaked: bool = True
+    driven: bool = True
+
+    @property
+    def n_unknowns(self) -> int:
+        """Number of unknowns."""
+        return self.problem.n_unknowns
 
     @abstractmethod
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
@@ -42,6 +53,24 @@ class ContinuationProblem(ABC):
         self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None = None
     ) -> Evaluation:
         """Residual and derivatives, ``by_parameter`` by the moving parameter."""
+
+    def at_point(self, point: FloatArray) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency at unknowns and parameter (n_unknowns + 1,)."""
+        return self.at(float(point[-1]))
+
+    def margin_gradient(self, evaluation: Evaluation, switch: int) -> FloatArray:
+        """Derivative of the margin of one switch by unknowns and parameter, (n_unknowns + 1,)."""
+        states, by_parameter = evaluation.states, evaluation.margins_by_parameter
+        row = np.zeros(self.n_unknowns + 1)
+        row[: self.problem.n_unknowns] = self.problem.contacts.margin_gradient(states, switch)
+        row[-1] = np.broadcast_to(by_parameter, states.margins.shape)[switch]
+        return row
+
+    def margin_rate(self, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
+        """Derivative of all margins along a direction (n_unknowns + 1,) of the path."""
+        motion = direction[: self.problem.n_unknowns]
+        rate = self.problem.contacts.margin_rate(evaluation.states, motion)
+        return rate + evaluation.margins_by_parameter * direction[-1]
 
     def amplification(self, unknowns: FloatArray, value: float) -> float:
         """Largest inertia force over the largest exciting force."""
@@ -187,7 +216,16 @@ class ParameterProblem(ContinuationProblem):
         """Residual and derivatives at the ``value`` of the parameter."""
         problem, frequency = self.at(float(value))
         evaluation = problem.evaluate(unknowns, frequency, switches)
-        inputs = problem.arguments(unknowns, frequency, states=evaluation.states)
+        return self.along(problem, unknowns, frequency, evaluation)
+
+    def along(
+        self, problem: HarmonicBalance, motion: FloatArray, frequency: float, evaluation: Evaluation
+    ) -> Evaluation:
+        """An evaluation of ``problem``, one `at` a value, with derivatives by the parameter.
+
+        ``motion`` (n_coefficients,) [m] and ``frequency`` [rad/s] are those that it is of.
+        """
+        inputs = problem.arguments(motion, frequency, states=evaluation.states)
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
         margins_by_parameter: FloatArray | float = 0.0

@@ -28,8 +28,11 @@ class ResonanceCount:
     def below(
         self, unknowns: FloatArray, value: float, states: ContactStates
     ) -> tuple[int, ...] | None:
-        """The count by harmonic, contacts replaced by springs; None for a large structure."""
-        if self._curve.problem.n_dof > LARGEST_SIZE:
+        """The count by harmonic, contacts replaced by springs; None for a large structure.
+
+        None, too, of a motion that no force drives: it is at a resonance itself.
+        """
+        if self._curve.problem.n_dof > LARGEST_SIZE or not self._curve.driven:
             return None
         problem, frequency = self._curve.at(value)
         springs = contact_springs(problem, unknowns, frequency, states)

@@ -22,6 +22,19 @@ class Status(StrEnum):
         "no response was found at the start of the band; try a band that starts elsewhere, or "
         "check the parameters for values many orders of magnitude apart"
     )
+    NO_MODE = (
+        "the linear mode could not be followed to the smallest amplitude; try a smaller one, or "
+        "another degree of freedom that tells the amplitude"
+    )
+    NO_FREQUENCY = (
+        "the frequency of the mode falls to 0: nothing holds it at the last amplitude; the points "
+        "before are valid; end the band of amplitudes there"
+    )
+    MODE_TURNED_BACK = (
+        "the amplitude turned back at a fold and came back to its smallest value, as the motion "
+        "passed to other degrees of freedom or harmonics; the points are valid; try another degree "
+        "of freedom that tells the amplitude, or fewer harmonics"
+    )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
         "which this path does not visit; the points are valid; try a wider band, at whose ends "

@@ -79,18 +79,18 @@ class Compiled:
 
 
 class Assembly:
-    """Matrices of one sparsity from their stored entries, full or sparse."""
+    """Matrices of one sparsity from their stored entries, all ``as_full`` or all sparse."""
 
     def __init__(self, sparsity: ca.Sparsity, as_full: bool):
         self._shape = n_rows, n_columns = sparsity.shape
-        self._full = as_full
+        self.as_full = as_full
         self._rows = np.array(sparsity.row(), dtype=np.int32)
         self._starts = np.array(sparsity.colind(), dtype=np.int32)
         self._flat = np.repeat(np.arange(n_columns), np.diff(self._starts)) * n_rows + self._rows
 
     def __call__(self, values: FloatArray) -> Any:
         """The matrix with these stored entries."""
-        if not self._full:
+        if not self.as_full:
             return sp.csc_array((values, self._rows, self._starts), shape=self._shape)
         n_rows, n_columns = self._shape
         matrix = np.zeros(n_rows * n_columns)

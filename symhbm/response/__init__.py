@@ -3,11 +3,13 @@
 from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
+from symhbm.response.modes_and_cycles import nonlinear_modes
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
 from symhbm.response.run import resume
 from symhbm.response.solve import solve
 from symhbm.response.static_states import static_states
+from symhbm.response.unforced import synthesised_response
 from symhbm.response.verify import summary, verify
 
 __all__ = [
@@ -16,6 +18,7 @@ __all__ = [
     "follow",
     "frf",
     "natural_modes",
+    "nonlinear_modes",
     "periodic_motion",
     "recover",
     "resume",
@@ -23,5 +26,6 @@ __all__ = [
     "solve",
     "static_states",
     "summary",
+    "synthesised_response",
     "verify",
 ]

@@ -34,6 +34,7 @@ from symhbm.response.accuracy import (
     status_of,
 )
 from symhbm.response.describe import describe_each, unsolved
+from symhbm.response.unforced import blank_mode_curve, mode_curve
 from symhbm.results import SLOPES, Request, Sweep, tables
 
 SMALLEST = 1e-3
@@ -44,7 +45,9 @@ _MANY = 500
 
 @on_one_thread
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """The response curve of one problem."""
+    """The response curve of one problem, or that of motions without a force."""
+    if request.unforced is not None:
+        return mode_curve(problem, request)
     symmetry = symmetry_of(request, problem)
     refinement = _refinement(problem if symmetry is None else problem.of_sector(symmetry), request)
     band = request.unit * request.band[0], request.unit * request.band[1]
@@ -60,6 +63,8 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
 
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
+    if request.unforced is not None:
+        return blank_mode_curve(problem, request)
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
     return _Curve(request, _refinement(problem, request), None, [], solutions_at).table()
@@ -95,6 +100,8 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
 
 def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress: bool) -> Request:
     """The request with what evaluates all of its curves, compiled in front of the first one."""
+    if request.unforced is not None:
+        return request
 
     @cache
     def announce() -> None:

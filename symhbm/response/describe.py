@@ -39,6 +39,7 @@ def describe_each(
     stability: bool = False,
     machine_code: bool = False,
     tangents: FloatArray | None = None,
+    norms: FloatArray | None = None,
 ) -> Table:
     """All results at points with ``unknowns`` (n_points, n_unknowns) [m], one problem each.
 
@@ -46,13 +47,22 @@ def describe_each(
     the equations become NaN. ``stability`` adds the growth rates of perturbations;
     ``machine_code`` evaluates the equations where there is some. ``tangents`` (n_points, 2,
     n_unknowns + 1), derivatives of unknowns and parameter along the path before and after each
-    point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter.
+    point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter. ``norms``
+    (n_points,) are those of the equations where these are not the balance alone.
     """
     first, omegas = problems[0], RADIANS * frequencies
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     batches = [slice(i, i + size) for i in range(0, len(problems), size)]
     parts = [
-        _described(problems[b], unknowns[b], omegas[b], stability, machine_code) for b in batches
+        _described(
+            problems[b],
+            unknowns[b],
+            omegas[b],
+            stability,
+            machine_code,
+            None if norms is None else norms[b],
+        )
+        for b in batches
     ]
     table: Table = {"iterations": np.array(iterations)}
     table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -112,10 +122,12 @@ def _described(
     frequencies: FloatArray,
     stability: bool,
     machine_code: bool,
+    norms: FloatArray | None,
 ) -> Table:
     """Results at points but the iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
     norm, located = check_each(problems, unknowns, frequencies, machine_code)
+    norm = norm if norms is None else norms
     converged = norm <= ACCEPTED
     contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(

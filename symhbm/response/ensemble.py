@@ -214,7 +214,8 @@ def _work(
             if payload is None:
                 return None
             problem, request = pickle.loads(payload)
-            continuation_problem_of(request, problem)
+            if request.unforced is None:
+                continuation_problem_of(request, problem)
             while len(cache) >= _CACHED:
                 del cache[next(iter(cache))]
             cache[key] = problem, request

@@ -13,7 +13,14 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.describe import variables_of_laws
 from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
-from symhbm.results import OF_PEAKS, VARIABLES, Description, records_of_problem, without
+from symhbm.results import (
+    OF_PEAKS,
+    VARIABLES,
+    Description,
+    check_forced,
+    records_of_problem,
+    without,
+)
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of
 
@@ -28,6 +35,7 @@ def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> l
     """
     laws = tuple(laws)
     problem = rebuild(dataset, laws)
+    check_forced("dataset", dataset)
     present = {*dataset.variables}
     prefixes = [prefix for prefix in ("", "peak_") if {*_needed(dataset, prefix)} <= present]
     if not prefixes:

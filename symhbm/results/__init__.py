@@ -24,7 +24,7 @@ from symhbm.results.request import (
     check_keep,
     check_parameter,
 )
-from symhbm.results.schema import check_dataset, check_present, recall, without
+from symhbm.results.schema import check_dataset, check_forced, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES, meaning
 
@@ -46,6 +46,7 @@ __all__ = [
     "check_band",
     "check_dataset",
     "check_dof",
+    "check_forced",
     "check_grid",
     "check_index",
     "check_keep",

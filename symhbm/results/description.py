@@ -12,6 +12,7 @@ from symhbm.model.contacts import Parameter
 from symhbm.results.variables import (
     OF_LAWS,
     OF_PLACES,
+    OF_UNFORCED,
     OWN_DIMENSIONS,
     VARIABLES,
     Variable,
@@ -35,7 +36,7 @@ class Description:
     @property
     def records(self) -> dict[str, Parameter | Variable]:
         """What its parameters are, and the variables of its contact laws."""
-        return records_of(self.problem)
+        return records_of(self.problem) | OF_UNFORCED.get(self.unforced or "", {})
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -92,6 +93,11 @@ class Description:
     def angles(self) -> str | None:
         """The solver with the switching angles as unknowns, None without one."""
         return self.request.get("angles")
+
+    @property
+    def unforced(self) -> str | None:
+        """What was followed without a force, None for responses."""
+        return self.request.get("unforced")
 
     @property
     def on_grid(self) -> bool:

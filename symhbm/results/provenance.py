@@ -68,6 +68,8 @@ SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
+LEFT_OUT = "force_left_out"
+"""Attribute of motions that no force drives, of a problem with one."""
 SPEEDS = ("speed", "peak_speed", "event_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
@@ -241,6 +243,11 @@ def with_provenance(
         "problem": json.dumps(_description(problem)),
         "swept": json.dumps(list(sweep.values)),
     }
+    if request and request.unforced is not None:
+        kind = request.unforced.capitalize()
+        global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
+        if problem.excitation.amplitude:
+            global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"
     if request:
         global_attributes |= evaluated_by([request.machine_code])
         global_attributes["followed"] = json.dumps(request.to_json(problem.harmonics))
@@ -449,7 +456,8 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         for name in metadata.swept
         if name in dataset.variables and all(map(is_pattern, dataset[name].dims))
     }
-    if moving != "frequency" and moving in dataset.variables and dataset[moving].ndim == 0:
+    selected = moving in dataset.variables and dataset[moving].ndim == 0
+    if selected and moving in problem.parameters:
         index = metadata.index
         values = np.array(problem.parameters[moving], dtype=float)
         values[... if index is None else index] = dataset[moving].values

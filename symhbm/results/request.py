@@ -19,6 +19,8 @@ OF_PEAKS = ("coefficient", "amplitude", "dof")
 _STABILITY = frozenset({"growth_rate", "stability"})
 _JSON_KEYS = {"per_dof": "each"}
 """Keys of fields in JSON where they differ: those of archives that exist."""
+_OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof")
+"""Fields that responses to a force do not have, nor their archives."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,11 @@ class Request:
     ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
     angles are unknowns too. ``machine_code``: whether that evaluates the equations, to the same
     bits, and no part of what is asked for.
+
+    ``unforced``: what is followed without a force, a key of `symhbm.results.variables.OF_UNFORCED`,
+    None for responses. Of a nonlinear mode, ``name`` is ``"amplitude"``, that [m] of the first
+    harmonic at the degree of freedom ``dof``; ``mode`` counts from the lowest, in the wave of a
+    ``nodal_diameter`` where there is one.
     """
 
     name: str
@@ -50,23 +57,37 @@ class Request:
     keep: tuple[str, ...] | None = None
     angles: str | None = None
     machine_code: bool = False
+    unforced: str | None = None
+    mode: int | None = None
+    nodal_diameter: int | None = None
+    dof: int | None = None
 
     @property
     def unit(self) -> float:
         """The value in continuation (rad/s for a frequency) over that of the user (Hz)."""
-        return RADIANS if self.frequency is None else 1.0
+        return RADIANS if self.name == "frequency" else 1.0
 
     @property
     def tells_stability(self) -> bool:
         """Whether stability is wanted, and kept: it takes longer than all else at a point."""
         return self.stability and (self.keep is None or not _STABILITY.isdisjoint(self.keep))
 
+    @property
+    def _in_decades(self) -> bool:
+        """Whether continuation follows the common logarithm: of amplitudes it does."""
+        return self.name == "amplitude"
+
+    def followed(self, values: Sequence[float] | FloatArray) -> FloatArray:
+        """Values in continuation from those of the user."""
+        array = np.array(values, dtype=float)
+        return np.log10(array) if self._in_decades else self.unit * array
+
     def shown(self, values: Sequence[float]) -> FloatArray:
         """Values in the user's unit; the ends of the band come back without round-off."""
         array = np.array(values, dtype=float)
-        shown = array / self.unit
-        for edge in self.band:
-            shown[array == self.unit * edge] = edge
+        shown = 10.0**array if self._in_decades else array / self.unit
+        for edge, end in zip(self.band, self.followed(self.band), strict=True):
+            shown[array == end] = edge
         return shown
 
     def to_json(self, harmonics: tuple[int, ...]) -> dict[str, Any]:
@@ -79,6 +100,9 @@ class Request:
             for entry in fields(self)
             if entry.name not in ("at", "machine_code")
         }
+        for name in _OF_UNFORCED:
+            if entries[name] is None:
+                del entries[name]
         return entries | {
             "peaks": "each" if self.per_dof else "largest",
             "grid": self.at is not None,

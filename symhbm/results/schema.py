@@ -15,7 +15,15 @@ from symhbm.results.provenance import DatasetParts, evaluated_by, with_provenanc
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import NO_VARIABLES, name_of
-from symhbm.results.variables import SLOPES, VARIABLES, Records, Variable, derivative, meaning
+from symhbm.results.variables import (
+    OF_UNFORCED,
+    SLOPES,
+    VARIABLES,
+    Records,
+    Variable,
+    derivative,
+    meaning,
+)
 
 _NO_SWEEP = Sweep({}, (), ())
 _PREFIXES = ("minimum", "event", "multiplier")
@@ -29,11 +37,16 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
         coordinates[request.name] = (
             request.name,
             request.at,
-            _attributes(request.name, records_of_problem(problem)),
+            _attributes(request.name, records_of_problem(problem) | _own(request)),
         )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
     return with_provenance({}, coordinates, problem, sweep, request)
+
+
+def _own(request: Request) -> dict[str, Variable]:
+    """Variables that mean something else where no force acts."""
+    return OF_UNFORCED.get(request.unforced or "", {})
 
 
 def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
@@ -58,10 +71,24 @@ def without(dataset: xr.Dataset, names: Iterable[str]) -> str:
     return f"{words}; {', '.join(by_keep)} left out by keep=" if by_keep else words
 
 
-def check_dataset(name: str, value: object) -> None:
-    """Raise a TypeError that names the argument unless it is a dataset."""
+def check_dataset(name: str, value: object, unforced: bool = False) -> None:
+    """Raise a TypeError that names the argument unless it is a dataset.
+
+    ValueError for one of motions that no force drives, unless they are wanted, too.
+    """
     if not isinstance(value, xr.Dataset):
         raise TypeError(f"{name}={check.shown(value)}: expected an xarray Dataset")
+    if not unforced:
+        check_forced(name, value)
+
+
+def check_forced(name: str, dataset: xr.Dataset) -> None:
+    """Raise ValueError for a dataset of motions that no force drives."""
+    kind = Description(dataset).unforced
+    if kind is not None:
+        raise ValueError(
+            f"{name}: expected responses to a force, as of frf or follow, got those of a {kind}"
+        )
 
 
 def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") -> None:
@@ -100,6 +127,8 @@ def _results(dataset: xr.Dataset) -> list[str]:
     description = Description(dataset)
     moving, on_grid = description.moving, description.on_grid
     inputs = {"frequency"} if moving != "frequency" or on_grid else set()
+    if description.unforced is not None:
+        inputs = {moving} if on_grid else set()
     of_laws = [name for name, of in description.records.items() if isinstance(of, Variable)]
     results = [name for name in (*VARIABLES, *of_laws) if name not in inputs]
     return [*results, f"event_{moving}", f"peak_{moving}", *([] if on_grid else [moving])]
@@ -112,7 +141,7 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
     """
     along = "point" if request.at is None else request.name
     problem, attributes = json.loads(call.attributes["problem"]), call.attributes
-    records = records_of(problem)
+    records = records_of(problem) | _own(request)
     slope = {"units": derivative("amplitude", request.name, records).units}
     variables: dict[str, tuple] = {}
     for key, stacked in results.items():

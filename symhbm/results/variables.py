@@ -59,6 +59,13 @@ VARIABLES = {
         ("dof", "harmonic", "component"), "m", "Fourier coefficient of the displacement"
     ),
     "amplitude": Variable(("dof",), "m", "largest absolute displacement over the period"),
+    "largest_displacement": Variable(
+        ("dof",), "m", "largest absolute displacement over the period"
+    ),
+    "damping_ratio": Variable((), "1", "damping ratio of the nonlinear mode"),
+    "modal_amplitude": Variable(
+        (), "kg0.5 m", "root of X^H M X, summed over the harmonics X above 0"
+    ),
     "amplitude_slope": Variable(
         ("dof",), "m", "derivative of the amplitude by the moving parameter, after the point"
     ),
@@ -120,6 +127,8 @@ VARIABLES = {
     "minimum_frequency": Variable((), "Hz", "frequency of the peak where that is lowest"),
     "minimum_kind": Variable((), "1", "smooth, exchange of peaks, kink, or end of the band"),
     "event_frequency": Variable((), "Hz", "frequency of the event"),
+    "event_damping_ratio": Variable((), "1", "damping ratio at the event"),
+    "event_modal_amplitude": Variable((), "kg0.5 m", "modal amplitude at the event"),
     "event_kind": Variable(
         (),
         "1",
@@ -209,6 +218,16 @@ VARIABLES = {
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
 }
 
+OF_UNFORCED = {
+    "nonlinear mode": {
+        "amplitude": Variable(
+            (), "m", "amplitude of the first harmonic at the degree of freedom that tells it"
+        ),
+        "frequency": Variable((), "Hz", "frequency of the nonlinear mode"),
+    },
+}
+"""What is followed without a force, and the variables that mean something else there."""
+
 SLOPES = ("amplitude_slope", "amplitude_slope_before")
 """Variables whose unit is that of the amplitude over that of the parameter that moves."""
 
@@ -234,14 +253,16 @@ Records = Mapping[str, Any]
 
 def meaning(name: str, records: Records = PARAMETERS) -> Variable:
     """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
+    if isinstance(own := records.get(name), Variable):
+        return own
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
     parameter = records[name.removeprefix(prefix)]
-    if isinstance(parameter, Variable):
-        return parameter
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
     suffixes["minimum_"] = " at the minimum"
+    if isinstance(parameter, Variable):
+        return parameter._replace(long_name=parameter.long_name + suffixes[prefix])
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 

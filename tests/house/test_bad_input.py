@@ -360,7 +360,7 @@ def test_model_of_the_wrong_type(value):
 
 
 @pytest.mark.parametrize(
-    "value", [None, "force", 1.0, np.ones(3), RING, sh.PointForce], ids=lambda v: type(v)
+    "value", ["force", 1.0, np.ones(3), RING, sh.PointForce], ids=lambda v: type(v)
 )
 def test_excitation_of_the_wrong_type(value):
     with refused("excitation=", "excitation"):

@@ -154,7 +154,7 @@ def _needed_shares(
     worst = np.zeros((2, n))
     for pair in tangents:
         interpolation.interpolate(left.state, right.state, *pair, _SHARES, states)
-        expected = _amplitude(problem, states[..., :-1])
+        expected = _amplitude(problem, states[..., : problem.n_unknowns])
         sides = ((at.state, at.direction, at.amplitude, at.slope) for at in (left, right))
         _largest_error(*sides, segments.folds, states, expected, per_dof, *worst)
     hides = np.any(_rises(left, 1, per_dof) & _rises(right, -1, per_dof), axis=1)

@@ -182,7 +182,8 @@ class Maxima:
     def _may_lead(self, segment: Segment, share: float, dof: int, margin: float) -> bool:
         """Whether a response may be the largest at its estimated maximum."""
         value, slope = segment.interpolate(np.clip(share + _OFFSETS, 0.0, 1.0))
-        amplitude = amplitude_and_slope(self._problem, value[:, :-1], slope[:, :-1])[0]
+        n = self._problem.n_unknowns
+        amplitude = amplitude_and_slope(self._problem, *(part[:, :n] for part in (value, slope)))[0]
         margin = max(margin, _AMPLITUDE_MARGIN * segment.length * segment.scale[0])
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 

@@ -89,10 +89,10 @@ class _Estimates(NamedTuple):
     @classmethod
     def of(cls, curve: ContinuationProblem, points: list[PathPoint]) -> "_Estimates":
         """Those of the points of a path."""
-        at = [curve.at(point.value) for point in points[:-1]]
+        at = [curve.at_point(point.state) for point in points[:-1]]
         frequency = np.array([frequency for _, frequency in at])
         contacts = [problem.contacts for problem, _ in at]
-        unknowns = np.array([point.unknowns for point in points])
+        unknowns = np.array([point.unknowns[: curve.problem.n_unknowns] for point in points])
         ends = np.stack([unknowns[:-1], unknowns[1:]], axis=1)
         known = np.array([point.margins for point in points])
         known = np.stack([known[:-1], known[1:]], axis=1)
@@ -156,7 +156,7 @@ def _motion_errors(
     """Error bounds of interpolated relative motions, (n, n_rows, n_components) [m]."""
     around = segments.before, segments.left, segments.right, segments.after
     states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
-    stacked = np.array([*states, *directions])[..., :-1]
+    stacked = np.array([*states, *directions])[..., : problem.n_unknowns]
     relative = np.ascontiguousarray(problem.layout.relative(stacked.reshape(-1, stacked.shape[-1])))
     error = np.empty((len(segments.number), *relative.shape[1:]))
     of_each = tuple(relative.reshape(8, len(error), -1))

@@ -63,5 +63,6 @@ class Slopes(PathState):
     def of(cls, problem: HarmonicBalance, path_state: PathState) -> "Slopes":
         """Amplitudes and slopes of one or several path states."""
         state, direction = path_state.state, path_state.direction
-        values = amplitude_and_slope(problem, state[..., :-1], direction[..., :-1])
+        n = problem.n_unknowns  # of coefficients, ahead of other unknowns
+        values = amplitude_and_slope(problem, state[..., :n], direction[..., :n])
         return cls(state, direction, *values)

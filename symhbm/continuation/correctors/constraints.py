@@ -45,11 +45,8 @@ class AtLimit(NamedTuple):
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
         """The margin of the switch, and its gradient."""
-        row = np.zeros(len(self.scale))
-        margins = evaluation.states.margins
-        row[:-1] = self.curve.problem.contacts.margin_gradient(evaluation.states, self.contact)
-        row[-1] = np.broadcast_to(evaluation.margins_by_parameter, margins.shape)[self.contact]
-        return float(margins[self.contact]), row * self.scale
+        row = self.curve.margin_gradient(evaluation, self.contact)
+        return float(evaluation.states.margins[self.contact]), row * self.scale
 
 
 class Corrected(NamedTuple):
@@ -99,11 +96,3 @@ def unit_parameter(size: int) -> FloatArray:
     vector = np.zeros(size)
     vector[-1] = 1.0
     return vector
-
-
-def margin_rate(
-    curve: ContinuationProblem, evaluation: Evaluation, direction: FloatArray
-) -> FloatArray:
-    """Derivative of the margins along a direction of the path, (n_switches,)."""
-    rate = curve.problem.contacts.margin_rate(evaluation.states, direction[:-1])
-    return rate + evaluation.margins_by_parameter * direction[-1]

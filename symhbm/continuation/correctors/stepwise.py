@@ -8,7 +8,6 @@ from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
     crossed,
-    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -73,7 +72,10 @@ class StepwiseCorrector(Corrector):
     ) -> Corrected | None:
         """As `Corrector.tangent`."""
         borders = row, unit_parameter(len(row))
-        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        try:
+            evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        except ArithmeticError:
+            return None
         for border in borders:
             columns, sign = self._step(evaluation, scale, border, 0.0)
             if columns is not None:
@@ -90,7 +92,7 @@ class StepwiseCorrector(Corrector):
             self.curve.amplification(point[:-1], point[-1]),
             self.curve.distance(point, guess, scale),
             evaluation.states.margins,
-            margin_rate(self.curve, evaluation, direction * scale),
+            self.curve.margin_rate(evaluation, direction * scale),
             bool(crossed(evaluation.states.margins, switches).any()),
             self._count.below(point[:-1], point[-1], evaluation.states),
         )
@@ -99,7 +101,7 @@ class StepwiseCorrector(Corrector):
         """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
         force = evaluation.magnitude or 1.0
         matrix = bordered(
-            evaluation.jacobian * (scale[0] / force),
+            evaluation.jacobian * (scale[:-1] / force),
             evaluation.by_parameter * (scale[-1] / force),
             row,
         )

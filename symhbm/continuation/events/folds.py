@@ -1,4 +1,4 @@
-"""Folds of a path, where it turns back in its parameter."""
+"""Folds of a path, where it turns back in its parameter, or in one of its unknowns."""
 
 import numpy as np
 import scipy
@@ -19,27 +19,35 @@ _DIP = 0.999
 """Slope of the parameter, over the smaller one at the ends, below which it has a minimum."""
 
 
-def find_folds(corrector: Corrector, left: PathPoint, right: PathPoint) -> list[PathState] | None:
+def find_folds(
+    corrector: Corrector, left: PathPoint, right: PathPoint, component: int = -1
+) -> list[PathState] | None:
     """Folds between two neighbouring points of a path without an event in between, in their order.
 
-    Where the interpolated path turns back, the segment is halved until every fold lies between
-    slopes of opposite sign. None if a solution in between cannot be found, as the points are then
-    too far apart.
+    They are those of the parameter, the last component, or turns of another ``component``. Where
+    the interpolated path turns back, the segment is halved until every fold lies between slopes of
+    opposite sign. None if a solution in between cannot be found, as the points are then too far
+    apart.
     """
     ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:
-        return _folds(corrector, *ends, left.switches, 0)
+        return _folds(corrector, *ends, left.switches, component, 0)
     except ArithmeticError:
         return None
 
 
 def _folds(
-    corrector: Corrector, left: PathState, right: PathState, switches: NDArray[np.bool_], depth: int
+    corrector: Corrector,
+    left: PathState,
+    right: PathState,
+    switches: NDArray[np.bool_],
+    component: int,
+    depth: int,
 ) -> list[PathState]:
     segment = Segment(corrector, left, right, switches)
-    advance = segment.interpolate(_SHARES)[1][:, -1]
+    advance = segment.interpolate(_SHARES)[1][:, component]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
-    turned = left.direction[-1] * right.direction[-1] < 0
+    turned = left.direction[component] * right.direction[component] < 0
     slowest = np.abs(advance[1:-1]).min()
     # Near two folds, or near a cusp, the interpolated path need not turn where the path does.
     ends = abs(advance[0]), abs(advance[-1])
@@ -48,18 +56,19 @@ def _folds(
     if (turns > turned or nearly) and depth < _MAX_DEPTH:
         centre = _solved(segment, 0.5)
         halves = (left, centre), (centre, right)
-        return [f for half in halves for f in _folds(corrector, *half, switches, depth + 1)]
-    return [_fold(segment)] if turned else []
+        depth += 1
+        return [f for half in halves for f in _folds(corrector, *half, switches, component, depth)]
+    return [_fold(segment, component)] if turned else []
 
 
-def _fold(segment: Segment) -> PathState:
-    """The solution where the tangent has no component along the parameter."""
+def _fold(segment: Segment, component: int) -> PathState:
+    """The solution where a component of the tangent is 0."""
     solutions = {0.0: segment.left, 1.0: segment.right}
 
     def advance(share: float) -> float:
         if share not in solutions:
             solutions[share] = _solved(segment, share)
-        return float(solutions[share].direction[-1])
+        return float(solutions[share].direction[component])
 
     share = float(scipy.optimize.brentq(advance, 0.0, 1.0, xtol=1e-13))  # type: ignore
     advance(share)

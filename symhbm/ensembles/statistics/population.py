@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.numerics import check
-from symhbm.results import Description, variables_of_model, without
+from symhbm.results import Description, check_forced, variables_of_model, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
@@ -25,6 +25,7 @@ def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, s
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"{argument}={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, argument)
+    check_forced(argument, dataset)
     missing = [name for name in ("amplitude", "status") if name not in dataset.variables]
     if missing:
         raise ValueError(

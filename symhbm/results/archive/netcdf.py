@@ -54,7 +54,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
     ArchiveError
         If the file cannot be written; nothing is left behind. It is an OSError and a ValueError.
     """
-    check_dataset("dataset", dataset)
+    check_dataset("dataset", dataset, unforced=True)
     overwrite = check.flag("overwrite", overwrite)
     _check_attributes(dataset)
     target = path_of(path)
@@ -219,7 +219,7 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
     ArchiveError
         If it does not describe a problem, or a contact law is missing.
     """
-    check_dataset("dataset", dataset)
+    check_dataset("dataset", dataset, unforced=True)
     check_schema(dataset, "dataset")
     for law in laws:
         if not isinstance(law, ContactLaw):

@@ -1,0 +1,126 @@
+"""Following of nonlinear modes over their amplitude, with the turns of their damping ratios."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from symhbm.continuation.branch import Branch
+from symhbm.continuation.correctors import Corrector, corrector_of
+from symhbm.continuation.events import find_folds
+from symhbm.continuation.following import follow_with
+from symhbm.continuation.newton import NewtonResult
+from symhbm.continuation.point import Event, EventKind, PathPoint
+from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.status import Status
+from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
+from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.numerics import FloatArray, on_one_thread
+
+_LOWEST = 1e-2
+"""Frequency over that of the linear mode below which a motion does not oscillate any more."""
+_NEAR = 1.5
+"""Last frequency of a path, over that lowest one, from which on it ended for another reason."""
+_STRAIGHT = 2e-3
+"""Error of lines between points, relative to the frequency and to the largest damping ratio."""
+_SHARES = np.array([0.25, 0.5, 0.75])
+_MAX_HALVINGS = 6
+_CONSTANT = 1e-6
+"""Slope of a damping ratio by the arc length that errors of tangents explain."""
+
+
+@on_one_thread
+def follow_mode(
+    curve: NonlinearModeProblem, linear: LinearMode, band: tuple[float, float], max_points: int
+) -> Branch:
+    """The branch of a mode over a ``band`` of common logarithms of amplitudes [m], ascending.
+
+    It starts from the ``linear`` mode, at smaller amplitudes if need be. Where the damping ratio
+    has a maximum or a minimum is a point, an event of its own kind. Straight lines between points
+    tell frequencies and damping ratios.
+    """
+    corrector = corrector_of(curve)
+
+    def solve_from_scratch(value: float) -> NewtonResult:
+        result = mode_start(curve, linear, 10.0**value)
+        corrector.solves += result.iterations
+        return result
+
+    curve.lowest = _LOWEST * linear.frequency
+    branch = follow_with(corrector, solve_from_scratch, band, max_points, per_dof=False)
+    points, status = branch.points, branch.status
+    if points and curve.frequency(points[-1].unknowns) < _NEAR * curve.lowest:
+        status = Status.NO_FREQUENCY
+    status = Status.MODE_TURNED_BACK if status == Status.TURNED_BACK else status
+    points = _filled(corrector, _with_turns(corrector, curve.damping_place, points))
+    return replace(branch, points=points, status=status)
+
+
+def _with_turns(corrector: Corrector, place: int, points: list[PathPoint]) -> list[PathPoint]:
+    """The points of a path, and those at which one of its unknowns turns."""
+    turn, result = Event(EventKind.DAMPING_TURNS), points[:1]
+    last = _sign(points[0].after[place]) if points else 0
+    for left, right in pairwise(points):
+        leaving, arriving = _sign(left.after[place]), _sign(right.before[place])
+        if leaving * arriving:
+            for state in find_folds(corrector, left, right, place) or ():
+                scale = corrector.curve.scale(state.state)
+                row = state.direction / scale
+                solution = corrector.tangent(state.state, scale, row, left.switches)
+                if solution is not None:
+                    given = corrector.curve, solution, scale, left.switches, 0, (turn,)
+                    result.append(PathPoint.of(*given))
+        # At a corner, or at a point that is a turn by chance.
+        before, after = arriving or last, _sign(right.after[place])
+        turns = before * after < 0
+        last = after or (before if not right.events else 0)
+        result.append(right._replace(events=(*right.events, turn)) if turns else right)
+    return result
+
+
+def _sign(slope: float) -> int:
+    """1 or -1, 0 of a slope that is none but for errors of tangents."""
+    return int(np.sign(slope)) if abs(slope) > _CONSTANT else 0
+
+
+def _filled(corrector: Corrector, points: list[PathPoint]) -> list[PathPoint]:
+    """The points of a path, and those between them that straight lines need."""
+    curve, result = corrector.curve, points[:1]
+    assert isinstance(curve, NonlinearModeProblem)
+    places = [curve.problem.n_unknowns, curve.damping_place]
+    ratios = [abs(point.state[places[1]]) for point in points]
+    allowed = _STRAIGHT * np.array([0.0, max(ratios, default=0.0)])
+    for left, right in pairwise(points):
+        allowed[0] = _STRAIGHT * left.state[places[0]]
+        result += _between(corrector, left, right, places, allowed, _MAX_HALVINGS)
+        result.append(right)
+    return result
+
+
+def _between(
+    corrector: Corrector,
+    left: PathPoint,
+    right: PathPoint,
+    places: list[int],
+    allowed: FloatArray,
+    halvings: int,
+) -> list[PathPoint]:
+    """Points between two others, until lines are as near to some unknowns as is ``allowed``."""
+    ends = PathState(left.state, left.after), PathState(right.state, right.before)
+    segment = Segment(corrector, *ends, left.switches)
+    if not halvings or not segment.length > 0:
+        return []
+    curved = segment.interpolate(_SHARES)[0]
+    value = curved[:, -1:]
+    width = right.value - left.value
+    share = (value - left.value) / width if width else _SHARES[:, None]
+    line = left.state[places] + share * (right.state - left.state)[places]
+    if np.all(np.abs(curved[:, places] - line) <= allowed):
+        return []
+    solution = segment.corrected(0.5)
+    if solution is None or solution.crosses:
+        return []
+    middle = PathPoint.of(corrector.curve, solution, segment.scale, left.switches, 0)
+    rest = places, allowed, halvings - 1
+    before = _between(corrector, left, middle, *rest)
+    return [*before, middle, *_between(corrector, middle, right, *rest)]

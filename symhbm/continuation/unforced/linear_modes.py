@@ -1,0 +1,204 @@
+"""Linear modes of a structure about its rest, from which nonlinear ones start."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.balance import HarmonicBalance, is_held, matrices_in
+from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.path import Path
+from symhbm.continuation.start import position_at_rest
+from symhbm.continuation.status import Status
+from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.model.linear import gyroscopic_part, hermitian, lowest_gyroscopic, lowest_modes
+from symhbm.numerics import ComplexArray, FloatArray
+
+_REPEATED = 1e-6
+"""Relative distance of natural frequencies below which any mixture of the modes is one."""
+_NO_STIFFNESS = 1e-6
+"""Natural frequency, over that of a high mode, below which nothing holds the motion."""
+_STILL = 1e-6
+"""Share of the largest motion below which a degree of freedom does not tell an amplitude."""
+_ROUNDS = 20
+"""Most times that contacts are linearised, where their forces depend on the frequency."""
+_SETTLED = 1e-10
+"""Relative change of the frequency at which that is enough."""
+_NEARLY_LINEAR = 0.02
+"""Distance of a nonlinear mode from the linear one, relative, up to which it is the same mode."""
+_SAME = 1e-9
+"""Distance of two modes, relative, that is round-off."""
+_FEWER = 10.0
+"""Factor by which the amplitude is reduced until the mode is nearly linear."""
+_MAX_REDUCTIONS = 12
+
+
+class LinearMode(NamedTuple):
+    """A mode of small motions: its ``frequency`` [rad/s], ``shape`` (n_dof,) and where it rests.
+
+    The shape is ``a - i b`` of the unknown degrees of freedom, 1 at ``dof``, which tells the
+    amplitude; ``rest`` (n_coefficients,) [m] holds the static displacements.
+    """
+
+    dof: int
+    frequency: float
+    shape: ComplexArray
+    rest: FloatArray
+
+    def unknowns(self, problem: HarmonicBalance, amplitude: float) -> FloatArray:
+        """Coefficients, frequency and no damping ratio of the mode at an amplitude [m]."""
+        motion = problem.layout.coefficients(self.rest.copy())
+        motion[:, problem.basis.component(1)] += amplitude * self.shape.real
+        motion[:, problem.basis.component(1, sine=True)] -= amplitude * self.shape.imag
+        return np.concatenate([motion.ravel(), [self.frequency, 0.0]])
+
+
+def linear_mode(
+    problem: HarmonicBalance, mode: int, dof: int | None, numbers: Sequence[int] | None = None
+) -> LinearMode:
+    """A mode of an unforced problem about its rest, contacts as they are there: stuck, or open.
+
+    ``mode`` counts from the lowest; ``dof`` is the unknown degree of freedom that tells the
+    amplitude, None for the one that moves most; ``numbers`` are those that the user gives the
+    unknown ones.
+
+    Raises ValueError for a mode that there is not, that is repeated, that nothing holds, or in
+    which that degree of freedom does not move.
+    """
+    numbers = range(problem.n_dof) if numbers is None else numbers
+    frequency, found = 1.0, None
+    for _ in range(_ROUNDS):
+        rest = position_at_rest(problem, frequency)
+        natural, shapes = _modes_about(problem, rest, frequency, mode + 2)
+        if mode >= len(natural):
+            raise ValueError(f"mode={mode}: expected a number from 0 to {len(natural) - 1}")
+        before, frequency = frequency, float(natural[mode])
+        found = natural, shapes, rest
+        if not frequency > 0 or abs(frequency - before) <= _SETTLED * frequency:
+            break
+    assert found is not None
+    natural, shapes, rest = found
+    if not frequency > _NO_STIFFNESS * _high_frequency(problem):
+        raise ValueError(
+            f"mode={mode}: expected a mode that stiffness holds, the frequency of this one is 0"
+        )
+    near = np.abs(natural - frequency) <= _REPEATED * frequency
+    if np.count_nonzero(near) > 1:
+        raise ValueError(f"mode={mode}: {_repeated(problem)}")
+    shape = shapes[:, mode]
+    size, largest = np.abs(shape), int(np.argmax(np.abs(shape)))
+    dof = largest if dof is None else dof
+    if size[dof] < _STILL * size[largest]:
+        raise ValueError(
+            f"dof={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this one "
+            f"does not; {numbers[largest]} moves most"
+        )
+    return LinearMode(dof, frequency, np.asarray(shape / shape[dof], dtype=complex), rest)
+
+
+def _repeated(problem: HarmonicBalance) -> str:
+    alone = "expected a mode whose frequency no other one has; "
+    if problem.model.nodal_diameters is None and problem.symmetry is None:
+        return alone + (
+            "of a disk of equal sectors two modes of each number of nodal diameters have one "
+            "frequency: give nodal_diameter= for the wave of one of them"
+        )
+    return alone + "two modes of this wave have the same, change the structure a little"
+
+
+def _modes_about(
+    problem: HarmonicBalance, rest: FloatArray, frequency: float, count: int
+) -> tuple[FloatArray, ComplexArray]:
+    """Lowest natural frequencies [rad/s] and shapes with the contacts as springs at rest."""
+    mass, damping, _ = matrices_in(problem, 1)
+    gyroscopic = gyroscopic_part(damping)
+    stiffness = hermitian(_first_harmonic(problem, rest, frequency)) + frequency**2 * mass
+    count = min(count, mass.shape[0])
+    if gyroscopic is not None:
+        stiffness = stiffness - 1j * frequency * gyroscopic
+        return lowest_gyroscopic(stiffness, gyroscopic, mass, count)
+    squares, shapes = lowest_modes(stiffness, mass, count)
+    return np.sqrt(np.maximum(squares, 0.0)), shapes
+
+
+def _first_harmonic(problem: HarmonicBalance, rest: FloatArray, frequency: float) -> sp.csc_array:
+    """Dynamic stiffness of the first harmonic about rest, for ``a - i b``, contacts included."""
+    jacobian = sp.csr_array(problem.evaluate(rest, frequency).jacobian)
+    size, basis = problem.basis.n_components, problem.basis
+    cosine, sine = (np.arange(problem.n_dof) * size + basis.component(1, s) for s in (False, True))
+    rows = jacobian[cosine]
+    real, imaginary = rows[:, cosine], rows[:, sine]
+    return sp.csc_array(real + 1j * imaginary if abs(imaginary).nnz else real)
+
+
+def _high_frequency(problem: HarmonicBalance) -> float:
+    """An upper natural frequency [rad/s], from the diagonals of the matrices."""
+    mass, _, stiffness = matrices_in(problem, 1)
+    inertia, held = mass.diagonal().real, np.abs(stiffness.diagonal())
+    moving = inertia > 0
+    return float(np.sqrt(np.max(held[moving] / inertia[moving], initial=0.0)))
+
+
+def mode_start(curve: NonlinearModeProblem, linear: LinearMode, amplitude: float) -> NewtonResult:
+    """The nonlinear mode at an ``amplitude`` [m] that the linear one becomes.
+
+    Where it is not nearly linear there, it is followed from a smaller amplitude.
+    """
+    problem, start = curve.problem, amplitude
+    result = before = None
+    for _ in range(_MAX_REDUCTIONS):
+        value = float(np.log10(start))
+        guess = linear.unknowns(problem, start)
+        if 0 in problem.harmonics and not is_held(problem):
+            evaluation = curve.evaluate(guess, value)
+            return NewtonResult(guess, evaluation, 0, Status.NOT_HELD)
+        before, result = result, newton(partial(curve.evaluate, value=value), guess)
+        if result.converged and _is_near(curve, linear, result.unknowns, start):
+            break
+        if before is not None and _are_similar(curve, before, result):
+            break  # other damping than modal, or contacts that just touch: alike at all amplitudes
+        start /= _FEWER
+    else:
+        assert result is not None
+        return _failed(result)
+    if start == amplitude:
+        return result
+    path = Path(curve, result.unknowns, value, float(np.log10(amplitude)))
+    points = list(path)
+    if path.status != Status.REACHED_END:
+        return _failed(result)
+    return newton(partial(curve.evaluate, value=points[-1].value), points[-1].unknowns)
+
+
+def _failed(result: NewtonResult) -> NewtonResult:
+    return replace(result, status=Status.NO_MODE)
+
+
+def _is_near(
+    curve: NonlinearModeProblem, linear: LinearMode, unknowns: FloatArray, amplitude: float
+) -> bool:
+    """Whether a solution has the frequency and the shape of the linear mode, but for little."""
+    expected = linear.unknowns(curve.problem, amplitude)
+    return _distance(curve, unknowns, expected) <= _NEARLY_LINEAR
+
+
+def _are_similar(curve: NonlinearModeProblem, larger: NewtonResult, result: NewtonResult) -> bool:
+    """Whether two motions are the same but for their amplitudes, damped alike."""
+    small = result.unknowns
+    scaled = np.where(np.arange(len(small)) < curve.problem.n_unknowns, 1 / _FEWER, 1.0)
+    distance = _distance(curve, scaled * larger.unknowns, small)
+    damping = curve.damping_ratio(larger.unknowns) - curve.damping_ratio(small)
+    return larger.converged and result.converged and max(distance, abs(damping)) <= _SAME
+
+
+def _distance(curve: NonlinearModeProblem, first: FloatArray, second: FloatArray) -> float:
+    """Relative distance of two motions, but for their means, or that of their frequencies."""
+    problem = curve.problem
+    moves = np.tile(problem.basis.order > 0, problem.n_dof)
+    motions = [unknowns[: problem.n_unknowns][moves] for unknowns in (first, second)]
+    distance = np.linalg.norm(motions[0] - motions[1]) / np.linalg.norm(motions[1])
+    detuning = curve.frequency(first) / curve.frequency(second) - 1
+    return float(max(distance, abs(detuning)))

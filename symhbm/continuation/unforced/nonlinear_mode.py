@@ -1,0 +1,80 @@
+"""Nonlinear modes: free motions of a given amplitude, with the damping ratio that they have.
+
+In the extended periodic motion concept negative damping proportional to the mass makes the motion
+periodic, see `symhbm.balance.SustainedMotion`.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import HarmonicBalance, SustainedMotion
+from symhbm.continuation.unforced.problem import Balanced, Condition, UnforcedProblem
+from symhbm.numerics import FloatArray
+
+
+class NonlinearModeProblem(UnforcedProblem):
+    """A nonlinear mode over the common logarithm of its amplitude [m].
+
+    Unknown are the coefficients, the angular frequency and the damping ratio. The amplitude is that
+    of the first harmonic of the unknown degree of freedom ``dof``, whose motion in it is a cosine.
+    """
+
+    peaked = False  # the amplitude is what moves
+    more = (1.0,)
+    """A damping ratio is as much as the same relative change of the frequency."""
+
+    def __init__(self, problem: HarmonicBalance, dof: int):
+        size, basis = problem.basis.n_components, problem.basis
+        self._cosine, phase = np.zeros((2, problem.n_unknowns))
+        self._cosine[dof * size + basis.component(1)] = 1.0
+        phase[dof * size + basis.component(1, sine=True)] = 1.0
+        super().__init__(problem, phase)
+        self._sustained = SustainedMotion(problem)
+
+    def problem_at(self, value: float) -> HarmonicBalance:
+        """The same problem at all amplitudes."""
+        return self.problem
+
+    @property
+    def damping_place(self) -> int:
+        """Number of the damping ratio among the unknowns."""
+        return self.problem.n_unknowns + 1
+
+    def damping_ratio(self, unknowns: FloatArray) -> float:
+        """The damping ratio among unknowns."""
+        return float(unknowns[self.damping_place])
+
+    def amplitude(self, unknowns: FloatArray) -> float:
+        """The amplitude [m] that unknowns tell."""
+        return float(self._cosine @ unknowns[: self.problem.n_unknowns])
+
+    def modal_amplitude(self, unknowns: FloatArray) -> float:
+        """The modal amplitude [kg^1/2 m] of a motion, see `SustainedMotion.modal_amplitude`."""
+        return self._sustained.modal_amplitude(unknowns[: self.problem.n_unknowns])
+
+    def balance(
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
+    ) -> Balanced:
+        """The balance of the motion with the force that sustains it; the amplitude is not in it."""
+        motion, frequency = unknowns[: self.problem.n_unknowns], self.frequency(unknowns)
+        free = self.problem.evaluate(motion, frequency, switches)
+        at = motion, frequency, self.damping_ratio(unknowns)
+        evaluation, by_damping = self._sustained(free, *at)
+        return Balanced(evaluation, (by_damping,), np.zeros(len(motion)))
+
+    def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
+        """The phase, and the amplitude of the cosine."""
+        amplitude = 10.0**value
+        if not 0 < amplitude < np.inf:
+            raise ArithmeticError(f"no mode has the amplitude {amplitude:g} m")
+        slope = np.log(10.0) * amplitude
+        return [
+            Condition(self.phase, 0.0, 0.0, amplitude),
+            Condition(self._cosine, amplitude, slope, amplitude),
+        ]
+
+    def scale(self, point: FloatArray) -> FloatArray:
+        """As of any unforced motion; lengths along the parameter in decades of the amplitude."""
+        scale = super().scale(point)
+        scale[-1] = 1.0
+        return scale

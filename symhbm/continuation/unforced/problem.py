@@ -1,0 +1,187 @@
+"""Continuation of periodic motions that no force drives: their frequency is unknown as well.
+
+A free motion may begin at any instant of its period, so that one equation, its phase, is added with
+the one unknown. How to use it: derive from `UnforcedProblem`, tell in `balance` the equations at a
+point, by how many more unknowns and with which `conditions` they are closed, and follow it with
+`symhbm.continuation.path.Path`, or with `follow_with`, from any solution; onsets and ends of slip,
+openings and folds become events of the path as they do on a frequency response. `LimitCycleProblem`
+needs nothing but the balance, `NonlinearModeProblem` adds a damping ratio and an amplitude.
+"""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.continuation.problem import ContinuationProblem
+from symhbm.numerics import FloatArray, bordered, length_of
+
+
+class Balanced(NamedTuple):
+    """The balance at one point, its conditions apart.
+
+    ``evaluation``, with the derivative by the frequency for that by the parameter; ``by_more``, the
+    derivatives (n_coefficients,) by each further unknown; ``by_value`` (n_coefficients,), that by
+    the moving parameter, and ``margins_by_value`` (n_switches,) those of the margins.
+    """
+
+    evaluation: Evaluation
+    by_more: tuple[FloatArray, ...]
+    by_value: FloatArray
+    margins_by_value: FloatArray | float = 0.0
+
+
+class Condition(NamedTuple):
+    """One more equation, linear in the coefficients: ``row @ coefficients = level`` [m].
+
+    ``row`` (n_coefficients,); ``by_value``, the derivative of the level by the moving parameter;
+    ``unit`` [m], the length that its residual is relative to.
+    """
+
+    row: FloatArray
+    level: float
+    by_value: float
+    unit: float
+
+
+@dataclass(frozen=True)
+class UnforcedEvaluation(Evaluation):
+    """An `Evaluation` by all unknowns, with the derivatives of margins by the frequency."""
+
+    margins_by_frequency: FloatArray | float = 0.0
+
+
+class UnforcedProblem(ContinuationProblem):
+    """Free motions over one parameter: unknown are coefficients [m], frequency [rad/s], and more.
+
+    ``phase`` (n_coefficients,) tells when the period begins: where ``phase @ coefficients`` is 0.
+    It must not vanish along the motion's own shift in time. ``more`` are the units of length of the
+    further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest``
+    [rad/s] are not looked for.
+    """
+
+    driven = False
+    single_valued = False
+    more: tuple[float, ...] = ()
+    lowest: float = 0.0
+
+    def __init__(self, problem: HarmonicBalance, phase: FloatArray):
+        self.problem = problem
+        self.phase = phase
+        self._margins_move = problem.contacts.margins_move
+
+    @abstractmethod
+    def problem_at(self, value: float) -> HarmonicBalance:
+        """The problem at a value of the parameter; ArithmeticError where it has none."""
+
+    @abstractmethod
+    def balance(
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
+    ) -> Balanced:
+        """The balance at unknowns (n_unknowns,); ``switches`` (n_switches,) imposes states."""
+
+    def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
+        """Equations beside the balance, the phase first."""
+        size = length_of(unknowns[: self.problem.n_unknowns]) or 1.0
+        return [Condition(self.phase, 0.0, 0.0, size)]
+
+    @property
+    def n_unknowns(self) -> int:
+        """Number of coefficients, frequency and further unknowns."""
+        return self.problem.n_unknowns + 1 + len(self.more)
+
+    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+        """TypeError: the frequency is not known from the parameter, `at_point` tells it."""
+        raise TypeError("the frequency of an unforced motion is one of its unknowns")
+
+    def at_point(self, point: FloatArray) -> tuple[HarmonicBalance, float]:
+        """The problem and the angular frequency at unknowns and parameter (n_unknowns + 1,)."""
+        return self.problem_at(float(point[-1])), self.frequency(point)
+
+    def frequency(self, unknowns: FloatArray) -> float:
+        """The angular frequency [rad/s] among unknowns."""
+        return float(unknowns[self.problem.n_unknowns])
+
+    def evaluate(
+        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None = None
+    ) -> UnforcedEvaluation:
+        """Residual and derivatives by all unknowns, the conditions behind the balance."""
+        n, frequency = self.problem.n_unknowns, self.frequency(unknowns)
+        if not frequency > self.lowest:
+            raise ArithmeticError(f"no motion of {frequency:g} rad/s is looked for")
+        found = self.balance(unknowns, float(value), switches)
+        balance, states = found.evaluation, found.evaluation.states
+        jacobian, below = balance.jacobian, np.zeros(0)
+        columns = balance.by_parameter, *found.by_more
+        residual, by_value = [balance.residual], [found.by_value]
+        # Rows in the unit of the balance: one tolerance is that of all equations.
+        for column, condition in zip(columns, self.conditions(unknowns, value), strict=True):
+            weight = balance.magnitude / condition.unit
+            distance = condition.row @ unknowns[:n] - condition.level
+            row = np.concatenate([weight * condition.row, np.zeros(len(below) + 1)])
+            jacobian = bordered(jacobian, np.concatenate([column, below]), row)
+            residual.append(np.array([weight * distance]))
+            by_value.append(np.array([-weight * condition.by_value]))
+            below = np.zeros(len(below) + 1)
+        by_frequency: FloatArray | float = 0.0
+        if self._margins_move:
+            contacts = self.problem_at(float(value)).contacts
+            by_frequency = contacts.margin_slopes(states, frequency)[0]
+        return UnforcedEvaluation(
+            np.concatenate(residual),
+            balance.magnitude,
+            jacobian,
+            np.concatenate(by_value),
+            states,
+            found.margins_by_value,
+            by_frequency,
+        )
+
+    def margin_gradient(self, evaluation: Evaluation, switch: int) -> FloatArray:
+        """As of any problem, and by the frequency."""
+        row = super().margin_gradient(evaluation, switch)
+        by_frequency = getattr(evaluation, "margins_by_frequency", 0.0)
+        shape = evaluation.states.margins.shape
+        row[self.problem.n_unknowns] = np.broadcast_to(by_frequency, shape)[switch]
+        return row
+
+    def margin_rate(self, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
+        """As of any problem, and by the frequency."""
+        by_frequency = getattr(evaluation, "margins_by_frequency", 0.0)
+        rate = super().margin_rate(evaluation, direction)
+        return rate + by_frequency * direction[self.problem.n_unknowns]
+
+    def amplification(self, unknowns: FloatArray, value: float) -> float:
+        """0: there is no exciting force."""
+        return 0.0
+
+    def scale(self, point: FloatArray) -> FloatArray:
+        """As of any problem; the frequency relative to itself, further unknowns to their units."""
+        n = self.problem.n_unknowns
+        scale = np.empty(len(point))
+        scale[:n] = length_of(point[:n]) or 1.0
+        scale[n] = abs(point[n]) or 1.0
+        scale[n + 1 : -1] = self.more
+        scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
+        return scale
+
+    def distance(self, point: FloatArray, other: FloatArray, scale: FloatArray) -> float:
+        """As of any problem, and along the frequency and further unknowns."""
+        n = self.problem.n_unknowns
+        ends = np.append(np.arange(n), len(point) - 1)
+        of_motion = super().distance(point[ends], other[ends], scale[ends])
+        rest = ((point - other) / scale)[n:-1]
+        return float(np.hypot(of_motion, length_of(rest)))
+
+
+def phase_of(problem: HarmonicBalance, motion: FloatArray) -> FloatArray:
+    """Phase row (n_coefficients,) by which motions begin as ``motion`` (n_coefficients,) does.
+
+    Their shift in time, along its velocity, is then fixed by all of its harmonics.
+    """
+    coefficients = problem.layout.coefficients(motion)
+    velocity = (coefficients @ problem.basis.derivative_matrix.T).ravel()
+    return velocity / (length_of(velocity) or 1.0)

@@ -1,0 +1,220 @@
+"""Motions without a force: their equations, and the paths of modes and of limit cycles."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import symhbm as sh
+from symhbm.balance import SustainedMotion, unforced
+from symhbm.continuation import Status, newton
+from symhbm.continuation.path import Path
+from symhbm.continuation.unforced import LimitCycleProblem, NonlinearModeProblem, phase_of
+
+ODD = tuple(range(1, 22, 2))
+
+
+class PressedBlade(sh.Coulomb):
+    """Friction whose limit rises with the frequency, so that margins move with it."""
+
+    def slip_limit(self, frequency, values):
+        return values["friction_coefficient"] * (values["normal_load"] + 1e-4 * frequency**2)
+
+
+def friction(law=None, **values):
+    given = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
+    return sh.Contacts(law or sh.Coulomb(), [(0,)], **given | values)
+
+
+def blade(contacts=None, damping=0.5):
+    contacts = {"rubs": friction()} if contacts is None else contacts
+    return sh.Model([[1.0]], [[damping]], [[1e4]], contacts=contacts)
+
+
+def shroud():
+    """Two displacements of a contact whose normal load moves, under a static load."""
+    law = sh.Friction(
+        tangential=[(0,)], normal=[(1,)], contact_stiffness=1e4, normal_stiffness=2e4,
+        friction_coefficient=0.4, normal_load=4.0,
+    )  # fmt: skip
+    matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
+    return sh.Model(*matrices, contacts={"shroud": law})
+
+
+def sustained_problem(kind, harmonics):
+    if kind == "shroud":
+        return sh.HarmonicBalance(shroud(), sh.StaticLoad([1.0, 2.0]), harmonics)
+    law = PressedBlade() if kind == "pressed" else None
+    return sh.HarmonicBalance(blade({"rubs": friction(law)}), harmonics=harmonics)
+
+
+def in_own_units(evaluation, n, unit=1.0):
+    """The residual of the balance [N], and of the conditions [m] in the ``unit`` they have."""
+    weight = evaluation.magnitude / unit
+    return evaluation.residual / np.where(np.arange(len(evaluation.residual)) < n, 1.0, weight)
+
+
+@pytest.mark.parametrize("kind", ["friction", "pressed", "shroud"])
+@pytest.mark.parametrize("harmonics", [(0, 1), (0, 1, 2, 3)])
+def test_derivatives_of_a_mode_are_exact(kind, harmonics):
+    problem = unforced(sustained_problem(kind, harmonics))
+    mode, n = NonlinearModeProblem(problem, 0), problem.n_unknowns
+    random = np.random.default_rng(1)
+    unknowns = np.concatenate([2e-4 * random.normal(size=n), [118.0, 0.09]])
+    value = -3.4
+    evaluation = mode.evaluate(unknowns, value)
+    states = evaluation.states.switches
+    scale = mode.scale(np.append(unknowns, value))
+    columns = np.column_stack([evaluation.jacobian, evaluation.by_parameter])
+    rates, quotients = [], []
+    for i in range(n + 3):
+        step = 1e-6 * scale[i] * np.eye(n + 3)[i]
+        ends = [np.append(unknowns, value) + sign * step for sign in (1, -1)]
+        found = [mode.evaluate(end[:-1], end[-1], states) for end in ends]
+        pair = [in_own_units(f, n, 10 ** end[-1]) for f, end in zip(found, ends, strict=True)]
+        quotients.append((pair[0] - pair[1]) / 2e-6)
+        margins = np.nan_to_num([f.states.margins for f in found])
+        rates.append((margins[0] - margins[1]) / 2e-6)
+    exact = columns * scale
+    exact[n:] *= 10**value / evaluation.magnitude
+    size = np.abs(exact).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(exact / size, np.array(quotients).T / size, atol=2e-8)
+    along = [mode.margin_rate(evaluation, scale[i] * np.eye(n + 3)[i]) for i in range(n + 3)]
+    known = np.isfinite(evaluation.states.margins)
+    np.testing.assert_allclose(np.array(along)[:, known], np.array(rates)[:, known], atol=1e-7)
+    for switch in np.flatnonzero(known):
+        row = mode.margin_gradient(evaluation, switch) * scale
+        np.testing.assert_allclose(row, np.array(along)[:, switch], atol=1e-14)
+
+
+def mode_path(harmonics):
+    """Path of the mode of one blade over amplitudes of 1e-6 to 1e-2 m."""
+    problem = unforced(sh.HarmonicBalance(blade(), harmonics=harmonics))
+    n = problem.n_unknowns
+    start = np.zeros(n + 2)
+    start[problem.basis.component(1)] = 1e-6
+    start[n:] = np.sqrt(2e4), 0.25 / np.sqrt(2e4)
+    path = Path(NonlinearModeProblem(problem, 0), start, -6.0, -2.0)
+    points = list(path)
+    assert path.status == Status.REACHED_END
+    return points, n
+
+
+def test_path_of_a_mode_follows_the_closed_form():
+    points, n = mode_path((1,))
+    assert len(points) < 50
+    for point in points:
+        amplitude, limit = 10**point.value, 1.5
+        in_phase, quadrature = 1e4 * amplitude, 0.0
+        if amplitude > limit / 1e4:
+            angle = np.arccos(1 - 2 * limit / (1e4 * amplitude))
+            in_phase *= (angle - np.sin(2 * angle) / 2) / np.pi
+            quadrature = 4 * limit / np.pi * (1 - limit / (1e4 * amplitude))
+        frequency = np.sqrt(1e4 + in_phase / amplitude)
+        ratio = 0.5 / (2 * frequency) + quadrature / (2 * frequency**2 * amplitude)
+        np.testing.assert_allclose(point.state[n : n + 2], [frequency, ratio], rtol=1e-11)
+    (onset,) = [point for point in points if point.events]
+    assert onset.events[0].kind == "onset of slip"
+    assert 10**onset.value == pytest.approx(1.5e-4, rel=1e-12)
+
+
+def cycle_problem(damping, harmonics, amplitude, frequency):
+    """A blade that negative damping drives and friction holds, and a motion near a cycle."""
+    air = sh.SmoothLaw(lambda y, v, p: p["c"] * v, {"c": (damping, "N s/m")}, [(0,)])
+    model = blade({"rubs": friction(), "air": air}, damping=0.0)
+    problem = unforced(sh.HarmonicBalance(model, harmonics=harmonics))
+    start = np.zeros(problem.n_unknowns + 1)
+    start[problem.basis.component(1)], start[-1] = amplitude, frequency
+    phase = phase_of(problem, start[:-1])
+    return LimitCycleProblem(problem, "c", phase), start
+
+
+@pytest.mark.parametrize(
+    ("damping", "harmonics", "low", "high"),
+    [
+        (-0.5, (1,), (1.508422732e-4, 141.3963523), (3.803857572e-2, 100.0209923)),
+        (-0.5, ODD, (1.508534886e-4, 141.3961668), (3.804208183e-2, 100.0207243)),
+        (-2.0, (1,), (1.534837042e-4, None), (9.380589451e-3, None)),
+        (-2.0, ODD, (1.535626339e-4, None), (9.386874915e-3, None)),
+    ],
+)
+def test_path_of_limit_cycles_goes_through_their_fold(damping, harmonics, low, high):
+    curve, start = cycle_problem(damping, harmonics, low[0], low[1] or 141.2)
+    first = newton(lambda unknowns: curve.evaluate(unknowns, damping), start)
+    assert first.converged
+    n = curve.problem.n_unknowns
+    path = Path(curve, first.unknowns, damping, -60.0)
+    points = list(path)
+    # Beyond the fold there is none: the path comes back along the upper, unstable one.
+    assert path.status == Status.TURNED_BACK
+    for state, (amplitude, frequency) in ((points[0].state, low), (points[-1].state, high)):
+        assert np.hypot(*state[:2]) == pytest.approx(amplitude, rel=1e-9)
+        if frequency is not None:
+            assert state[n] == pytest.approx(frequency, rel=1e-9)
+    (fold,) = [point for point in points if point.events]
+    if harmonics == (1,):
+        largest = minimize_scalar(lambda a: -closed_damping(a), (2e-4, 3e-4, 5e-4), tol=1e-12)
+        assert fold.value == pytest.approx(largest.fun, rel=1e-12)
+        assert np.hypot(*fold.state[:2]) == pytest.approx(largest.x, rel=1e-5)
+
+
+def closed_damping(amplitude):
+    """Negative damping that friction balances under one harmonic [N s/m]."""
+    angle = np.arccos(1 - 2 * 1.5 / (1e4 * amplitude))
+    stiffness = 1e4 * (1 + (angle - np.sin(2 * angle) / 2) / np.pi)
+    return 4 * 1.5 * (amplitude - 1.5e-4) / (np.pi * np.sqrt(stiffness) * amplitude**2)
+
+
+def test_phase_by_all_harmonics_gives_the_same_cycle():
+    curve, start = cycle_problem(-0.5, ODD, 1.5085e-4, 141.4)
+    first = newton(lambda unknowns: curve.evaluate(unknowns, -0.5), start)
+    turned = first.unknowns.copy()
+    basis, motion = curve.problem.basis, turned[:-1].reshape(-1, 2)
+    angle = 0.3 * np.arange(1, 22, 2)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turned[:-1] = np.column_stack(
+        [cosine * motion[:, 0] - sine * motion[:, 1], sine * motion[:, 0] + cosine * motion[:, 1]]
+    ).ravel()
+    other = LimitCycleProblem(curve.problem, "c", phase_of(curve.problem, turned[:-1]))
+    again = newton(lambda unknowns: other.evaluate(unknowns, -0.5), 1.001 * turned)
+    assert again.converged
+    np.testing.assert_allclose(again.unknowns, turned, rtol=1e-9, atol=1e-14)
+    assert basis.harmonics == ODD
+
+
+def test_derivative_of_a_limit_cycle_by_its_parameter():
+    curve, start = cycle_problem(-0.5, (1, 3), 3e-4, 120.0)
+    evaluation = curve.evaluate(start, -0.5)
+    high, low = (in_own_units(curve.evaluate(start, -0.5 + step), 4) for step in (1e-4, -1e-4))
+    np.testing.assert_allclose(evaluation.by_parameter, (high - low) / 2e-4, rtol=1e-8, atol=1e-12)
+
+
+def test_force_that_sustains_is_that_of_the_mass_times_the_velocity():
+    matrices = np.array([[2.0, 0.3], [0.3, 1.0]]), np.diag([1.0, 2.0]), np.diag([1e4, 2e4])
+    problem = unforced(sh.HarmonicBalance(sh.Model(*matrices), harmonics=(0, 1, 2)))
+    sustained, random = SustainedMotion(problem), np.random.default_rng(0)
+    motion = random.normal(size=(2, 5))
+    velocity = motion @ problem.basis.derivative_matrix.T * 7.0
+    expected = 2 * 0.1 * 7.0 * matrices[0] @ velocity
+    np.testing.assert_allclose(
+        sustained.force(motion.ravel(), 7.0, 0.1), expected.ravel(), rtol=1e-14
+    )
+    phasors = motion[:, 1::2] - 1j * motion[:, 2::2]
+    square = np.einsum("ih,ij,jh->", phasors.conj(), matrices[0], phasors).real
+    assert sustained.modal_amplitude(motion.ravel()) == pytest.approx(np.sqrt(square), rel=1e-14)
+
+
+def test_structures_without_a_mass_matrix_are_refused():
+    class Spring(sh.Structure):
+        def dynamic_stiffness(self, harmonic, frequency):
+            return np.array([[1e4 + 0j]]), np.array([[0j]])
+
+    problem = sh.HarmonicBalance(Spring(1), harmonics=(1,))
+    with pytest.raises(TypeError, match="craig_bampton"):
+        NonlinearModeProblem(problem, 0)
+
+
+def test_structure_that_turns_with_the_frequency_is_refused():
+    rotor = sh.RotatingModel(blade(), stiffness={0: [[1e4]], 300: [[1.5e4]]})
+    problem = sh.HarmonicBalance(rotor, sh.EngineOrder(3))
+    with pytest.raises(ValueError, match=r"at\(speed\)"):
+        NonlinearModeProblem(problem, 0)

@@ -1,0 +1,67 @@
+"""Pictures of nonlinear modes."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import symhbm as sh
+
+BLADE = sh.single_blade(
+    mass=1, stiffness=1e4, damping=0.5,
+    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+)  # fmt: skip
+PROBLEM = sh.HarmonicBalance(BLADE)
+
+
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    plt.close("all")
+
+
+def modes(**options):
+    return sh.nonlinear_modes(PROBLEM, progress=False, **options)
+
+
+def test_both_panels_show_the_lines_and_the_events():
+    found = modes(over={"normal_load": [1, 3]})
+    figure = sh.plot.nonlinear_modes(found)
+    panels = figure.axes[0].child_axes
+    for panel, name in zip(panels, ("frequency", "damping_ratio"), strict=True):
+        lines = [line for line in panel.lines if line.get_linestyle() != "None"]
+        assert len(lines) == 2
+        for k, line in enumerate(lines):
+            x, y = line.get_data()
+            np.testing.assert_array_equal(x, found.amplitude[k])
+            np.testing.assert_array_equal(y, found[name][k])
+        marks = [line for line in panel.lines if line.get_linestyle() == "None"]
+        drawn = np.sort(np.concatenate([line.get_xdata() for line in marks]))
+        np.testing.assert_array_equal(drawn, np.sort(found.event_amplitude.values.ravel()))
+    labels = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert labels == ["$F_n$ = 1 N", "$F_n$ = 3 N"]
+
+
+def test_grid_without_folds_is_drawn_into_axes_of_ones_own():
+    found = modes(at=np.geomspace(1e-5, 1e-3, 9))
+    figure, ax = plt.subplots()
+    assert sh.plot.nonlinear_modes(found, ax=ax) is figure
+    line = ax.child_axes[1].lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), found.damping_ratio.isel(solution=0))
+
+
+def test_other_datasets_are_refused():
+    response = sh.frf(sh.HarmonicBalance(BLADE, sh.PointForce()), (10, 30), progress=False)
+    with pytest.raises((TypeError, KeyError)):
+        sh.plot.nonlinear_modes(response)
+    with pytest.raises(TypeError, match="dataset="):
+        sh.plot.nonlinear_modes(PROBLEM)
+
+
+def test_command_line_draws_modes(tmp_path):
+    from symhbm.cli import main
+
+    sh.save(modes(), tmp_path / "modes.nc")
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(tmp_path / "modes.nc")])
+    assert not ended.value.code
+    assert (tmp_path / "modes_nonlinear-modes.png").exists()

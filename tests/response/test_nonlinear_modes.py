@@ -1,0 +1,461 @@
+"""Nonlinear modes: closed forms, disks and their sectors, exact motions, and what is refused."""
+
+import numpy as np
+import pytest
+from closed_forms import OneBlade
+from rings import assembled
+from scipy.optimize import minimize_scalar
+from sectors import random_disk, wave, with_friction, with_opening
+
+import symhbm as sh
+from symhbm.balance import SustainedMotion, unforced
+from symhbm.continuation import newton
+from symhbm.continuation.unforced import NonlinearModeProblem
+from symhbm.time_domain import exact_motion_of
+
+BLADE = dict(
+    mass=1, stiffness=1e4, damping=0.5,
+    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+)  # fmt: skip
+ODD = tuple(range(1, 22, 2))
+RING = sh.bladed_disk(13, **BLADE)
+
+
+def modes(problem, *given, **options):
+    return sh.nonlinear_modes(problem, *given, **dict(progress=False) | options)
+
+
+def at_points(found):
+    """Values of a grid where there is one solution at each."""
+    assert (found.n_solutions == 1).all()
+    return found.isel(solution=0)
+
+
+def closed_form(blade, amplitude):
+    """Angular frequency and damping ratio of one blade under one harmonic."""
+    in_phase, quadrature = blade.contact(amplitude)
+    frequency = np.sqrt((blade.stiffness + in_phase / amplitude) / blade.mass)
+    damping = blade.damping + quadrature / (amplitude * frequency)
+    return frequency, damping / (2 * blade.mass * frequency)
+
+
+def of_coefficients(problem, point):
+    """All unknowns of a mode from a point of its dataset."""
+    coefficient, basis = point.coefficient.values, problem.basis
+    motion = np.zeros((len(coefficient), basis.n_components))
+    for i, n in enumerate(basis.harmonics):
+        motion[:, basis.component(n)] = coefficient[:, i, 0]
+        if n:
+            motion[:, basis.component(n, sine=True)] = coefficient[:, i, 1]
+    own = 2 * np.pi * point.frequency.item(), point.damping_ratio.item()
+    return np.concatenate([motion.ravel(), own])
+
+
+# One blade
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "amplitude", "frequency", "damping_ratio"),
+    [
+        ((1,), 3e-4, 122.4744871, 0.108144537),
+        (ODD, 3e-4, 122.5968696, 0.107773337),
+        ((1,), 6e-4, 109.3389734, 0.102132638),
+        (ODD, 6e-4, 109.2761159, 0.103061696),
+    ],
+)
+def test_values_of_one_blade(harmonics, amplitude, frequency, damping_ratio):
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=harmonics)
+    found = at_points(modes(problem, at=[amplitude]))
+    assert 2 * np.pi * found.frequency.item() == pytest.approx(frequency, abs=5e-8)
+    assert found.damping_ratio.item() == pytest.approx(damping_ratio, abs=5e-10)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5, 20.0])
+@pytest.mark.parametrize("load", [0.3, 3.0, 300.0])
+def test_closed_form_of_one_blade_at_all_amplitudes(damping, load):
+    given = BLADE | dict(damping=damping, normal_load=load)
+    blade = OneBlade(1, damping, 1e4, 1e4, slip_limit=0.5 * load)
+    grid = np.geomspace(1e-6, 1e-2, 41)
+    problem = sh.HarmonicBalance(sh.single_blade(**given), sh.PointForce())
+    found = modes(problem, at=grid)
+    expected = np.array([closed_form(blade, a) for a in grid])
+    found = at_points(found)
+    np.testing.assert_allclose(2 * np.pi * found.frequency, expected[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(found.damping_ratio, expected[:, 1], rtol=1e-10, atol=1e-16)
+    np.testing.assert_allclose(found.modal_amplitude, grid, rtol=1e-12)
+    slips = grid > 0.5 * load / 1e4
+    np.testing.assert_array_equal(found.contact_state[:, 0], slips)
+    path = modes(problem)
+    onset = path.event_amplitude.values[path.event_kind == "onset of slip"]
+    np.testing.assert_allclose(onset, [5e-5 * load] if 5e-5 * load < 1e-2 else [], rtol=1e-12)
+    turns = path.event_kind == "damping turns"
+    if load == 3.0 and damping < 1:
+        best = minimize_scalar(lambda a: -closed_form(blade, a)[1], (2e-4, 4e-4, 8e-4), tol=1e-12)
+        assert path.event_damping_ratio[turns].item() == pytest.approx(-best.fun, rel=1e-13)
+        assert path.event_amplitude[turns].item() == pytest.approx(best.x, rel=1e-6)
+    # Straight lines between points tell the mode.
+    for name, column in (
+        ("frequency", expected[:, 0] / (2 * np.pi)),
+        ("damping_ratio", expected[:, 1]),
+    ):
+        drawn = np.interp(np.log(grid), np.log(path.amplitude), path[name])
+        np.testing.assert_allclose(drawn, column, atol=3e-3 * column.max())
+
+
+def test_mode_of_many_harmonics_is_the_exact_motion():
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3, 5))
+    assert exact_difference(problem, range(1, 182, 2), 3e-4) < 1e-9
+
+
+def exact_difference(problem, harmonics, amplitude, mode=0, dof=0):
+    """Difference from the exact motion under the force that sustains a mode, over its amplitude.
+
+    The mode is solved for with more harmonics, which the force and its exact motion have as well.
+    """
+    found = modes(problem, mode, (1e-6, 2e-2), dof, at=[amplitude])
+    coarse = of_coefficients(problem, at_points(found).isel(amplitude=0))
+    fine = NonlinearModeProblem(unforced(problem.with_harmonics(tuple(harmonics))), dof)
+    basis, n = fine.problem.basis, fine.problem.n_unknowns
+    start = np.zeros((problem.n_dof, basis.n_components))
+    known = np.isin(basis.order, problem.basis.order)
+    start[:, known] = coarse[:-2].reshape(problem.n_dof, -1)
+    unknowns = np.concatenate([start.ravel(), coarse[-2:]])
+    result = newton(lambda u: fine.evaluate(u, np.log10(amplitude)), unknowns)
+    assert result.converged
+    motion, frequency = result.unknowns[:n], fine.frequency(result.unknowns)
+    damping_ratio = fine.damping_ratio(result.unknowns)
+    force = SustainedMotion(fine.problem).force(motion, frequency, damping_ratio)
+    cosine, sine = {}, {}
+    for h in basis.harmonics:
+        if h:
+            columns = [basis.component(h), basis.component(h, sine=True)]
+            cosine[h], sine[h] = force.reshape(problem.n_dof, -1)[:, columns].T
+    driven = sh.HarmonicBalance(problem.model, sh.HarmonicForce(cosine, sine), basis.harmonics)
+    exact = exact_motion_of(driven, frequency, (driven, motion))
+    assert exact.converged
+    difference = exact.coefficients(basis.harmonics)[0] - motion.reshape(problem.n_dof, -1)
+    return np.abs(difference).max() / amplitude
+
+
+# Disks
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
+@pytest.mark.parametrize("wave", range(7))
+def test_one_sector_of_a_ring_is_the_whole_ring(harmonics, wave):
+    problem = sh.HarmonicBalance(RING, harmonics=harmonics)
+    grid = np.array([1e-5, 1e-4, 3e-4, 1e-3, 9e-3])
+    found = at_points(modes(problem, at=grid, nodal_diameter=wave))
+    assert found.n_sectors == 13
+    if harmonics == (1,):
+        ratio = 2 * np.sin(np.pi * wave / 13)
+        blade = OneBlade(1, 0.5, 1e4, 1e4, slip_limit=1.5, ratio=ratio)
+        expected = np.array([closed_form(blade, a) for a in grid])
+        np.testing.assert_allclose(2 * np.pi * found.frequency, expected[:, 0], rtol=1e-12)
+        np.testing.assert_allclose(found.damping_ratio, expected[:, 1], rtol=1e-10)
+    other = at_points(modes(problem, at=grid, nodal_diameter=-wave))
+    for name in ("frequency", "damping_ratio", "modal_amplitude"):
+        np.testing.assert_allclose(other[name], found[name], rtol=1e-12)
+    whole = NonlinearModeProblem(unforced(problem), 0)
+    for k, amplitude in enumerate(grid):
+        point = found.isel(amplitude=k)
+        unknowns, value = of_coefficients(whole.problem, point), np.log10(amplitude)
+        assert whole.evaluate(unknowns, value).norm < 1e-11
+        first = point.coefficient.sel(harmonic=1).values @ [1, -1j]
+        lag = np.exp(-2j * np.pi * wave * np.arange(13) / 13)
+        np.testing.assert_allclose(first, amplitude * lag, atol=1e-12 * amplitude)
+        square = (point.coefficient**2).sum().item()
+        assert point.modal_amplitude.item() == pytest.approx(np.sqrt(square), rel=1e-12)
+        if wave and (point.contact_state == 1).all():
+            # Once contacts slip, the travelling wave is alone, and the whole ring finds it.
+            random = np.random.default_rng(0).normal(size=len(unknowns))
+            start = unknowns * (1 + 1e-3 * random)
+            again = newton(lambda u, at=value: whole.evaluate(u, at), start)
+            assert again.converged
+            np.testing.assert_allclose(again.unknowns, unknowns, rtol=1e-9, atol=1e-9 * amplitude)
+
+
+@pytest.mark.parametrize("cartesian", [False, True])
+@pytest.mark.parametrize(
+    ("contacts", "wave_number", "loaded"),
+    [(with_friction, 0, True), (with_friction, 2, False), (with_friction, -1, False),
+     (with_opening, 1, True)],
+)  # fmt: skip
+def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loaded):
+    disk, harmonics = contacts(random_disk(5, cartesian)), (0, 1, 2, 3)
+    force = wave(wave_number, disk) if loaded else None
+    problem = sh.HarmonicBalance(disk, force, harmonics)
+    grid = [1e-5, 3e-4, 1e-3]
+    found = modes(problem, 0, (1e-6, 1e-3), 5, at=grid, nodal_diameter=wave_number)
+    assert ("force_left_out" in found.attrs) == loaded
+    ring = assembled(disk, force, harmonics)
+    whole = NonlinearModeProblem(unforced(sh.HarmonicBalance(ring.model, ring.force, harmonics)), 0)
+    basis, n = whole.problem.basis, whole.problem.n_unknowns
+    for k in range(len(grid)):
+        point = found.isel(amplitude=k, solution=0)
+        one = of_coefficients(problem, point)
+        motion = one[:-2].reshape(-1, basis.n_components)
+        everywhere = []
+        for j in range(5):
+            turned = motion.copy()
+            for h in harmonics[1:]:
+                at = [basis.component(h), basis.component(h, sine=True)]
+                phasor = motion[:, at] @ [1, -1j] * np.exp(-2j * np.pi * wave_number * h * j / 5)
+                turned[:, at] = np.column_stack([phasor.real, -phasor.imag])
+            everywhere.append(turned)
+        unknowns = np.concatenate([np.concatenate(everywhere).ravel(), one[-2:]])
+        evaluation = whole.evaluate(unknowns, np.log10(grid[k]))
+        assert np.abs(evaluation.residual[:n]).max() < 1e-11 * evaluation.magnitude
+
+
+def test_wave_of_a_sector_is_that_of_its_engine_order():
+    disk = with_friction(random_disk(5, cartesian=False))
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
+    own = modes(problem, 0, (1e-5, 1e-4), 5, at=[1e-4])
+    given = modes(
+        sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-5, 1e-4), 5, at=[1e-4], nodal_diameter=2
+    )
+    np.testing.assert_allclose(own.frequency, given.frequency, rtol=1e-13)
+
+
+# Contacts that open
+
+
+def stop(**given):
+    return sh.Gap(normal=(0,), normal_stiffness=2e4, **given)
+
+
+def held_blade(contact):
+    return sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": contact})
+
+
+def test_stop_closes_at_its_gap_and_opens_at_its_preload():
+    for given, kind, amplitude, stiffness in (
+        (dict(gap=1e-3), "onset of contact", 1e-3, 1e4),
+        (dict(normal_load=10.0), "onset of opening", 10.0 / 2e4, 3e4),
+    ):
+        problem = sh.HarmonicBalance(held_blade(stop(**given)), harmonics=range(8))
+        path = modes(problem, amplitude=(1e-6, 10.0))
+        assert path.event_kind.item() == kind
+        assert path.event_amplitude.item() == pytest.approx(amplitude, rel=1e-12)
+        assert path.frequency[0] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-12)
+        # Far beyond, gap and load do not matter any more.
+        both = np.array([1e4, 3e4]) ** -0.5
+        assert path.frequency[-1].item() == pytest.approx(1 / (np.pi * both.sum()), rel=2e-4)
+
+
+def test_stop_that_just_touches_never_moves_linearly():
+    problem = sh.HarmonicBalance(held_blade(stop(gap=0.0)), harmonics=range(40))
+    path = modes(problem, amplitude=(1e-6, 1e-2))
+    both = np.array([1e4, 3e4]) ** -0.5
+    np.testing.assert_allclose(path.frequency, 1 / (np.pi * both.sum()), rtol=1e-7)
+
+
+def shroud(**given):
+    friction = sh.Friction(
+        tangential=[(0,)], normal=[(1,)], contact_stiffness=1e4, normal_stiffness=1e4,
+        friction_coefficient=0.3, **given,
+    )  # fmt: skip
+    stiffness = np.array([[1e4, 1e3], [1e3, 2.25e4]])
+    return sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts={"shroud": friction})
+
+
+@pytest.mark.parametrize("given", [dict(normal_load=5.0), dict(gap=1e-4)])
+@pytest.mark.parametrize("mode", [0, 1])
+def test_contact_that_opens_over_the_whole_range(given, mode):
+    problem = sh.HarmonicBalance(shroud(**given), harmonics=range(6))
+    path = modes(problem, mode, (1e-6, 1e-1), mode)
+    assert path.status.item() == sh.Status.REACHED_END
+    assert path.converged.all()
+    kind = "onset of opening" if "normal_load" in given else "onset of contact"
+    assert kind in path.event_kind
+    linear = sh.natural_modes(problem.model, stuck="normal_load" in given)
+    assert path.frequency[0].item() == pytest.approx(linear.frequency[mode].item(), rel=1e-3)
+    assert path.residual_norm.max() < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("model", "mode", "amplitude", "highest", "bound"),
+    [
+        (held_blade(stop(normal_load=10.0)), 0, 2e-3, 40, 1e-7),
+        (shroud(normal_load=5.0), 0, 1e-3, 40, 2e-7),
+        (shroud(normal_load=5.0), 1, 1e-3, 60, 1e-9),
+    ],
+)
+def test_contact_that_opens_moves_as_the_exact_motion(model, mode, amplitude, highest, bound):
+    """The difference is that of the harmonics left out, which falls with their fourth power."""
+    problem = sh.HarmonicBalance(model, harmonics=range(8))
+    coarse, fine = (
+        exact_difference(problem, range(n + 1), amplitude, mode, mode)
+        for n in (highest // 2, highest)
+    )
+    assert fine < bound
+    assert fine < coarse / 10
+
+
+# What is refused, and datasets
+
+
+def test_bad_input_is_named():
+    blade, disk = sh.single_blade(**BLADE), with_friction(random_disk(5, cartesian=False))
+    problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
+    free = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), [[1e4, -1e4], [-1e4, 1e4]]))
+    third = sh.HarmonicBalance(blade, sh.PointForce(harmonic=3), (3,))
+    pair = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 2e4])))
+    sector = sh.HarmonicBalance(disk, None, (0, 1))
+    for words, given, options in (
+        ("mode=1: expected a number from 0 to 0", (problem, 1), {}),
+        ("mode=-1", (problem, -1), {}),
+        ("mode=1: .*nodal_diameter=", (ring, 1), {}),
+        ("mode=0: expected a mode that stiffness holds", (free, 0), {}),
+        (
+            "dof=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
+            (pair, 0),
+            dict(dof=1),
+        ),
+        ("degree of freedom=1: expected", (problem,), dict(dof=1)),
+        ("degree of freedom=-1", (problem,), dict(dof=-1)),
+        ("dof=.*right interface", (sector,), dict(dof=disk.n_whole - 1, nodal_diameter=1)),
+        ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
+        ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
+        ("nodal_diameter=0.5", (ring,), dict(nodal_diameter=0.5)),
+        ("amplitude=.*smallest", (problem,), dict(amplitude=(1e-2, 1e-6))),
+        ("amplitude=", (problem,), dict(amplitude=(0.0, 1e-6))),
+        ("at=", (problem,), dict(at=[1.0])),
+        ("harmonics=.*expected 1", (third,), {}),
+        ("samples=64", (sh.HarmonicBalance(blade, None, (1,), 64),), {}),
+        ("max_points=1", (problem,), dict(max_points=1)),
+    ):
+        with pytest.raises(ValueError, match=words):
+            modes(*given, **options)
+    with pytest.raises(TypeError, match="problem="):
+        modes(blade)
+    with pytest.raises(KeyError, match="normal_lod"):
+        modes(problem, over={"normal_lod": [1.0]})
+
+
+def test_structures_without_a_mass_matrix_are_refused():
+    blade = sh.Model(np.eye(3), np.eye(3), 1e4 * np.diag([1.0, 2, 3]), contacts=[(0,)], **{
+        name: BLADE[name] for name in ("contact_stiffness", "friction_coefficient", "normal_load")
+    })  # fmt: skip
+    condensed = sh.condense(blade, sh.PointForce(), (10, 30), (1,))
+    with pytest.raises(TypeError, match="craig_bampton"):
+        modes(sh.HarmonicBalance(condensed, sh.PointForce()))
+
+
+def test_force_does_not_drive_modes_and_static_loads_stay():
+    model = held_blade(stop(gap=1e-3))
+    force = sh.PointForce(amplitude=5.0) + sh.StaticLoad([5.0])
+    problem = sh.HarmonicBalance(model, force, range(4))
+    path = modes(problem)
+    # The load has moved the blade by half of the gap.
+    assert path.event_amplitude[0].item() == pytest.approx(5e-4, rel=1e-12)
+    assert path.coefficient.sel(harmonic=0, component="cos")[0].item() == pytest.approx(5e-4)
+    assert "static loads act" in path.attrs["force_left_out"]
+    rebuilt = sh.rebuild(path)
+    np.testing.assert_array_equal(modes(rebuilt).damping_ratio, path.damping_ratio)
+    alone = modes(sh.HarmonicBalance(model, sh.StaticLoad([5.0]), range(4)))
+    np.testing.assert_array_equal(alone.damping_ratio, path.damping_ratio)
+    assert "force_left_out" not in alone.attrs
+
+
+def test_frequency_that_falls_to_zero_ends_the_path():
+    spring = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=-1e8)
+    model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"soft": spring})
+    problem = sh.HarmonicBalance(model, harmonics=(1,))
+    with pytest.warns(RuntimeWarning, match="falls to 0"):
+        path = modes(problem, amplitude=(1e-6, 1e-1))
+    assert path.amplitude[-1].item() == pytest.approx(np.sqrt(1e4 / 0.75e8), rel=1e-3)
+    with pytest.raises(sh.SolveError, match="falls to 0"):
+        modes(problem, amplitude=(1e-6, 1e-1), throw=True)
+
+
+def test_amplitude_that_turns_back_to_its_start_is_told():
+    """The third harmonic takes over, in the second mode, and the first one vanishes."""
+    hard = sh.SmoothLaw(lambda y, v, p: p["k"] * y**3, {"k": (1e10, "N/m^3")}, [(0,)])
+    model = sh.Model(np.eye(2), np.eye(2), [[2e4, -1e4], [-1e4, 2e4]], contacts={"hard": hard})
+    with pytest.warns(RuntimeWarning, match="turned back at a fold"):
+        path = modes(sh.HarmonicBalance(model, harmonics=(1, 3)))
+    assert "fold" in path.event_kind
+    assert path.amplitude[-1] == path.amplitude[0]
+    share = np.abs(path.coefficient.sel(harmonic=3)).max(("dof", "component"))
+    assert share[-1] > 10 * np.abs(path.coefficient.sel(harmonic=1, dof=0)[-1]).max()
+    with_the_first_alone = modes(sh.HarmonicBalance(model))
+    assert with_the_first_alone.status.item() == sh.Status.REACHED_END
+
+
+def test_sweep_is_archived_and_goes_on(tmp_path):
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
+    loads, target = [1.0, 2.0, 3.0], tmp_path / "modes.nc"
+    options = dict(at=[1e-5, 3e-4], over={"normal_load": loads})
+    whole = modes(problem, archive=target, **options)
+    again = modes(problem, archive=target, **options)
+    for k, load in enumerate(loads):
+        alone = modes(problem.with_parameters(normal_load=load), at=[1e-5, 3e-4])
+        np.testing.assert_array_equal(again.damping_ratio[k], alone.damping_ratio)
+    assert whole.identical(again)
+    assert again.frequency.attrs["long_name"] == "frequency of the nonlinear mode"
+    assert again.damping_ratio.dims == ("normal_load", "amplitude", "solution")
+    with pytest.raises(sh.ArchiveError, match="mode"):
+        modes(problem.with_harmonics((1, 3, 5)), archive=target, **options)
+    kept = modes(problem, keep=["damping_ratio"], **options)
+    assert "coefficient" not in kept
+    np.testing.assert_array_equal(kept.damping_ratio, whole.damping_ratio)
+
+
+def test_interrupted_sweep_is_resumed(tmp_path, monkeypatch):
+    from symhbm.response import ensemble
+
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE))
+    target, outcome, done = tmp_path / "modes.nc", ensemble._outcome, []
+
+    def interrupted(*given):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(given)
+        return outcome(*given)
+
+    monkeypatch.setattr(ensemble, "_outcome", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        modes(problem, archive=target, over={"normal_load": [1.0, 2.0, 3.0]})
+    monkeypatch.setattr(ensemble, "_outcome", outcome)
+    found = sh.resume(target, progress=False)
+    whole = modes(problem, over={"normal_load": [1.0, 2.0, 3.0]})
+    np.testing.assert_array_equal(found.damping_ratio, whole.damping_ratio)
+
+
+def test_other_verbs_refuse_modes():
+    path = modes(sh.HarmonicBalance(sh.single_blade(**BLADE)))
+    for verb in (sh.verify, sh.plot.response, sh.statistics.envelope):
+        with pytest.raises(ValueError, match="responses to a force"):
+            verb(path)
+
+
+def test_degree_of_freedom_that_moves_most():
+    pair = sh.Model(np.eye(2), np.eye(2), [[1e4, -1e3], [-1e3, 2e4]])
+    for mode in (0, 1):
+        problem = sh.HarmonicBalance(pair)
+        most, given = (modes(problem, mode, (1e-6, 1e-5), dof) for dof in (None, mode))
+        np.testing.assert_array_equal(most.coefficient, given.coefficient)
+        assert most.attrs["followed"] == given.attrs["followed"]
+    disk = with_friction(random_disk(5, cartesian=False))
+    path = modes(sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-6, 1e-5), None, nodal_diameter=1)
+    size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
+    assert size.max() == pytest.approx(1e-6, rel=1e-12)
+
+
+def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
+    stiffness = 2e4 * np.eye(12) - 1e4 * (np.eye(12, k=1) + np.eye(12, k=-1))
+    rubs = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3.0)
+    whole = sh.Model(np.eye(12), 0.5 * np.eye(12), stiffness, contacts=[(9,)], **rubs)
+    reduced = sh.craig_bampton(whole, 11, (1, 40), dofs=[9])  # as many modes as there are
+    found = []
+    for model in (whole, reduced):
+        problem = sh.HarmonicBalance(model, harmonics=(1, 3))
+        found.append(modes(problem, 0, (1e-6, 1e-2), 9, at=[1e-5, 1e-3, 5e-3]))
+    for name in ("frequency", "damping_ratio", "modal_amplitude"):
+        np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
+    small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))
+    gone = next(dof for dof in range(12) if dof not in small.model.kept)
+    with pytest.raises(ValueError, match=f"dof={gone}: expected a degree of freedom that is kept"):
+        modes(small, dof=gone)
