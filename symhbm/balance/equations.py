@@ -165,9 +165,8 @@ class Equations:
         )
         if self.closed:
             self._close(inputs, outputs)
-            self.conservative = ca.Function(
-                "conservative", self._closed_inputs[:-1], [conservative, inertia]
-            )
+        given = inputs[: len(inputs) - len(self.located)]
+        self.conservative = ca.Function("conservative", given, [conservative, inertia])
         self._derivatives: dict[str, ca.Function] = {}
 
     def spreads(self, group: BalancedGroup) -> tuple[Any, Any]:

@@ -204,4 +204,5 @@ class AngleCorrector(StepwiseCorrector):
         direction = np.append(direction[: len(point) - 1], direction[-1])
         direction /= np.linalg.norm(direction)
         sign = 1 if direction[-1] >= 0 else -1
-        return self._corrected(point, evaluation, scale, direction, sign, guess, switches)
+        at = evaluation, 0.0, row
+        return self._corrected(point, at, scale, direction, sign, guess, switches)

@@ -3,6 +3,7 @@
 The equations are in closed form; one constraint closes them, a plane or the limit of one contact.
 """
 
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -20,6 +21,7 @@ SCALARS = 6
 _MAX_CONTACTS, _MAX_ENTRIES = 100, 10_000
 """Contacts, and entries of the Jacobian, up to which common terms are eliminated: the time for that
 grows faster than linearly."""
+_NAMES = ["matrix", "right", "values", "limits"]
 _MAX_FILL = 20_000
 """Entries of the factors of the structure up to which every point counts resonances."""
 
@@ -42,7 +44,7 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
     lengths |= dict(anchor=n + 1, limit=n_switches, imposed=n_switches, scale=2)
     symbolic: Any = ca.SX if structure is None else ca.MX
     symbol: dict[str, Any] = {name: symbolic.sym(name, length) for name, length in lengths.items()}
-    point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
+    point = symbol["point"]
     starts = [sum(sizes[2:i]) for i in range(2, len(sizes))]
     parameters = ca.vertsplit(symbol["parameters"], starts)
     arguments = [point[:n], point[n], *parameters]
@@ -77,33 +79,105 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         rows = [ca.reshape(symbolic(column), q, -1) for column in ca.horzsplit(by_motion)]
         gradients.append(ca.mtimes(ca.diagcat(*rows), spread))
         by_omega = ca.vertcat(by_omega, ca.vec(by_group_frequency))
-    limits = ca.horzcat(ca.vertcat(*gradients) * scale[0], by_omega * scale[1])
+    forces = balance, magnitude, jacobian, by_frequency
+    of_limits = margins, ca.vertcat(*gradients), by_omega
+    sizes = inertia, exciting, below
+    outputs: Any = _bordered(equations, symbol, forces, of_limits, sizes)
+    outputs[2] = ca.vertcat(outputs[2], springs, losses)
+    if structure is None and n_switches <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
+        outputs = ca.cse(outputs)
+    return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), _NAMES)
 
+
+def located_system(equations: Equations) -> ca.Function:
+    """The same where loops locate the events of contacts, and for any number of harmonics.
+
+    More inputs: ``events`` of all contacts, their ``margins`` (n_switches,), the ``gradients`` of
+    these by the motion of their contact, and ``margins_by_frequency`` (n_switches,). Resonances are
+    not counted, and springs not told.
+    """
+    form, groups = equations.located_form, equations.groups
+    sizes = [form.nnz_in(i) for i in range(form.n_in())]
+    n, n_located = sizes[0], len(equations.located)
+    of_parameters, of_events = sizes[2 : len(sizes) - n_located], sizes[len(sizes) - n_located :]
+    n_switches = sum(group.n_switches for group in groups)
+    motions = [group.rows.shape[1] * equations.basis.n_components for group in groups]
+    of_gradients = [g.n_switches * motion for g, motion in zip(groups, motions, strict=True)]
+    lengths = dict(parameters=sum(of_parameters), point=n + 1, guess=n + 1, normal=n + 1)
+    lengths |= dict(anchor=n + 1, limit=n_switches, imposed=n_switches, scale=2)
+    lengths |= dict(events=sum(of_events), margins=n_switches, gradients=sum(of_gradients))
+    lengths |= dict(margins_by_frequency=n_switches)
+    symbol: dict[str, Any] = {name: ca.SX.sym(name, length) for name, length in lengths.items()}
+    point = symbol["point"]
+    parameters = _split(symbol["parameters"], of_parameters)
+    events = [
+        ca.reshape(part, -1, group.n)
+        for part, group in zip(_split(symbol["events"], of_events), equations.located, strict=True)
+    ]
+    forces = form(point[:n], point[n], *parameters, *events)
+    _, inertia = equations.conservative(point[:n], point[n], *parameters)
+    named = dict(zip(equations.parameter_names, parameters, strict=True))
+    largest = ca.mmax(ca.fabs(named["force_shape"]))
+    rows = [ca.SX(0, n)]
+    of_group = zip(groups, motions, _split(symbol["gradients"], of_gradients), strict=True)
+    for group, size, gradients in of_group:
+        if not group.n_switches:
+            continue
+        q, spread = len(group.law.switches), constant(equations.spreads(group)[0])
+        blocks = [ca.reshape(part, size, q).T for part in ca.vertsplit(gradients, q * size)]
+        rows.append(ca.mtimes(ca.diagcat(*blocks), spread))
+    of_limits = symbol["margins"], ca.vertcat(*rows), symbol["margins_by_frequency"]
+    exciting = ca.fabs(named["force_amplitude"]) * largest
+    of_motion = ca.mmax(ca.fabs(inertia)), exciting, -1
+    outputs = _bordered(equations, symbol, forces, of_limits, of_motion)
+    return ca.Function("located_system", list(symbol.values()), outputs, list(symbol), _NAMES)
+
+
+def _split(vector: Any, sizes: list[int]) -> list[Any]:
+    """Parts of a vector, of which some may be empty."""
+    ends = np.cumsum([0, *sizes]).tolist()
+    return [vector[begin:end] for begin, end in pairwise(ends)]
+
+
+def _bordered(
+    equations: Equations,
+    symbol: dict[str, Any],
+    forces: Any,
+    of_limits: tuple[Any, Any, Any],
+    sizes: tuple[Any, Any, Any],
+) -> list[Any]:
+    """The outputs of `point_system`, without springs.
+
+    ``forces`` are the balance, its size and its derivatives; ``of_limits`` margins and their
+    derivatives by unknowns and frequency; ``sizes`` the largest inertia and exciting force and
+    twice the number of resonances below.
+    """
+    balance, magnitude, jacobian, by_frequency = forces
+    margins, gradients, by_omega = of_limits
+    inertia, exciting, below = sizes
+    point, scale, limit, normal = (symbol[k] for k in ("point", "scale", "limit", "normal"))
+    n = point.shape[0] - 1
+    limits = ca.horzcat(gradients * scale[0], by_omega * scale[1])
     scales = ca.vertcat(ca.repmat(scale[0], n), scale[1])
     value = ca.dot(normal, (point - symbol["anchor"]) / scales)
     value += ca.sum1(ca.if_else(limit > 0, margins, 0))
     row = normal.T + ca.mtimes(limit.T, limits)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))
-    right = ca.horzcat(ca.vertcat(-balance / force, -value), ca.vertcat(symbolic(n, 1), 1))
-    # The largest of several numbers ignores those that are NaN.
-    finite = ca.sumsqr(balance) < ca.inf
+    unit = ca.vertcat(type(point)(n, 1), 1)
+    right = ca.horzcat(ca.vertcat(-balance / force, -value), unit)
+    # The largest of several numbers ignores those that are NaN, their sum does not.
+    total = ca.sumsqr(balance)
     values = ca.vertcat(
-        ca.if_else(finite, ca.mmax(ca.fabs(balance)) / force, ca.inf),
+        ca.if_else(total < ca.inf, ca.mmax(ca.fabs(balance)) / force, total),
         value,
         ca.if_else(exciting > 0, inertia / ca.if_else(exciting > 0, exciting, 1), 0),
         _distance(equations, point / scales, symbol["guess"] / scales),
         below,
         _crosses(margins, symbol["imposed"]),
         margins,
-        springs,
-        losses,
     )
-    outputs: Any = [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
-    if structure is None and n_switches <= _MAX_CONTACTS and jacobian.nnz() <= _MAX_ENTRIES:
-        outputs = ca.cse(outputs)
-    names = ["matrix", "right", "values", "limits"]
-    return ca.Function("point_system", list(symbol.values()), outputs, list(symbol), names)
+    return [ca.vertcat(top, row), ca.densify(right), ca.densify(values), limits]
 
 
 def _crosses(margins: Any, switches: Any) -> Any:

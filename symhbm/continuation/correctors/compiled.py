@@ -24,6 +24,7 @@ from symhbm.continuation.correctors.constraints import (
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
+from symhbm.continuation.correctors.located import LocatedCorrector, is_located
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
@@ -143,6 +144,9 @@ def corrector_of(curve: ContinuationProblem) -> Corrector:
     if is_compiled(curve):
         assert isinstance(curve, FrequencyProblem)
         return CompiledCorrector(curve)
+    if is_located(curve):
+        assert isinstance(curve, FrequencyProblem)
+        return LocatedCorrector(curve)
     return StepwiseCorrector(curve)
 
 

@@ -1,12 +1,14 @@
 """Corrector step by step: points, contact limits and tangents of a curve by Newton's method."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation
 from symhbm.continuation.correctors.constraints import (
     Constraint,
     Corrected,
+    Hyperplane,
     crossed,
     unit_parameter,
 )
@@ -15,7 +17,7 @@ from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNAT
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.resonance_count import ResonanceCount
-from symhbm.numerics import Factorisation, FloatArray, bordered
+from symhbm.numerics import Factorisation, FloatArray, bordered, length_of
 
 
 class StepwiseCorrector(Corrector):
@@ -39,25 +41,24 @@ class StepwiseCorrector(Corrector):
         last_step, correction = np.inf, 0
         while True:
             try:
-                evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+                norm, value, at = self._linearised(point, guess, scale, constraint, switches)
             except ArithmeticError:
                 return None
-            if np.isnan(evaluation.norm):
+            if np.isnan(norm):
                 self.defined = False
                 return None
-            value, row = constraint(point, evaluation)
-            on_curve = evaluation.norm <= TOLERANCE and abs(value) <= TOLERANCE
+            on_curve = norm <= TOLERANCE and abs(value) <= TOLERANCE
             if on_curve and direction is not None and last_step <= precision:
                 break
             if correction == MAX_CORRECTIONS or not np.isfinite(value):
                 if direction is None or not on_curve or last_step > STAGNATION:
                     return None
                 break
-            columns, sign = self._step(evaluation, scale, row, value)
+            columns, sign = self._step(at, scale)
             if columns is None:
                 return None
-            step, direction = columns[:, 0], columns[:, 1] / np.linalg.norm(columns[:, 1])
-            previous, last_step = last_step, float(np.linalg.norm(step))
+            step, direction = columns[:, 0], columns[:, 1] / length_of(columns[:, 1])
+            previous, last_step = last_step, length_of(step)
             if correction > 2 and last_step > previous:
                 if not on_curve:
                     return None
@@ -65,25 +66,42 @@ class StepwiseCorrector(Corrector):
             if last_step > radius:
                 return None
             point, correction = point + step * scale, correction + 1
-        return self._corrected(point, evaluation, scale, direction, sign, guess, switches)
+        return self._corrected(point, at, scale, direction, sign, guess, switches)
 
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
     ) -> Corrected | None:
         """As `Corrector.tangent`."""
-        borders = row, unit_parameter(len(row))
-        try:
-            evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
-        except ArithmeticError:
-            return None
-        for border in borders:
-            columns, sign = self._step(evaluation, scale, border, 0.0)
+        for border in (row, unit_parameter(len(row))):
+            plane = Hyperplane(point, scale, border)
+            try:
+                _, _, at = self._linearised(point, point, scale, plane, switches)
+            except ArithmeticError:
+                return None
+            columns, sign = self._step(at, scale)
             if columns is not None:
-                direction = columns[:, 1] / np.linalg.norm(columns[:, 1])
-                return self._corrected(point, evaluation, scale, direction, sign, point, switches)
+                direction = columns[:, 1] / length_of(columns[:, 1])
+                return self._corrected(point, at, scale, direction, sign, point, switches)
         return None
 
-    def _corrected(self, point, evaluation, scale, direction, sign, guess, switches) -> Corrected:
+    def _linearised(
+        self,
+        point: FloatArray,
+        guess: FloatArray,
+        scale: FloatArray,
+        constraint: Constraint,
+        switches: NDArray[np.bool_],
+    ) -> tuple[float, float, Any]:
+        """Norm of the equations, value of the constraint, and what a step is made of.
+
+        Raises ArithmeticError where a force cannot be computed.
+        """
+        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        value, row = constraint(point, evaluation)
+        return evaluation.norm, value, (evaluation, value, row)
+
+    def _corrected(self, point, at, scale, direction, sign, guess, switches) -> Corrected:
+        evaluation, _, _ = at
         return Corrected(
             point,
             direction,
@@ -97,8 +115,9 @@ class StepwiseCorrector(Corrector):
             self._count.below(point[:-1], point[-1], evaluation.states),
         )
 
-    def _step(self, evaluation: Evaluation, scale: FloatArray, row: FloatArray, value: float):
+    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, int]:
         """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
+        evaluation, value, row = at
         force = evaluation.magnitude or 1.0
         matrix = bordered(
             evaluation.jacobian * (scale[:-1] / force),
