@@ -67,9 +67,9 @@ SHRINKAGE = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start``, where ``unknowns`` solve it, to ``end``.
 
-    ``base`` may be a point of another path to continue from, in its contact states. Folds, branch
-    points, onsets and ends of slip are points. ``status`` tells why the path ended, ``rejected``
-    counts the rejected steps.
+    ``base`` may be a point of another path to continue from, in its contact states, ``begin`` the
+    other end of the band where that is not ``start``. Folds, branch points, onsets and ends of slip
+    are points. ``status`` tells why the path ended, ``rejected`` counts the rejected steps.
     """
 
     def __init__(
@@ -81,6 +81,7 @@ class Path:
         corrector: Corrector | None = None,
         max_points: int = 5000,
         base: PathPoint | None = None,
+        begin: float | None = None,
     ):
         self.corrector = corrector or corrector_of(curve)
         self.status = Status.NOT_STARTED
@@ -88,6 +89,7 @@ class Path:
         self._curve = curve
         self._start = np.append(unknowns, float(start)) if base is None else base.state
         self._base = base
+        self._begin = float(self._start[-1]) if begin is None else begin
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -139,7 +141,7 @@ class Path:
             if point.value == self._end:
                 self.status = Status.REACHED_END
                 return
-            if point.value == self._start[-1]:
+            if point.value == self._begin:
                 self.status = Status.TURNED_BACK
                 return
             if point.amplification > max(base.amplification, UNBOUNDED_AMPLIFICATION):
@@ -189,7 +191,7 @@ class Path:
         """Next point and the error of its prediction, None if the step must be shorter."""
         start, scale = base.state, base.scale
         # A path that turned back at a fold may return to its start.
-        target = self._end if base.after[-1] * self._heading > 0 else float(self._start[-1])
+        target = self._end if base.after[-1] * self._heading > 0 else self._begin
         to_end = (target - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
         at_end = 0 < to_end <= step
         length = to_end if at_end else step
@@ -264,9 +266,8 @@ class Path:
         """The end of the band at or beyond which a value lies."""
         if (value - self._end) * self._heading >= 0:
             return self._end
-        begin = float(self._start[-1])
-        beyond = (value - begin) * self._heading <= 0
-        return begin if beyond and not self._curve.single_valued else None
+        beyond = (value - self._begin) * self._heading <= 0
+        return self._begin if beyond and not self._curve.single_valued else None
 
     def _cross_corner(
         self, base: PathPoint, step: float

@@ -9,6 +9,7 @@ from symhbm.continuation.correctors.constraints import (
     Corrected,
     Hyperplane,
     crossed,
+    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -28,6 +29,7 @@ __all__ = [
     "StepwiseCorrector",
     "corrector_of",
     "crossed",
+    "margin_rate",
     "prepare",
     "unit_parameter",
 ]

@@ -1,0 +1,126 @@
+"""Crossings of two branches: branch points as a system of equations, and both tangents there.
+
+At a crossing the derivative ``A`` of the balance by unknowns and parameter (n, n + 1) has a left
+null vector ``w``. The crossing solves ``r + e w = 0``, ``A^T w = 0``, ``w^T w = 1``: as many
+equations as there are unknowns, point, ``w`` and the defect ``e``, and regular where two branches
+cross at an angle. Where they come close but do not meet, the defect is not zero.
+
+In the null space ``N`` of ``A`` tangents are the directions ``N a`` with ``a^T B a = 0``, where
+``B = N^T H N`` and ``H`` holds the second derivatives of ``w^T r`` (algebraic bifurcation
+equation).
+
+Reference: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapter 5.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import Evaluation
+from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.events.curvature import Curvature
+from symhbm.numerics import FloatArray, full
+
+_MAX_ITERATIONS = 15
+_LAST_STEP = 1e-9
+"""Last step, relative to the response, from which the next one is round-off: its square."""
+_RADIUS = 1.0
+"""Longest step relative to the response; beyond it the crossing is another one."""
+_DEFECT = 1e-10
+"""Largest defect of two branches that meet, over the largest sum of absolute force terms."""
+_SINGULAR = 1e-9
+"""Singular value, over the largest one, below which more than two branches may meet."""
+_FLAT = 1e-9
+"""Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
+
+
+class Crossing(NamedTuple):
+    """A crossing at a ``state`` (n_unknowns + 1,), unknowns and parameter.
+
+    ``tangents`` (2, n_unknowns + 1) are those of both branches, unit vectors of scaled variables,
+    None where there are not two; ``defect`` is the share of the forces by which the branches miss
+    each other, ``norm`` the residual norm.
+    """
+
+    state: FloatArray
+    tangents: FloatArray | None
+    defect: float
+    norm: float
+
+    @property
+    def meets(self) -> bool:
+        """Whether the branches meet, but for round-off."""
+        return self.defect <= _DEFECT
+
+
+def solve_crossing(
+    corrector: Corrector,
+    curvature: Curvature,
+    guess: FloatArray,
+    scale: FloatArray,
+    switches: NDArray[np.bool_],
+) -> Crossing | None:
+    """The crossing near a ``guess`` (n_unknowns + 1,), None where Newton's method finds none.
+
+    Lengths are relative to ``scale`` (n_unknowns + 1,), the states of contacts are held.
+    """
+    n = len(guess) - 1
+    point, weights, defect = guess.copy(), np.zeros(n), 0.0
+    last, found = np.inf, False
+    try:
+        for _ in range(_MAX_ITERATIONS):
+            evaluation = corrector.curve.evaluate(point[:-1], point[-1], switches)
+            force = evaluation.magnitude or 1.0
+            slope = _slope(evaluation) * scale / force
+            if not weights.any():
+                weights = np.linalg.svd(slope)[0][:, -1]
+            bend = curvature(point, evaluation, weights, switches) * np.outer(scale, scale) / force
+            if found:
+                tangents = _tangents(slope, bend)
+                return Crossing(point, tangents, abs(defect), evaluation.norm)
+            values = np.concatenate(
+                [
+                    evaluation.residual / force + defect * weights,
+                    slope.T @ weights,
+                    [weights @ weights - 1],
+                ]
+            )
+            matrix = np.block(
+                [
+                    [slope, defect * np.eye(n), weights[:, None]],
+                    [bend, slope.T, np.zeros((n + 1, 1))],
+                    [np.zeros((1, n + 1)), 2 * weights[None], np.zeros((1, 1))],
+                ]
+            )
+            corrector.solves += 1
+            step = np.linalg.solve(matrix, -values)
+            length = float(np.linalg.norm(step[: n + 1]))
+            if not length < _RADIUS or (last < 1e-3 and length > last > _LAST_STEP):
+                return None
+            point = point + step[: n + 1] * scale
+            weights = weights + step[n + 1 : 2 * n + 1]
+            defect += float(step[-1])
+            found, last = length <= _LAST_STEP, length
+    except (ArithmeticError, np.linalg.LinAlgError):
+        pass
+    return None
+
+
+def _slope(evaluation: Evaluation) -> FloatArray:
+    """Derivative of the balance by unknowns and parameter, (n, n + 1)."""
+    return np.column_stack([full(evaluation.jacobian), evaluation.by_parameter])
+
+
+def _tangents(slope: FloatArray, bend: FloatArray) -> FloatArray | None:
+    """Unit tangents (2, n + 1) of both branches; None where there are not two."""
+    sizes, rows = np.linalg.svd(slope)[1:]
+    if len(sizes) > 1 and sizes[-2] <= _SINGULAR * sizes[0]:
+        return None
+    null = rows[-2:].T
+    values, vectors = np.linalg.eigh(null.T @ bend @ null)
+    if not -values[0] * values[1] > _FLAT**2 * np.abs(bend).max() ** 2:
+        return None
+    both = np.array([[np.sqrt(values[1]), side * np.sqrt(-values[0])] for side in (1, -1)])
+    tangents = both @ vectors.T @ null.T
+    return tangents / np.linalg.norm(tangents, axis=1)[:, None]
