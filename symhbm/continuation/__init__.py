@@ -5,6 +5,7 @@ from symhbm.continuation.correctors import prepare
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
 from symhbm.continuation.point import Event, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE
@@ -18,8 +19,10 @@ __all__ = [
     "Branch",
     "ContinuationProblem",
     "Event",
+    "FoundBranch",
     "FrequencyProblem",
     "NewtonResult",
+    "Origin",
     "ParameterProblem",
     "PathPoint",
     "PathState",
@@ -29,6 +32,7 @@ __all__ = [
     "follow_branch",
     "linear_response",
     "newton",
+    "other_branches",
     "other_solution",
     "prepare",
     "slope_of",

@@ -24,14 +24,16 @@ class Status(StrEnum):
     )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
-        "which this path does not visit; the points are valid; try a wider band, at whose ends "
-        "the response is unique"
+        "which this path does not visit; the points are valid; symhbm.other_branches(result) "
+        "follows those that it finds; or try a wider band, at whose ends the response is unique"
     )
     BRANCH_POINTS = (
         "the end of the band was reached, but other solutions branch off on the way "
         "(event_kind is branch point there), which this path does not visit; the points are valid; "
-        "to visit them, make the structure or the force a little less symmetric"
+        "symhbm.other_branches(result) follows them; where it cannot, make the structure or the "
+        "force a little less symmetric"
     )
+    CLOSED = "the branch came back to where it began, and is closed"
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond the last of them"

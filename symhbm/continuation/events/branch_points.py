@@ -6,12 +6,14 @@ derivatives of the balance are known a system of equations has them exactly.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, margin_rate
 from symhbm.continuation.events.corners import NO_TURN
 from symhbm.continuation.events.crossing import Crossing, solve_crossing
 from symhbm.continuation.events.curvature import curvature_of
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray, length_of
 
@@ -72,7 +74,8 @@ def find_branch_point(
             return None
         direction = _direction(segment, crossing)
         if direction is not None:
-            return _at(crossing, direction, segment, past_branch)
+            held = segment.scale, segment.switches
+            return at_crossing(corrector.curve, crossing, direction, *held, past_branch)
     return None
 
 
@@ -96,19 +99,27 @@ def _direction(segment: Segment, crossing: Crossing) -> FloatArray | None:
     return np.copysign(1.0, cosines[best]) * crossing.tangents[best]
 
 
-def _at(
-    crossing: Crossing, direction: FloatArray, segment: Segment, beyond: Corrected
+def at_crossing(
+    curve: ContinuationProblem,
+    crossing: Crossing,
+    direction: FloatArray,
+    scale: FloatArray,
+    switches: NDArray[np.bool_],
+    beyond: Corrected,
 ) -> Corrected:
-    """The solution at a crossing with a tangent; what does not change there is as ``beyond`` it."""
-    curve, state = segment.curve, crossing.state
-    evaluation = curve.evaluate(state[:-1], state[-1], segment.switches)
+    """The solution at a crossing with a unit tangent of scaled variables.
+
+    What does not change within a short step is that of a solution ``beyond`` it.
+    """
+    state = crossing.state
+    evaluation = curve.evaluate(state[:-1], state[-1], switches)
     return beyond._replace(
         point=state,
         direction=direction,
         residual_norm=evaluation.norm,
         amplification=curve.amplification(state[:-1], state[-1]),
         margins=evaluation.states.margins,
-        rate=margin_rate(curve, evaluation, direction * segment.scale),
+        rate=margin_rate(curve, evaluation, direction * scale),
         springs=None,
     )
 

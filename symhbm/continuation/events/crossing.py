@@ -33,6 +33,8 @@ _SINGULAR = 1e-9
 """Singular value, over the largest one, below which more than two branches may meet."""
 _FLAT = 1e-9
 """Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
+_NORMAL = 1e-9
+"""Component of a tangent along the parameter that is round-off: the branch turns back there."""
 
 
 class Crossing(NamedTuple):
@@ -123,4 +125,6 @@ def _tangents(slope: FloatArray, bend: FloatArray) -> FloatArray | None:
         return None
     both = np.array([[np.sqrt(values[1]), side * np.sqrt(-values[0])] for side in (1, -1)])
     tangents = both @ vectors.T @ null.T
-    return tangents / np.linalg.norm(tangents, axis=1)[:, None]
+    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+    tangents[np.abs(tangents[:, -1]) < _NORMAL, -1] = 0.0
+    return tangents
