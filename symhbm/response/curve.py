@@ -54,14 +54,14 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     if request.at is not None:
         values = request.unit * np.array(request.at)
         solutions_at = [_solutions_at(refinement, parts, value) for value in values.tolist()]
-    return _Curve(request, refinement, symmetry, parts, solutions_at).table()
+    return Curve(request, refinement, symmetry, parts, solutions_at).table()
 
 
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
-    return _Curve(request, _refinement(problem, request), None, [], solutions_at).table()
+    return Curve(request, _refinement(problem, request), None, [], solutions_at).table()
 
 
 def _refinement(problem: HarmonicBalance, request: Request) -> Refinement:
@@ -125,7 +125,7 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
 
 
 @dataclass(frozen=True)
-class _Curve:
+class Curve:
     """A response curve: its branch ``parts``, and on a grid the solutions at each of its values."""
 
     request: Request
@@ -149,7 +149,7 @@ class _Curve:
         """How the curve ends, of all parts and of its ``points``."""
         accuracy = self.request.accuracy
         status = status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
-        if status != Status.REACHED_END:
+        if status not in (Status.REACHED_END, Status.CLOSED):
             return status
         if any(error > (accuracy or np.inf) for error in self._grid_errors):
             return Status.ACCURACY_NOT_REACHED

@@ -68,7 +68,7 @@ SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
-SPEEDS = ("speed", "peak_speed", "event_speed")
+SPEEDS = ("speed", "peak_speed", "event_speed", "branch_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]

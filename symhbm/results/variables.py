@@ -20,6 +20,7 @@ OWN_DIMENSIONS = (
     "component",
     "peak",
     "event",
+    "branch",
     "minimum",
     "angle",
     "multiplier",
@@ -126,6 +127,12 @@ VARIABLES = {
         "onset or end of slip, what another law begins or ends, fold, corner, or branch point",
     ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
+    "branch_origin": Variable(
+        (), "1", "what the branch was found by: path, branch point, or other solution"
+    ),
+    "branch_parent": Variable((), "1", "branch whose branch point it leaves, -1 of others"),
+    "branch_frequency": Variable((), "Hz", "frequency where the branch begins"),
+    "branch_speed": Variable((), "min-1", "speed of rotation where the branch begins"),
     "n_points": Variable(
         (), "1", "points of the path, those of its peaks and between them included"
     ),
@@ -215,6 +222,7 @@ SLOPES = ("amplitude_slope", "amplitude_slope_before")
 TEXTS = (
     "peak_kind",
     "event_kind",
+    "branch_origin",
     "minimum_kind",
     "status",
     "sensitivity_status",
@@ -233,15 +241,15 @@ Records = Mapping[str, Any]
 
 
 def meaning(name: str, records: Records = PARAMETERS) -> Variable:
-    """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
+    """Meaning of a variable; also of a followed parameter, at its points, events, peaks and branches."""
     if name in VARIABLES:
         return VARIABLES[name]
-    prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
+    prefix = next((p for p in ("event_", "peak_", "minimum_", "branch_") if name.startswith(p)), "")
     parameter = records[name.removeprefix(prefix)]
     if isinstance(parameter, Variable):
         return parameter
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
-    suffixes["minimum_"] = " at the minimum"
+    suffixes |= {"minimum_": " at the minimum", "branch_": " where the branch begins"}
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
