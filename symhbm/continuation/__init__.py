@@ -1,15 +1,15 @@
 """Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import prepare
+from symhbm.continuation.correctors import Corrector, corrector_of, prepare
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
-from symhbm.continuation.point import Event, PathPoint
+from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE
-from symhbm.continuation.segment import PathState
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import SolveError, Status
 
@@ -18,7 +18,9 @@ __all__ = [
     "LARGEST_SIZE",
     "Branch",
     "ContinuationProblem",
+    "Corrector",
     "Event",
+    "EventKind",
     "FoundBranch",
     "FrequencyProblem",
     "NewtonResult",
@@ -26,8 +28,10 @@ __all__ = [
     "ParameterProblem",
     "PathPoint",
     "PathState",
+    "Segment",
     "SolveError",
     "Status",
+    "corrector_of",
     "filled",
     "follow_branch",
     "linear_response",

@@ -24,6 +24,10 @@ class EventKind(StrEnum):
     FOLD = "fold"
     BRANCH = "branch point"
     CORNER = "corner"
+    DOUBLING = "period doubling"
+    TORUS = "Neimark-Sacker"
+    SYMMETRY = "symmetry breaking"
+    STABILITY = "change of stability"
 
 
 @dataclass(frozen=True)

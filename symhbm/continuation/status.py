@@ -74,6 +74,11 @@ class Status(StrEnum):
         "be solved for and is missing among the peaks; try a narrower band around the largest "
         "amplitude"
     )
+    CHANGE_NOT_LOCATED = (
+        "the end of the band was reached, but between two points of the path whose stability "
+        "differs the change could not be located, and is missing among the events; the points are "
+        "valid; try a narrower band around them"
+    )
     SYSTEM_SINGULAR = (
         "the equations are singular at this frequency: an undamped resonance lies here and the "
         "response is unbounded, or a degree of freedom has neither stiffness nor inertia; add what "

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from itertools import chain
+from itertools import chain, groupby
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ from symhbm.continuation import (
     Event,
     FrequencyProblem,
     ParameterProblem,
+    PathState,
     Status,
+    corrector_of,
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
@@ -34,6 +36,7 @@ from symhbm.response.accuracy import (
 )
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.results import SLOPES, Request, Sweep, tables
+from symhbm.time_domain import Known, stability_changes
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -172,8 +175,10 @@ class Curve:
 
     def table(self) -> Table:
         """All results as arrays."""
-        request, solutions = self.request, self.solutions
+        request, solutions, lost = self.request, self.solutions, 0
         points = self._path() if request.at is None else self._grid(request.at)
+        if request.at is None and request.tells_stability:
+            solutions, points, lost = self._with_changes(points)
         events = [(s.value, event) for s in solutions if s.events for event in self._events(s)]
         located = [
             (peak, part.level, error)
@@ -190,6 +195,8 @@ class Curve:
             n_sectors=1 if self.symmetry is None else self.symmetry.n_sectors,
         )
         ended = self.status(points)
+        if lost and ended in (Status.REACHED_END, Status.CLOSED):
+            ended = Status.CHANGE_NOT_LOCATED
         status = str(ended)
         if ended == Status.ACCURACY_NOT_REACHED:
             status += self._advice()
@@ -216,6 +223,49 @@ class Curve:
         values = self.request.shown([solution.value for solution in solutions])
         table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
         return {"value": values} | table
+
+    def _with_changes(self, points: Table) -> tuple[list[Solution], Table, int]:
+        """The solutions with the changes of stability among them, their results, how many lack."""
+        solutions, stability = list(self.solutions), points["stability"]
+        if not {0, 1} <= {*stability.tolist()}:
+            return solutions, points, 0
+        told = [self._known(*of) for of in zip(solutions, stability.tolist(), strict=True)]
+        inserted: list[tuple[int, Solution]] = []
+        lost = first = 0
+        for level, run in groupby(solutions, lambda solution: solution.level):
+            last = first + len(list(run))
+            corrector = corrector_of(self.refinement.equations(level))
+            changes, more = stability_changes(corrector, told[first:last])
+            lost += more + (0 < first and {*stability[first - 1 : first + 1].tolist()} == {0, 1})
+            for number, kind, state in changes:
+                at, event = first + number, (Event(kind),)
+                if state is None:
+                    solutions[at] = solutions[at]._replace(events=solutions[at].events + event)
+                    continue
+                solution = Solution.at(float(state.state[-1]), level, state, 0)
+                inserted.append((at + 1, solution._replace(events=event)))
+            self.refinement.solves += corrector.solves
+            first = last
+        if inserted:
+            places, new = [place for place, _ in inserted], [solution for _, solution in inserted]
+            rows = self._described(new, (len(new),), np.arange(len(new)))
+            rows["value"] = self.request.shown([solution.value for solution in new])
+            points = {n: np.insert(values, places, rows[n], axis=0) for n, values in points.items()}
+            for place, solution in reversed(inserted):
+                solutions.insert(place, solution)
+        return solutions, points, lost
+
+    def _known(self, solution: Solution, stability: int) -> Known | None:
+        """A solution as changes of stability need it, None where there is none."""
+        if solution.unknowns is None:
+            return None
+        state = np.append(solution.unknowns, solution.value)
+        heading = np.subtract(*self.request.band[::-1])
+        # Tangents of solutions with more harmonics point along the parameter.
+        turned = self.refinement.equations(solution.level).single_valued
+        sides = [t if not turned or t[-1] * heading > 0 else -t for t in solution.tangents]
+        kinds = frozenset(event.kind for event in solution.events)
+        return Known(*(PathState(state, side) for side in sides), stability, kinds)
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""
