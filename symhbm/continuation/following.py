@@ -144,6 +144,17 @@ def filled(branch: Branch) -> Branch:
     return replace(branch, **changes)
 
 
+def followed_again(branch: Branch, passed: dict[int, float]) -> Branch:
+    """A branch followed again through values that it ``passed`` over, by the point before."""
+    if not passed:
+        return branch
+    follower = Follower(branch.corrector, branch.per_dof, branch.rejected)
+    points, peaks, _ = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
+    known = {(peak.value, peak.dof) for peak in branch.peaks}
+    peaks = branch.peaks + [peak for peak in peaks if (peak.value, peak.dof) not in known]
+    return replace(branch, points=points, peaks=peaks, rejected=follower.rejected)
+
+
 @dataclass
 class Follower:
     """Adds to the points of a path what its steps passed over; ``rejected`` counts its steps."""

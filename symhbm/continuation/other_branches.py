@@ -14,8 +14,19 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import Corrector, Hyperplane
-from symhbm.continuation.events import Crossing, at_crossing, curvature_of, solve_crossing
-from symhbm.continuation.following import Follower, filled, solution_beside
+from symhbm.continuation.events import (
+    Crossing,
+    at_crossing,
+    curvature_of,
+    passed_pairs,
+    solve_crossing,
+)
+from symhbm.continuation.following import (
+    Follower,
+    filled,
+    followed_again,
+    solution_beside,
+)
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.segment import PathState, Segment
@@ -85,7 +96,7 @@ def other_branches(
     branch on which others branch off that were not followed has the status
     `Status.BRANCH_POINTS`.
     """
-    search = _Search(filled(first), band, max_points)
+    search = _Search(first, band, max_points)
     while len(search.found) < max_branches:
         more = search.from_crossing() or search.from_other_solution()
         if not more:
@@ -107,7 +118,8 @@ class _Search:
         self._lost: set[int] = set()
         self._tried: list[FloatArray] = []
         self._complete = False
-        self.add(FoundBranch(first, Origin.PATH, -1, band[0], self._corrector.solves))
+        path = self._searched(first)
+        self.add(FoundBranch(path, Origin.PATH, -1, band[0], self._corrector.solves))
 
     def add(self, found: FoundBranch) -> None:
         """Add a branch, and its branch points to those known."""
@@ -254,8 +266,15 @@ class _Search:
         if missed and status in (Status.REACHED_END, Status.CLOSED):
             status = Status.PEAK_NOT_LOCATED
         given = corrector, first.solve_from_scratch, first.per_dof, points, peaks, status
-        branch = filled(Branch(*given, follower.rejected))
+        branch = self._searched(Branch(*given, follower.rejected))
         return FoundBranch(branch, origin, parent, points[0].value, corrector.solves - solves)
+
+    def _searched(self, branch: Branch) -> Branch:
+        """A branch with the branch points that it passed over in pairs, and all between points."""
+        if self._curvature is not None:
+            passed = passed_pairs(branch.points, self._corrector)
+            branch = followed_again(branch, passed)
+        return filled(branch)
 
 
 def _is_branch_point(point: PathPoint) -> bool:

@@ -17,12 +17,13 @@ from symhbm.results import Request, Sweep, check_dataset, recall, schema, tables
 from symhbm.results.archive import Spool, rebuild
 
 SEARCHED = (
-    "followed: the path, both ways of every branch that crosses another one at a branch point, and "
-    "branches from solutions that Newton's method finds at both ends of the band beside those known. "
-    "Not looked for: branches that meet none of these, solutions at both ends that its starts do not "
-    "lead to, points where more than two branches meet or two branch points lie within one step of "
-    "a path, branches that begin on corners of friction or of contacts that open, and motions of "
-    "another period, which begin at period doublings and Neimark-Sacker events"
+    "followed: the path; both ways of every branch that crosses another one at a branch point; "
+    "branches from solutions that Newton's method finds at both ends of the band beside those "
+    "known. Two branch points within one step are looked for where the derivatives come close to "
+    "singular. Not looked for: branches that meet none of these, solutions at the ends that other starts "
+    "of Newton's method lead to, points where more than two branches meet, branches that begin on "
+    "corners of friction or of contacts that open, and motions of another period, which begin at "
+    "period doublings and Neimark-Sacker events"
 )
 """What a search for branches is, in words."""
 

@@ -12,6 +12,7 @@ from symhbm.continuation.events.corners import (
 from symhbm.continuation.events.crossing import Crossing, solve_crossing
 from symhbm.continuation.events.curvature import curvature_of
 from symhbm.continuation.events.folds import find_folds
+from symhbm.continuation.events.passed_pairs import passed_pairs
 from symhbm.continuation.events.resonances import Reduced, ResonanceFinder, reduced
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "find_branch_point",
     "find_folds",
     "first_limit",
+    "passed_pairs",
     "reduced",
     "solve_crossing",
     "step_over_corner",
