@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import Corrector, Hyperplane
+from symhbm.continuation.correctors import Hyperplane
 from symhbm.continuation.events import (
     Crossing,
     at_crossing,

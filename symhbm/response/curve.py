@@ -236,7 +236,7 @@ class Curve:
             last = first + len(list(run))
             corrector = corrector_of(self.refinement.equations(level))
             changes, more = stability_changes(corrector, told[first:last])
-            lost += more + (0 < first and {*stability[first - 1 : first + 1].tolist()} == {0, 1})
+            lost += more + (first > 0 and {*stability[first - 1 : first + 1].tolist()} == {0, 1})
             for number, kind, state in changes:
                 at, event = first + number, (Event(kind),)
                 if state is None:
@@ -259,13 +259,14 @@ class Curve:
         """A solution as changes of stability need it, None where there is none."""
         if solution.unknowns is None:
             return None
-        state = np.append(solution.unknowns, solution.value)
-        heading = np.subtract(*self.request.band[::-1])
+        state, (start, end) = np.append(solution.unknowns, solution.value), self.request.band
         # Tangents of solutions with more harmonics point along the parameter.
-        turned = self.refinement.equations(solution.level).single_valued
-        sides = [t if not turned or t[-1] * heading > 0 else -t for t in solution.tangents]
-        kinds = frozenset(event.kind for event in solution.events)
-        return Known(*(PathState(state, side) for side in sides), stability, kinds)
+        turns = self.refinement.equations(solution.level).single_valued and end < start
+        before, after = (
+            PathState(state, -tangent if turns and tangent[-1] > 0 else tangent)
+            for tangent in solution.tangents
+        )
+        return Known(before, after, stability, frozenset(e.kind for e in solution.events))
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""

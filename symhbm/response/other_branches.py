@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import FoundBranch, Status, follow_branch, other_branches as found_from
+from symhbm.continuation import FoundBranch, follow_branch
+from symhbm.continuation import other_branches as found_from
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
 from symhbm.response.accuracy import Refinement
@@ -20,10 +21,10 @@ SEARCHED = (
     "followed: the path; both ways of every branch that crosses another one at a branch point; "
     "branches from solutions that Newton's method finds at both ends of the band beside those "
     "known. Two branch points within one step are looked for where the derivatives come close to "
-    "singular. Not looked for: branches that meet none of these, solutions at the ends that other starts "
-    "of Newton's method lead to, points where more than two branches meet, branches that begin on "
-    "corners of friction or of contacts that open, and motions of another period, which begin at "
-    "period doublings and Neimark-Sacker events"
+    "singular. Not looked for: branches that meet none of these, solutions at the ends that other "
+    "starts of Newton's method lead to, points where more than two branches meet, branches that "
+    "begin on corners of friction or of contacts that open, and motions of another period, which "
+    "begin at period doublings and Neimark-Sacker events"
 )
 """What a search for branches is, in words."""
 
@@ -35,7 +36,7 @@ def other_branches(
     laws: Iterable[ContactLaw] = (),
     throw: bool = False,
 ) -> xr.Dataset:
-    """The branches of solutions that are found from a response: through its branch points, and more.
+    """The branches of solutions that are found from a response: at its branch points, and more.
 
     At a branch point two branches cross; `frf` and `follow` go straight on, and this follows the
     other one, both ways, and so on from the branch points on it. Where another solution is found at

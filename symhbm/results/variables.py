@@ -124,7 +124,8 @@ VARIABLES = {
     "event_kind": Variable(
         (),
         "1",
-        "onset or end of slip, what another law begins or ends, fold, corner, or branch point",
+        "onset or end of slip, what another law begins or ends, fold, corner, branch point, period "
+        "doubling, Neimark-Sacker, symmetry breaking, or another change of stability",
     ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
     "branch_origin": Variable(
@@ -241,7 +242,7 @@ Records = Mapping[str, Any]
 
 
 def meaning(name: str, records: Records = PARAMETERS) -> Variable:
-    """Meaning of a variable; also of a followed parameter, at its points, events, peaks and branches."""
+    """Meaning of a variable; of a followed parameter also at events, peaks and branches."""
     if name in VARIABLES:
         return VARIABLES[name]
     prefix = next((p for p in ("event_", "peak_", "minimum_", "branch_") if name.startswith(p)), "")

@@ -94,8 +94,7 @@ def test_pitchforks_are_reported_and_passed(force, coupling, band):
     is_branch = path.event_kind.values == "branch point"
     reported = TURN * np.sort(path.event_frequency.values[is_branch])
     exact = pitchforks(force, coupling)
-    # Known to a hundred-thousandth of the response.
-    np.testing.assert_allclose(reported, exact, rtol=1e-5)
+    np.testing.assert_allclose(reported, exact, rtol=1e-10)
     assert np.all(path.event_contact.values[is_branch] == -1)
     # The path is that of motions alike, as far as these digits go.
     for omega, amplitude in zip(TURN * path.frequency.values, path.amplitude.values, strict=True):
@@ -167,4 +166,4 @@ def test_paths_that_come_close_do_not_meet(difference, meet):
     solution = find_branch_point(corrector, base, tangents[1], scale)
     assert (solution is not None) == meet
     if meet:
-        assert solution.point[-1] == pytest.approx(pitchfork, rel=1e-5)
+        assert solution.point[-1] == pytest.approx(pitchfork, rel=1e-10)

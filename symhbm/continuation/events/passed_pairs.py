@@ -1,4 +1,4 @@
-"""Pairs of branch points within one step of a path, which changes the sign of the determinant twice.
+"""Pairs of branch points within one step of a path: the determinant changes its sign twice.
 
 Between them the determinant of the derivatives and the tangent has the other sign. Where its
 smallest singular value dips between two points of a path, the bottom of the dip tells.
@@ -22,7 +22,7 @@ _MOST_STEPS = 12
 
 
 def passed_pairs(points: Sequence[PathPoint], corrector: Corrector) -> dict[int, float]:
-    """Values of the parameter between branch points that a path passed over, by the point before."""
+    """Values between two branch points that were passed over, by the number of the point before."""
     passed = {}
     for number, (left, right) in enumerate(pairwise(points)):
         amplification = max(left.amplification, right.amplification)
