@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import Hyperplane
+from symhbm.continuation.correctors import Corrector, Hyperplane
 from symhbm.continuation.events import (
     Crossing,
+    Curvature,
     at_crossing,
     curvature_of,
     passed_pairs,
@@ -96,7 +97,8 @@ def other_branches(
     branch on which others branch off that were not followed has the status
     `Status.BRANCH_POINTS`.
     """
-    search = _Search(first, band, max_points)
+    search = _Search(first, band, max_points, curvature_of(first.corrector.curve))
+    search.start()
     while len(search.found) < max_branches:
         more = search.from_crossing() or search.from_other_solution()
         if not more:
@@ -106,20 +108,28 @@ def other_branches(
     return [search.ended(number) for number in range(min(len(search.found), max_branches))]
 
 
+@dataclass
 class _Search:
-    """The branches found so far, and the branch points on them."""
+    """The branches ``found`` so far from the ``first`` one, and the branch points on them."""
 
-    def __init__(self, first: Branch, band: tuple[float, float], max_points: int):
-        self.found: list[FoundBranch] = []
-        self._band, self._max_points = band, max_points
-        self._first, self._corrector = first, first.corrector
-        self._curvature = curvature_of(first.corrector.curve)
-        self._known: list[_Known] = []
-        self._lost: set[int] = set()
-        self._tried: list[FloatArray] = []
-        self._complete = False
-        path = self._searched(first)
-        self.add(FoundBranch(path, Origin.PATH, -1, band[0], self._corrector.solves))
+    first: Branch
+    band: tuple[float, float]
+    max_points: int
+    curvature: Curvature | None
+    found: list[FoundBranch] = field(default_factory=list)
+    _known: list[_Known] = field(default_factory=list)
+    _lost: set[int] = field(default_factory=set)
+    _tried: list[FloatArray] = field(default_factory=list)
+    _complete: bool = False
+
+    @property
+    def _corrector(self) -> Corrector:
+        return self.first.corrector
+
+    def start(self) -> None:
+        """Add the first branch, searched for what it passed over."""
+        path = self._searched(self.first)
+        self.add(FoundBranch(path, Origin.PATH, -1, self.band[0], self._corrector.solves))
 
     def add(self, found: FoundBranch) -> None:
         """Add a branch, and its branch points to those known."""
@@ -156,15 +166,16 @@ class _Search:
                     self._lost.add(known.parent)
                     continue
                 ways.append(found)
-                if found.branch.status == Status.CLOSED:
-                    break
+                first, *_, last = found.branch.points
+                if np.array_equal(first.state, last.state):
+                    break  # it is closed, and went both ways
             if ways:
                 return ways
         return []
 
     def from_other_solution(self) -> list[FoundBranch]:
         """The branch from a solution at an end of the band that is on none of those found."""
-        for value, other in (self._band, self._band[::-1]):
+        for value, other in (self.band, self.band[::-1]):
             ends = [point for f in self.found for point in f.branch.points if point.value == value]
             tried = [state for state in self._tried if state[-1] == value]
             known = [point.unknowns for point in ends] + [state[:-1] for state in tried]
@@ -175,7 +186,7 @@ class _Search:
                 continue
             self._tried.append(np.append(unknowns, value))
             path = Path(
-                self._corrector.curve, unknowns, value, other, self._corrector, self._max_points
+                self._corrector.curve, unknowns, value, other, self._corrector, self.max_points
             )
             solves = self._corrector.solves
             points = list(path)
@@ -190,8 +201,8 @@ class _Search:
         known = next((k for k in self._known if k.is_at(point.state)), None)
         if known is None:
             scale, crossing = self._corrector.curve.scale(point.state), None
-            if self._curvature is not None:
-                given = self._corrector, self._curvature, point.state, scale, switches
+            if self.curvature is not None:
+                given = self._corrector, self.curvature, point.state, scale, switches
                 crossing = solve_crossing(*given)
             if crossing is None or crossing.tangents is None or not crossing.meets:
                 self._lost.add(number)
@@ -206,7 +217,7 @@ class _Search:
     def _from(self, known: _Known, direction: FloatArray) -> FoundBranch | None:
         """The branch from a branch point along a direction, None where no step leads to it."""
         corrector, curve = self._corrector, self._corrector.curve
-        low, high = sorted(self._band)
+        low, high = sorted(self.band)
         state, scale, solves = known.crossing.state, known.scale, corrector.solves
         for length in _FIRST:
             guess = state + length * direction * scale
@@ -227,11 +238,11 @@ class _Search:
             curve,
             base.unknowns,
             base.value,
-            self._band[1],
+            self.band[1],
             corrector,
-            self._max_points,
+            self.max_points,
             base=base,
-            begin=self._band[0],
+            begin=self.band[0],
         )
         points, status = [first], None
         for point in path:
@@ -260,7 +271,7 @@ class _Search:
         solves: int,
     ) -> FoundBranch:
         """A branch of the points of a path, with its peaks and what its steps passed over."""
-        first, corrector = self._first, self._corrector
+        first, corrector = self.first, self._corrector
         follower = Follower(corrector, first.per_dof, rejected)
         points, peaks, missed = follower.searched(points)
         if missed and status in (Status.REACHED_END, Status.CLOSED):
@@ -271,7 +282,7 @@ class _Search:
 
     def _searched(self, branch: Branch) -> Branch:
         """A branch with the branch points that it passed over in pairs, and all between points."""
-        if self._curvature is not None:
+        if self.curvature is not None:
             passed = passed_pairs(branch.points, self._corrector)
             branch = followed_again(branch, passed)
         return filled(branch)

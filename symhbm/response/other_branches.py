@@ -95,7 +95,7 @@ def other_branches(
     ...     response = sh.frf(problem, (0.08, 0.32))
     >>> branches = sh.other_branches(response)
     >>> branches.branch_origin.values, branches.branch_frequency.values.round(6)
-    (array(['path', 'branch point'], dtype=object), array([0.08    , 0.193258]))
+    (array(['path', 'branch point'], dtype=object), array([0.08    , 0.193257]))
     """
     check_dataset("response", response)
     limit = check.integer("max_branches", max_branches, minimum=1)

@@ -1,7 +1,7 @@
 """Branches that cross a response, against equations written by hand and searches at random.
 
-Two or three equal masses in a chain are driven so that the chain could move as symmetrically as it is
-built. Motions that differ branch off where the equations of a small difference are singular.
+Two or three equal masses in a chain are driven so that the chain could move as symmetrically as it
+is built. Motions that differ branch off where the equations of a small difference are singular.
 """
 
 import warnings

@@ -10,7 +10,7 @@ from symhbm.continuation.events.corners import (
     turns_back,
 )
 from symhbm.continuation.events.crossing import Crossing, solve_crossing
-from symhbm.continuation.events.curvature import curvature_of
+from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.passed_pairs import passed_pairs
 from symhbm.continuation.events.resonances import Reduced, ResonanceFinder, reduced
@@ -20,6 +20,7 @@ __all__ = [
     "LARGEST_PREDICTION_ERROR",
     "SMALLEST_STEP",
     "Crossing",
+    "Curvature",
     "Reduced",
     "ResonanceFinder",
     "at_crossing",

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from symhbm.balance import Evaluation
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.events.curvature import Curvature
+from symhbm.continuation.newton import TOLERANCE
 from symhbm.numerics import FloatArray, full
 
 _MAX_ITERATIONS = 15
@@ -27,8 +28,6 @@ _LAST_STEP = 1e-9
 """Last step, relative to the response, from which the next one is round-off: its square."""
 _RADIUS = 1.0
 """Longest step relative to the response; beyond it the crossing is another one."""
-_DEFECT = 1e-10
-"""Largest defect of two branches that meet, over the largest sum of absolute force terms."""
 _SINGULAR = 1e-9
 """Singular value, over the largest one, below which more than two branches may meet."""
 _FLAT = 1e-9
@@ -41,19 +40,18 @@ class Crossing(NamedTuple):
     """A crossing at a ``state`` (n_unknowns + 1,), unknowns and parameter.
 
     ``tangents`` (2, n_unknowns + 1) are those of both branches, unit vectors of scaled variables,
-    None where there are not two; ``defect`` is the share of the forces by which the branches miss
-    each other, ``norm`` the residual norm.
+    None where there are not two; ``norm`` is the residual norm, by which the branches miss each
+    other.
     """
 
     state: FloatArray
     tangents: FloatArray | None
-    defect: float
     norm: float
 
     @property
     def meets(self) -> bool:
-        """Whether the branches meet, but for round-off."""
-        return self.defect <= _DEFECT
+        """Whether the branches meet: the crossing itself is a solution."""
+        return self.norm <= TOLERANCE
 
 
 def solve_crossing(
@@ -80,7 +78,7 @@ def solve_crossing(
             bend = curvature(point, evaluation, weights, switches) * np.outer(scale, scale) / force
             if found:
                 tangents = _tangents(slope, bend)
-                return Crossing(point, tangents, abs(defect), evaluation.norm)
+                return Crossing(point, tangents, evaluation.norm)
             values = np.concatenate(
                 [
                     evaluation.residual / force + defect * weights,
