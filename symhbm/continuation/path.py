@@ -30,6 +30,7 @@ from symhbm.continuation.events import (
     find_branch_point,
     find_folds,
     first_limit,
+    is_crossing,
     step_over_corner,
     turns_back,
 )
@@ -161,6 +162,8 @@ class Path:
         points = []
         for fold in folds:
             scale = self._curve.scale(fold.state)
+            if is_crossing(self.corrector, fold, scale, base.switches):
+                return None  # a branch turns back where it crosses another: a branch point
             tangent = self.corrector.tangent(
                 fold.state, scale, fold.direction / scale, base.switches
             )

@@ -9,7 +9,7 @@ from symhbm.continuation.events.corners import (
     step_over_corner,
     turns_back,
 )
-from symhbm.continuation.events.crossing import Crossing, solve_crossing
+from symhbm.continuation.events.crossing import Crossing, is_crossing, solve_crossing
 from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.passed_pairs import passed_pairs
@@ -29,6 +29,7 @@ __all__ = [
     "find_branch_point",
     "find_folds",
     "first_limit",
+    "is_crossing",
     "passed_pairs",
     "reduced",
     "solve_crossing",

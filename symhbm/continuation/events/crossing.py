@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.events.curvature import Curvature
+from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.newton import TOLERANCE
-from symhbm.numerics import FloatArray, full
+from symhbm.continuation.segment import PathState
+from symhbm.numerics import FloatArray, full, length_of
 
 _MAX_ITERATIONS = 15
 _LAST_STEP = 1e-9
@@ -32,6 +33,8 @@ _SINGULAR = 1e-9
 """Singular value, over the largest one, below which more than two branches may meet."""
 _FLAT = 1e-9
 """Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
+_NEXT = 1e-3
+"""Smallest singular value over the next one, and distance, next to a branch point."""
 _NORMAL = 1e-9
 """Component of a tangent along the parameter that is round-off: the branch turns back there."""
 
@@ -52,6 +55,26 @@ class Crossing(NamedTuple):
     def meets(self) -> bool:
         """Whether the branches meet: the crossing itself is a solution."""
         return self.norm <= TOLERANCE
+
+
+def is_crossing(
+    corrector: Corrector, at: PathState, scale: FloatArray, switches: NDArray[np.bool_]
+) -> bool:
+    """Whether a branch point lies next to a solution of a path, but for some 1e-3 of lengths."""
+    curve, state = corrector.curve, at.state
+    evaluation = curve.evaluate(state[:-1], state[-1], switches)
+    tangent = at.direction / scale
+    rows = _slope(evaluation) * scale / (evaluation.magnitude or 1.0), tangent / length_of(tangent)
+    sizes = np.linalg.svd(np.vstack(rows), compute_uv=False)
+    if sizes[-1] > _NEXT * sizes[-2]:
+        return False
+    curvature = curvature_of(curve)
+    crossing = None
+    if curvature is not None:
+        crossing = solve_crossing(corrector, curvature, state, scale, switches)
+    if crossing is None or not crossing.meets:
+        return False
+    return length_of((crossing.state - state) / scale) <= _NEXT
 
 
 def solve_crossing(
