@@ -31,6 +31,7 @@ from symhbm.continuation.events import (
     find_folds,
     first_limit,
     is_crossing,
+    several_meet,
     step_over_corner,
     turns_back,
 )
@@ -125,8 +126,11 @@ class Path:
                     attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
                 if step < SMALLEST_STEP:
-                    known = self.corrector.defined
-                    self.status = Status.MINIMUM_STEP if known else Status.UNDEFINED_FORCE
+                    self.status = Status.MINIMUM_STEP
+                    if not self.corrector.defined:
+                        self.status = Status.UNDEFINED_FORCE
+                    elif several_meet(self.corrector, point):
+                        self.status = Status.SEVERAL_MEET
                     return
                 continue
             base, (point, error) = point, attempt

@@ -38,6 +38,11 @@ class Status(StrEnum):
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond the last of them"
     )
+    SEVERAL_MEET = (
+        "the path could not be continued through a point where more than two branches meet, as of "
+        "structures with several equal parts; the points before are valid; make the structure or "
+        "the force a little less symmetric"
+    )
     TURNED_BACK = (
         "the path turned back at a fold and came back to the start of the band without reaching "
         "its end; the points are valid; try a wider band, or the opposite direction"

@@ -9,7 +9,12 @@ from symhbm.continuation.events.corners import (
     step_over_corner,
     turns_back,
 )
-from symhbm.continuation.events.crossing import Crossing, is_crossing, solve_crossing
+from symhbm.continuation.events.crossing import (
+    Crossing,
+    is_crossing,
+    several_meet,
+    solve_crossing,
+)
 from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.passed_pairs import passed_pairs
@@ -32,6 +37,7 @@ __all__ = [
     "is_crossing",
     "passed_pairs",
     "reduced",
+    "several_meet",
     "solve_crossing",
     "step_over_corner",
     "turns_back",

@@ -17,10 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import Evaluation
+from symhbm.balance import MANY, Evaluation
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState
 from symhbm.numerics import FloatArray, full, length_of
 
@@ -75,6 +76,16 @@ def is_crossing(
     if crossing is None or not crossing.meets:
         return False
     return length_of((crossing.state - state) / scale) <= _NEXT
+
+
+def several_meet(corrector: Corrector, point: PathPoint) -> bool:
+    """Whether a path that cannot go on ends next to a point where more than two branches meet."""
+    curve, scale = corrector.curve, point.scale
+    if curve.single_valued or curve.problem.n_unknowns > MANY:
+        return False
+    evaluation = curve.evaluate(point.unknowns, point.value, point.switches)
+    sizes = np.linalg.svd(_slope(evaluation) * scale, compute_uv=False)
+    return len(sizes) > 2 and bool(sizes[-2] < _NEXT * sizes[-3])
 
 
 def solve_crossing(
