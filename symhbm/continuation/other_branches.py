@@ -40,6 +40,9 @@ _FIRST = (1e-2, 1e-3, 1e-4)
 """Arc lengths of a first step from a branch point, tried in turn."""
 _ON_BRANCH = 0.9
 """Cosine of the angle between a tangent and the first step along it, at least."""
+_UNCLEAR = 1e-4
+"""Distance, relative to the response, from a point where more than two branches meet up to which
+nothing is followed."""
 _PASSES = 1e-2
 """Distance at which a branch passes where it began, over the length of the step there."""
 
@@ -272,6 +275,8 @@ class _Search:
     ) -> FoundBranch:
         """A branch of the points of a path, with its peaks and what its steps passed over."""
         first, corrector = self.first, self._corrector
+        if status == Status.SEVERAL_MEET:
+            points = _far_enough(points)
         follower = Follower(corrector, first.per_dof, rejected)
         points, peaks, missed = follower.searched(points)
         if missed and status in (Status.REACHED_END, Status.CLOSED):
@@ -290,6 +295,13 @@ class _Search:
 
 def _is_branch_point(point: PathPoint) -> bool:
     return any(event.kind == EventKind.BRANCH for event in point.events)
+
+
+def _far_enough(points: list[PathPoint]) -> list[PathPoint]:
+    """A path that ends where more than two branches meet, up to where tangents are round-off."""
+    last = points[-1]
+    far = [np.linalg.norm((p.state - last.state) / last.scale) > _UNCLEAR for p in points]
+    return points[: max(2, len(points) - far[::-1].index(True))] if any(far) else points[:2]
 
 
 def _passes(segment: Segment, start: PathPoint) -> bool:

@@ -177,6 +177,35 @@ def test_a_pair_of_branch_points_within_one_step():
     assert branches.sizes["branch"] == 2
 
 
+def test_a_path_ends_where_more_than_two_branches_meet():
+    """A ring of four has many branches, some of which end at double branch points."""
+    coupling = 0.05
+    turned = np.roll(np.eye(4), 1, axis=0)
+    stiffness = (1 + 2 * coupling) * np.eye(4) - coupling * (turned + turned.T)
+    model = sh.Model(
+        np.eye(4),
+        DAMPING * np.eye(4),
+        stiffness,
+        contacts=[(i,) for i in range(4)],
+        cubic_stiffness=GAMMA,
+    )
+    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 4}))
+    with pytest.warns(RuntimeWarning, match="curves are incomplete"):
+        branches = sh.other_branches(followed(problem, (0.5, 2.0)), max_branches=5)
+    assert branches.status.values[4] == sh.Status.SEVERAL_MEET
+    assert branches.branch_parent.values.tolist() == [-1, 0, 1, 1, 1]
+    # Every branch is one of motions that solve the balance, and begins on its parent.
+    assert branches.residual_norm.max() < 1e-11
+    for number in range(1, 5):
+        omega, motion = points_of(branches, number)
+        linear = motion @ stiffness - (omega**2 + 1j * omega * DAMPING)[:, None] * motion
+        forces = linear + 0.75 * GAMMA * np.abs(motion) ** 2 * motion - 0.3
+        assert np.abs(forces).max() < 1e-11 * np.abs(motion).max()
+        others, of_parent = points_of(branches, int(branches.branch_parent[number]))
+        distance = np.abs(others - omega[0]) + np.abs(of_parent - motion[0]).max(axis=1)
+        assert distance.min() < 1e-6
+
+
 def test_branch_points_over_the_force():
     """At one frequency a pair gives way at forces that have a closed form."""
     omega, coupling = 1.3, 0.02

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import symhbm as sh
-from tests.continuation.test_branch_points import DAMPING, GAMMA, TURN, pair
+from tests.continuation.test_branch_points import DAMPING, GAMMA, TURN, pair, pitchforks
 
 CHANGES = ("period doubling", "Neimark-Sacker", "symmetry breaking", "change of stability")
 
@@ -165,6 +165,28 @@ def test_odd_motions_lose_their_symmetry_where_even_harmonics_branch_off():
     at = odd.frequency.values[found[0][1]]
     branch = whole.event_frequency.values[whole.event_kind.values == "branch point"]
     np.testing.assert_allclose(at, branch, rtol=1e-9)
+
+
+def test_points_where_more_than_two_branches_meet():
+    """A ring of three gives way in two ways at once: no sign changes, a multiplier passes +1."""
+    coupling = 0.02
+    stiffness = np.eye(3) + coupling * (3 * np.eye(3) - 1)
+    model = sh.Model(
+        np.eye(3),
+        DAMPING * np.eye(3),
+        stiffness,
+        contacts=[(0,), (1,), (2,)],
+        cubic_stiffness=GAMMA,
+    )
+    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 3}))
+    curve = followed(problem, (0.5, 2.0))
+    assert not (curve.event_kind == "branch point").any()
+    # Differences feel the coupling three times, in a pair twice.
+    lower = pitchforks(0.3, 1.5 * coupling).min()
+    kinds = [kind for kind, index in changes_of(curve)]
+    at = [TURN * curve.frequency.values[index] for _, index in changes_of(curve)]
+    assert kinds == ["change of stability"]
+    assert at[0] == pytest.approx(lower, rel=1e-9)
 
 
 def test_friction_that_ends_flutter():
