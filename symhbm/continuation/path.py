@@ -166,7 +166,7 @@ class Path:
         points = []
         for fold in folds:
             scale = self._curve.scale(fold.state)
-            if is_crossing(self.corrector, fold, scale, base.switches):
+            if is_crossing(self.corrector, fold, (base, point)):
                 return None  # a branch turns back where it crosses another: a branch point
             tangent = self.corrector.tangent(
                 fold.state, scale, fold.direction / scale, base.switches
@@ -254,6 +254,8 @@ class Path:
                 if beyond is None:
                     return None
                 events = (Event(EventKind.BRANCH),)
+                if beyond.direction[-1] == 0:
+                    events += (Event(EventKind.FOLD),)
                 return self._accept(beyond, scale, base.switches, events), error
             solution = tangent
         return self._accept(solution, scale, base.switches), error

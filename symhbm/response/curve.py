@@ -227,9 +227,8 @@ class Curve:
     def _with_changes(self, points: Table) -> tuple[list[Solution], Table, int]:
         """The solutions with the changes of stability among them, their results, how many lack."""
         solutions, stability = list(self.solutions), points["stability"]
-        if not {0, 1} <= {*stability.tolist()}:
-            return solutions, points, 0
-        told = [self._known(*of) for of in zip(solutions, stability.tolist(), strict=True)]
+        rates = points["growth_rate"].tolist()
+        told = [self._known(*of) for of in zip(solutions, rates, strict=True)]
         inserted: list[tuple[int, Solution]] = []
         lost = first = 0
         for level, run in groupby(solutions, lambda solution: solution.level):
@@ -255,9 +254,9 @@ class Curve:
                 solutions.insert(place, solution)
         return solutions, points, lost
 
-    def _known(self, solution: Solution, stability: int) -> Known | None:
+    def _known(self, solution: Solution, rate: float) -> Known | None:
         """A solution as changes of stability need it, None where there is none."""
-        if solution.unknowns is None:
+        if solution.unknowns is None or math.isnan(rate):
             return None
         state, (start, end) = np.append(solution.unknowns, solution.value), self.request.band
         # Tangents of solutions with more harmonics point along the parameter.
@@ -266,7 +265,7 @@ class Curve:
             PathState(state, -tangent if turns and tangent[-1] > 0 else tangent)
             for tangent in solution.tangents
         )
-        return Known(before, after, stability, frozenset(e.kind for e in solution.events))
+        return Known(before, after, rate, frozenset(e.kind for e in solution.events))
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""

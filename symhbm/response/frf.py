@@ -63,9 +63,9 @@ def frf(
     at : (n,), ascending
         Frequencies [Hz] of a grid; ``frequency`` then is a dimension. Where cubic springs may make
         several solutions, ``solution`` is another: those on the connected branch from the first
-        frequency to the last, which need not be all (`other_branches` follows others). Peaks lie between the values of a grid, above
-        its largest amplitude, at ``peak_frequency``. By default the result holds the points of the
-        path along ``point``, peaks among them.
+        frequency to the last, which need not be all (`other_branches` follows others). Peaks lie
+        between the values of a grid, above its largest amplitude, at ``peak_frequency``. By default
+        the result holds the points of the path along ``point``, peaks among them.
     over
         Named parameters to sweep. Each value of a list is set for all blades or contacts alike; the
         list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or

@@ -25,24 +25,24 @@ _REAL = 1e-9
 _HALF = 0.25
 """Distance of an imaginary part from a multiple of the frequency, over it, that truncation makes.
 """
+_CLOSE = 0.25
+"""Growth rate over the largest one of a path below which it may pass zero twice in a step."""
+_STRAIGHT = 0.5
+"""Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""
+_MAX_DEPTH = 4
 _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 
 
 class Known(NamedTuple):
     """A solution of a path with its tangents on both sides.
 
-    ``stability`` is 1, 0 or -1 as in datasets; ``kinds`` are those of the events there.
+    ``rate`` is its growth rate [1/s]; ``kinds`` are those of the events there.
     """
 
     before: PathState
     after: PathState
-    stability: int
+    rate: float
     kinds: frozenset[str]
-
-    @property
-    def special(self) -> bool:
-        """Whether its own stability does not tell of that beside it."""
-        return bool(self.kinds) or self.stability < 0
 
 
 class Change(NamedTuple):
@@ -58,35 +58,49 @@ def stability_changes(
 ) -> tuple[list[Change], int]:
     """The changes along the points of one path, in their order, and how many were not located.
 
-    A point that is None, and a stability that is not known, interrupt it.
+    A point that is None interrupts it.
     """
     changes: list[Change] = []
+    close = _CLOSE * max((abs(point.rate) for point in points if point is not None), default=0.0)
     lost, before = 0, -1
     for number, (left, right) in enumerate(pairwise(points)):
         if left is None or right is None:
             before = -1
             continue
-        along = _Along(corrector, left, right)
+        along = _Along(corrector, left, right, close)
         try:
-            begin, end = along.verdict_at(0), along.verdict_at(1)
-            if {before, begin} == {0, 1} and not left.kinds & _EXPLAINED:
+            samples = along.samples()
+            if {before, samples[0].verdict} == {0, 1} and not left.kinds & _EXPLAINED:
                 changes.append(Change(number, along.kind(left.after)))
-            if {begin, end} == {0, 1}:
-                changes.append(Change(number, *along.change()))
+            told = [sample for sample in samples if sample.verdict >= 0]
+            for low, high in pairwise(told):
+                if low.verdict != high.verdict:
+                    changes.append(Change(number, *along.change(low.share, high.share)))
+            before = samples[-1].verdict
         except ArithmeticError:
-            lost += {left.stability, right.stability} == {0, 1}
-            end = -1
-        before = end
+            lost += left.rate * right.rate < 0
+            before = -1
     return changes, lost
 
 
-class _Along:
-    """Stability of the solutions between two neighbouring points of a path."""
+class _Sample(NamedTuple):
+    """The growth rate at a share of a segment, and what it says."""
 
-    def __init__(self, corrector: Corrector, left: Known, right: Known):
+    share: float
+    rate: float
+    verdict: int
+
+
+class _Along:
+    """Stability of the solutions between two neighbouring points of a path.
+
+    Rates below ``close`` are looked at in between, too.
+    """
+
+    def __init__(self, corrector: Corrector, left: Known, right: Known, close: float):
         self._curve = corrector.curve
         self._ends = left, right
-        self._corrector = corrector
+        self._corrector, self._close = corrector, close
 
     @cached_property
     def _segment(self) -> Segment:
@@ -97,21 +111,44 @@ class _Along:
         segment.switches = self._curve.evaluate(middle[:-1], middle[-1]).states.switches
         return segment
 
-    def verdict_at(self, end: int) -> int:
-        """Stability at the left end, 0, or the right one, 1; beside it where the end is special."""
-        if not self._ends[end].special:
-            return self._ends[end].stability
-        exponent, frequency = self._exponent(self._solved(self._share(end)))
-        return verdict(exponent.real, frequency)
+    def samples(self) -> list[_Sample]:
+        """Growth rates from the left end to the right one; beside ends with events."""
+        return self._between(self._at_end(0), self._at_end(1), 0)
 
-    def change(self) -> tuple[EventKind, PathState]:
+    def _at_end(self, end: int) -> _Sample:
+        point = self._ends[end]
+        _, frequency = self._curve.at(float(point.after.state[-1]))
+        told = verdict(point.rate, frequency)
+        if not point.kinds and told >= 0:
+            return _Sample(float(end), point.rate, told)
+        return self._sample(abs(end - _BESIDE))
+
+    def _sample(self, share: float) -> _Sample:
+        exponent, frequency = self._exponent(self._solved(share))
+        return _Sample(share, exponent.real, verdict(exponent.real, frequency))
+
+    def _between(self, low: _Sample, high: _Sample, depth: int) -> list[_Sample]:
+        """Two samples, and those in between where the rate may pass zero twice."""
+        if depth == _MAX_DEPTH or min(abs(low.rate), abs(high.rate)) >= self._close:
+            return [low, high]
+        try:
+            middle = self._sample((low.share + high.share) / 2)
+        except ArithmeticError:
+            return [low, high]
+        bend = abs(middle.rate - (low.rate + high.rate) / 2)
+        if bend < _STRAIGHT * abs(middle.rate) and low.verdict == middle.verdict == high.verdict:
+            return [low, high]
+        halves = (self._between(*pair, depth + 1) for pair in ((low, middle), (middle, high)))
+        first, last = halves
+        return [*first, *last[1:]]
+
+    def change(self, low: float, high: float) -> tuple[EventKind, PathState]:
         """What happens where the growth rate passes zero, and the solution there."""
 
         def rate(share: float) -> float:
             return self._exponent(self._solved(share))[0].real
 
-        ends = self._share(0), self._share(1)
-        share = float(scipy.optimize.brentq(rate, *ends, xtol=1e-14, rtol=1e-14))  # type: ignore
+        share = float(scipy.optimize.brentq(rate, low, high, xtol=1e-14, rtol=1e-14))  # type: ignore
         state = self._solved(share)
         return self.kind(state), state
 
@@ -130,10 +167,6 @@ class _Along:
         odd = all(n % 2 for n in problem.harmonics)
         half = odd and abs(abs(exponent.imag) / frequency - 1) < _HALF
         return EventKind.SYMMETRY if half else EventKind.STABILITY
-
-    def _share(self, end: int) -> float:
-        """Share of the segment at which stability at an end is told."""
-        return abs(end - _BESIDE) if self._ends[end].special else float(end)
 
     def _solved(self, share: float) -> PathState:
         if share in (0.0, 1.0):

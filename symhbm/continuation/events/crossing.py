@@ -36,8 +36,11 @@ _FLAT = 1e-9
 """Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
 _NEXT = 1e-3
 """Smallest singular value over the next one, and distance, next to a branch point."""
-_NORMAL = 1e-9
-"""Component of a tangent along the parameter that is round-off: the branch turns back there."""
+_SAME = 1e-6
+"""Distance, relative to the response, up to which two branch points are one."""
+_NORMAL = 1e-6
+"""Component of a tangent along the parameter up to which the branch turns back there: within its
+square, relative to the parameter."""
 
 
 class Crossing(NamedTuple):
@@ -59,23 +62,31 @@ class Crossing(NamedTuple):
 
 
 def is_crossing(
-    corrector: Corrector, at: PathState, scale: FloatArray, switches: NDArray[np.bool_]
+    corrector: Corrector, fold: PathState, between: tuple[PathPoint, PathPoint]
 ) -> bool:
-    """Whether a branch point lies next to a solution of a path, but for some 1e-3 of lengths."""
-    curve, state = corrector.curve, at.state
+    """Whether a fold between two points is where the path turns back at a branch point.
+
+    A branch point next to the fold that is one of both points, or beyond them, does not count.
+    """
+    (left, right), curve, state = between, corrector.curve, fold.state
+    scale, switches = left.scale, left.switches
     evaluation = curve.evaluate(state[:-1], state[-1], switches)
-    tangent = at.direction / scale
+    tangent = fold.direction / scale
     rows = _slope(evaluation) * scale / (evaluation.magnitude or 1.0), tangent / length_of(tangent)
     sizes = np.linalg.svd(np.vstack(rows), compute_uv=False)
     if sizes[-1] > _NEXT * sizes[-2]:
         return False
     curvature = curvature_of(curve)
-    crossing = None
-    if curvature is not None:
-        crossing = solve_crossing(corrector, curvature, state, scale, switches)
+    if curvature is None:
+        return False
+    crossing = solve_crossing(corrector, curvature, state, scale, switches)
     if crossing is None or not crossing.meets:
         return False
-    return length_of((crossing.state - state) / scale) <= _NEXT
+    ends = [(end.state - left.state) / scale for end in (left, right)]
+    found, near = (crossing.state - left.state) / scale, (crossing.state - state) / scale
+    inside = 0 < np.dot(found, ends[1]) < np.dot(ends[1], ends[1])
+    inside &= all(length_of(found - end) > _SAME for end in ends)
+    return bool(inside) and length_of(near) <= _NEXT
 
 
 def several_meet(corrector: Corrector, point: PathPoint) -> bool:
