@@ -206,17 +206,25 @@ def test_a_path_ends_where_more_than_two_branches_meet():
         assert distance.min() < 1e-6
 
 
+def closed_forms_at(omega, coupling):
+    """Stiffenings and (force over amplitude) at which a pair gives way at one frequency.
+
+    ``(stuck + 3 s)(stuck + s) + loss = 0`` for the stiffening ``s`` of differences.
+    """
+    stuck, loss = 1 + 2 * coupling - omega**2, (DAMPING * omega) ** 2
+    springs = np.roots([3, 4 * stuck, stuck**2 + loss])
+    return springs, np.sqrt((1 - omega**2 + springs) ** 2 + loss)
+
+
 def test_branch_points_over_the_force():
     """At one frequency a pair gives way at forces that have a closed form."""
     omega, coupling = 1.3, 0.02
-    problem = pair(1.0, coupling)
     with pytest.warns(RuntimeWarning, match=r"symhbm\.other_branches"):
-        response = sh.follow(problem, "force_amplitude", (0.05, 1.0), frequency=omega / TURN)
-    stuck, loss = 1 + 2 * coupling - omega**2, (DAMPING * omega) ** 2
-    # (stuck + 3 s)(stuck + s) + loss = 0 for the stiffening s of differences.
-    springs = np.roots([3, 4 * stuck, stuck**2 + loss])
-    squares = springs / (0.75 * GAMMA)
-    forces = np.sqrt(((1 - omega**2 + springs) ** 2 + loss) * squares)
+        response = sh.follow(
+            pair(1.0, coupling), "force_amplitude", (0.05, 1.0), frequency=omega / TURN
+        )
+    springs, ratio = closed_forms_at(omega, coupling)
+    forces = ratio * np.sqrt(springs / (0.75 * GAMMA))
     is_branch = response.event_kind.values == "branch point"
     found = response.event_force_amplitude.values[is_branch]
     np.testing.assert_allclose(np.sort(found), np.sort(forces), rtol=1e-10)
@@ -226,6 +234,23 @@ def test_branch_points_over_the_force():
     assert np.abs(beginning[:, None] - forces).min(axis=1).max() < 1e-9
     assert branches.residual_norm.max() < 1e-11
     assert branches.amplitude.isel(branch=1).diff("dof").max() > 0.1
+
+
+def test_branch_points_over_the_stiffening():
+    """The same over a parameter of the contacts, by which second derivatives are not zero."""
+    omega, coupling, force = 1.3, 0.02, 0.3
+    with pytest.warns(RuntimeWarning, match="other solutions branch off"):
+        response = sh.follow(
+            pair(force, coupling), "cubic_stiffness", (0.01, 1.0), frequency=omega / TURN
+        )
+    springs, ratio = closed_forms_at(omega, coupling)
+    stiffening = springs / (0.75 * (force / ratio) ** 2)
+    is_branch = response.event_kind.values == "branch point"
+    found = response.event_cubic_stiffness.values[is_branch]
+    np.testing.assert_allclose(np.sort(found), np.sort(stiffening), rtol=1e-10)
+    branches = sh.other_branches(response)
+    assert branches.sizes["branch"] > 1
+    assert branches.residual_norm.max() < 1e-11
 
 
 def test_other_solutions_at_an_end_of_the_band_are_followed():
