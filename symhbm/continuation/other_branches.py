@@ -189,7 +189,13 @@ class _Search:
                 continue
             self._tried.append(np.append(unknowns, value))
             path = Path(
-                self._corrector.curve, unknowns, value, other, self._corrector, self.max_points
+                self._corrector.curve,
+                unknowns,
+                value,
+                other,
+                self._corrector,
+                self.max_points,
+                careful=True,
             )
             solves = self._corrector.solves
             points = list(path)
@@ -246,6 +252,7 @@ class _Search:
             self.max_points,
             base=base,
             begin=self.band[0],
+            careful=True,
         )
         points, status = [first], None
         for point in path:

@@ -54,6 +54,9 @@ LARGEST_STEP = 0.5
 """Longest arc length of a step: half of the response or of the parameter."""
 PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point that step control aims at."""
+CAREFUL_ERROR, CAREFUL_TURN = 0.05, 0.8
+"""Largest distance between predicted and corrected point, and least cosine of the angle between the
+tangents at both ends, of steps on branches that cross others."""
 MAX_AIMS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
 MAX_FULL_AIMS = 2
@@ -70,8 +73,9 @@ class Path:
     """Iterator over the points of a curve from ``start``, where ``unknowns`` solve it, to ``end``.
 
     ``base`` may be a point of another path to continue from, in its contact states, ``begin`` the
-    other end of the band where that is not ``start``. Folds, branch points, onsets and ends of slip
-    are points. ``status`` tells why the path ended, ``rejected`` counts the rejected steps.
+    other end of the band where that is not ``start``; ``careful`` steps do not end on a branch that
+    they cross. Folds, branch points, onsets and ends of slip are points. ``status`` tells why the
+    path ended, ``rejected`` counts the rejected steps.
     """
 
     def __init__(
@@ -84,6 +88,7 @@ class Path:
         max_points: int = 5000,
         base: PathPoint | None = None,
         begin: float | None = None,
+        careful: bool = False,
     ):
         self.corrector = corrector or corrector_of(curve)
         self.status = Status.NOT_STARTED
@@ -92,6 +97,7 @@ class Path:
         self._start = np.append(unknowns, float(start)) if base is None else base.state
         self._base = base
         self._begin = float(self._start[-1]) if begin is None else begin
+        self._careful = careful
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -228,7 +234,10 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
-        forward = np.dot(solution.direction, base.after / scale) > 0
+        turn = np.dot(solution.direction, base.after / scale)  # both are of unit length
+        forward = turn > 0
+        if self._careful and abs(turn) < CAREFUL_TURN:
+            return None
         behind = np.dot(solution.direction, (solution.point - start) / scale) <= 0
         if forward and behind and not self._curve.single_valued:
             return None  # a part of the path that was there before, close to this one
@@ -269,7 +278,8 @@ class Path:
         solution = self._correct(guess, scale, normal, base.switches, end)
         if solution is None:
             return None
-        return None if solution.error > LARGEST_PREDICTION_ERROR else (solution, solution.error)
+        largest = CAREFUL_ERROR if self._careful else LARGEST_PREDICTION_ERROR
+        return None if solution.error > largest else (solution, solution.error)
 
     def _end_of_band(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""
