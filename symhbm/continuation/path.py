@@ -31,6 +31,7 @@ from symhbm.continuation.events import (
     find_folds,
     first_limit,
     is_crossing,
+    leaves,
     several_meet,
     step_over_corner,
     turns_back,
@@ -267,6 +268,8 @@ class Path:
                     events += (Event(EventKind.FOLD),)
                 return self._accept(beyond, scale, base.switches, events), error
             solution = tangent
+        if self._careful and leaves(self.corrector, base, solution):
+            return None
         return self._accept(solution, scale, base.switches), error
 
     def _attempt(

@@ -12,6 +12,7 @@ from symhbm.continuation.events.corners import (
 from symhbm.continuation.events.crossing import (
     Crossing,
     is_crossing,
+    leaves,
     several_meet,
     solve_crossing,
 )
@@ -35,6 +36,7 @@ __all__ = [
     "find_folds",
     "first_limit",
     "is_crossing",
+    "leaves",
     "passed_pairs",
     "reduced",
     "several_meet",

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import MANY, Evaluation
-from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.correctors import Corrected, Corrector
 from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import PathState
+from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray, full, length_of
 
 _MAX_ITERATIONS = 15
@@ -36,6 +36,10 @@ _FLAT = 1e-9
 """Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
 _NEXT = 1e-3
 """Smallest singular value over the next one, and distance, next to a branch point."""
+_DIP = 0.7
+"""Smallest singular value over that elsewhere in a step, below which it may vanish in between."""
+_BESIDE = 0.5
+"""Largest distance of a branch point from a step that passes it, over the length of that."""
 _SAME = 1e-6
 """Distance, relative to the response, up to which two branch points are one."""
 _NORMAL = 1e-6
@@ -68,25 +72,60 @@ def is_crossing(
 
     A branch point next to the fold that is one of both points, or beyond them, does not count.
     """
-    (left, right), curve, state = between, corrector.curve, fold.state
-    scale, switches = left.scale, left.switches
-    evaluation = curve.evaluate(state[:-1], state[-1], switches)
-    tangent = fold.direction / scale
+    (left, right), state = between, fold.state
+    if _regularity(corrector, fold, left)[0] > _NEXT:
+        return False
+    crossing = _crossing_between(corrector, state, left, right.state)
+    return crossing is not None and length_of((crossing - state) / left.scale) <= _NEXT
+
+
+def leaves(corrector: Corrector, base: PathPoint, ahead: Corrected) -> bool:
+    """Whether a step passes a branch point though the sign is the same: it is on the other branch.
+
+    Also where nothing is found half-way.
+    """
+    ends = PathState(base.state, base.after), PathState(ahead.point, ahead.direction * base.scale)
+    segment = Segment(corrector, *ends, base.switches, base.scale)
+    middle = segment.solve(0.5)
+    if middle is None:
+        return True
+    states = ends[0], middle, ends[1]
+    sizes = [_regularity(corrector, at, base)[1] for at in states]
+    if min(sizes) > _DIP * max(sizes):
+        return False
+    guess = states[int(np.argmin(sizes))].state
+    crossing = _crossing_between(corrector, guess, base, ahead.point)
+    if crossing is None:
+        return False
+    share = np.dot(segment.normal, (crossing - base.state) / base.scale) / segment.length
+    [near], _ = segment.interpolate(np.array([share]))
+    return length_of((near - crossing) / base.scale) <= _BESIDE * segment.length
+
+
+def _regularity(corrector: Corrector, at: PathState, base: PathPoint) -> tuple[float, float]:
+    """The smallest singular value of derivatives and tangent over the next one, and itself."""
+    state, scale = at.state, base.scale
+    evaluation = corrector.curve.evaluate(state[:-1], state[-1], base.switches)
+    tangent = at.direction / scale
     rows = _slope(evaluation) * scale / (evaluation.magnitude or 1.0), tangent / length_of(tangent)
     sizes = np.linalg.svd(np.vstack(rows), compute_uv=False)
-    if sizes[-1] > _NEXT * sizes[-2]:
-        return False
-    curvature = curvature_of(curve)
+    return float(sizes[-1] / sizes[-2]), float(sizes[-1])
+
+
+def _crossing_between(
+    corrector: Corrector, guess: FloatArray, base: PathPoint, end: FloatArray
+) -> FloatArray | None:
+    """The state of a branch point from a ``guess``, strictly between a point and an ``end``."""
+    curvature = curvature_of(corrector.curve)
     if curvature is None:
-        return False
-    crossing = solve_crossing(corrector, curvature, state, scale, switches)
+        return None
+    crossing = solve_crossing(corrector, curvature, guess, base.scale, base.switches)
     if crossing is None or not crossing.meets:
-        return False
-    ends = [(end.state - left.state) / scale for end in (left, right)]
-    found, near = (crossing.state - left.state) / scale, (crossing.state - state) / scale
-    inside = 0 < np.dot(found, ends[1]) < np.dot(ends[1], ends[1])
-    inside &= all(length_of(found - end) > _SAME for end in ends)
-    return bool(inside) and length_of(near) <= _NEXT
+        return None
+    found, whole = (crossing.state - base.state) / base.scale, (end - base.state) / base.scale
+    inside = 0 < np.dot(found, whole) < np.dot(whole, whole)
+    inside &= min(length_of(found), length_of(found - whole)) > _SAME
+    return crossing.state if inside else None
 
 
 def several_meet(corrector: Corrector, point: PathPoint) -> bool:
