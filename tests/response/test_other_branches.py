@@ -23,9 +23,15 @@ from tests.continuation.test_branch_points import (
     pitchforks,
 )
 
-COUPLING, STIFFENING = 0.1, 0.06
+STIFFENING = 0.06
 """Of the springs between three masses."""
-FORCE = 0.25
+CHAINS = [
+    (0.1, (0.25, 0.25, 0.25), 2),
+    (0.02, (0.25, 0.25, 0.25), 4),
+    (0.02, (0.1, 0.4, 0.1), 2),
+    (0.02, (0.2, 0.3, 0.2), 2),
+]
+"""Stiffness of those springs, force on each mass, and the number of branches."""
 
 
 def followed(problem, band, **options):
@@ -41,9 +47,9 @@ def points_of(branches, number):
     return TURN * branch.frequency.values, coefficient[..., 0] + 1j * coefficient[..., 1]
 
 
-def chain(harmonics=(1,)):
-    """Three masses on springs that stiffen, the two between them too; all driven alike."""
-    stiffness = np.eye(3) + COUPLING * np.array([[1, -1, 0], [-1, 2, -1], [0, -1, 1]])
+def chain(coupling, force):
+    """Three masses on springs that stiffen, the two between them too."""
+    stiffness = np.eye(3) + coupling * np.array([[1, -1, 0], [-1, 2, -1], [0, -1, 1]])
     springs = [GAMMA, GAMMA, GAMMA, STIFFENING, STIFFENING]
     model = sh.Model(
         np.eye(3),
@@ -52,25 +58,25 @@ def chain(harmonics=(1,)):
         contacts=[(0,), (1,), (2,), (0, 1), (1, 2)],
         cubic_stiffness=springs,
     )
-    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [FORCE] * 3}), harmonics)
+    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: force}))
 
 
-def chain_balance(motion, omega):
+def chain_balance(motion, omega, coupling, force):
     """Forces (..., 3) of the chain under one harmonic, by hand."""
     left, middle, right = np.moveaxis(motion, -1, 0)
 
     def spring(linear, cubic, travel):
         return (linear + 0.75 * cubic * np.abs(travel) ** 2) * travel
 
-    first = spring(COUPLING, STIFFENING, left - middle)
-    second = spring(COUPLING, STIFFENING, middle - right)
+    first = spring(coupling, STIFFENING, left - middle)
+    second = spring(coupling, STIFFENING, middle - right)
     springs = spring(1.0, GAMMA, motion)
     springs += np.stack([first, second - first, -second], axis=-1)
     omega = np.asarray(omega)[..., None]
-    return springs - omega**2 * motion - 1j * omega * DAMPING * motion - FORCE
+    return springs - omega**2 * motion - 1j * omega * DAMPING * motion - np.array(force)
 
 
-def chain_pitchfork(guess, omega):
+def chain_pitchfork(guess, omega, balance):
     """Where the chain's symmetric motion (left, middle) gives way: angular frequency, by SciPy.
 
     Unknowns are the symmetric motion, a small antisymmetric one (p, 0, -p) that the linearised
@@ -83,12 +89,11 @@ def chain_pitchfork(guess, omega):
         # The balance is a cubic of the step: two steps of any length give its slope exactly.
         steps = np.array([1.0, 2.0])
         odd = [
-            chain_balance(motion + s * way, unknowns[6])
-            - chain_balance(motion - s * way, unknowns[6])
+            balance(motion + s * way, unknowns[6]) - balance(motion - s * way, unknowns[6])
             for s in steps
         ]
         slope = (8 * odd[0] - odd[1]) / 12
-        parts = [*chain_balance(motion, unknowns[6])[:2], slope[0]]
+        parts = [*balance(motion, unknowns[6])[:2], slope[0]]
         both = [part for number in parts for part in (number.real, number.imag)]
         return [*both, abs(p) ** 2 - 1]
 
@@ -143,27 +148,42 @@ def test_all_solutions_of_a_pair_are_on_its_branches(omega):
     assert distance.min(axis=1).max() < 1e-6
 
 
-def test_branches_of_a_chain():
+@pytest.mark.parametrize(("coupling", "force", "n_branches"), CHAINS)
+def test_branches_of_a_chain(coupling, force, n_branches):
     """Three masses, the springs between them stiffening: pitchforks by an extended system."""
-    band = 0.7, 2.2
-    branches = sh.other_branches(followed(chain(), band))
+
+    def balance(motion, omega):
+        return chain_balance(motion, omega, coupling, force)
+
+    branches = sh.other_branches(followed(chain(coupling, force), (0.5, 2.2)), throw=True)
+    assert branches.sizes["branch"] == n_branches
     path, motion = points_of(branches, 0)
     assert np.abs(motion[:, 0] - motion[:, 2]).max() < 1e-6
-    is_branch = branches.event_kind.values[0] == "branch point"
-    located = TURN * branches.event_frequency.values[0][is_branch]
-    assert len(located) >= 2
-    for omega in located:
-        at = motion[np.argmin(np.abs(path - omega))]
-        guess = [(part.real, part.imag) for part in at]
-        assert omega == pytest.approx(chain_pitchfork(guess, omega), rel=1e-8)
+    at = [
+        TURN * branches.event_frequency.values[number][kinds == "branch point"]
+        for number, kinds in enumerate(branches.event_kind.values)
+    ]
     broken = []
-    for number in range(branches.sizes["branch"]):
+    for number in range(n_branches):
         omega, motion = points_of(branches, number)
-        forces = np.abs(chain_balance(motion, omega)).max()
+        forces = np.abs(balance(motion, omega)).max()
         assert forces < 1e-11 * np.abs(motion).max() * np.max(omega) ** 2
-        broken.append(np.abs(motion[:, 0] - motion[:, 2]).max())
-    assert broken[1] > 0.1
-    assert branches.residual_norm.max() < 1e-11
+        broken.append(np.abs(motion[:, 0] - motion[:, 2]).max() > 0.1)
+        if number:  # a closed curve, which begins and ends at one branch point
+            assert branches.status.values[number] == sh.Status.CLOSED
+            assert omega[0] == pytest.approx(omega[-1], rel=1e-12)
+    assert any(broken)
+    # Two branches cross at every branch point.
+    for omega in np.concatenate(at):
+        assert sum(bool(np.any(np.abs(of - omega) < 1e-9)) for of in at) == 2
+    # Where those that are not symmetric leave the path, small differences are not resisted.
+    path, motion = points_of(branches, 0)
+    for omega in at[0]:
+        crossing = next(n for n in range(1, n_branches) if np.abs(at[n] - omega).min() < 1e-9)
+        if broken[crossing]:
+            here = motion[np.argmin(np.abs(path - omega))]
+            guess = [(part.real, part.imag) for part in here]
+            assert omega == pytest.approx(chain_pitchfork(guess, omega, balance), rel=1e-8)
 
 
 def test_a_pair_of_branch_points_within_one_step():
