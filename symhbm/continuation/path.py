@@ -55,9 +55,6 @@ LARGEST_STEP = 0.5
 """Longest arc length of a step: half of the response or of the parameter."""
 PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point that step control aims at."""
-CAREFUL_ERROR, CAREFUL_TURN = 0.05, 0.8
-"""Largest distance between predicted and corrected point, and least cosine of the angle between the
-tangents at both ends, of steps on branches that cross others."""
 MAX_AIMS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
 MAX_FULL_AIMS = 2
@@ -235,10 +232,7 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
-        turn = np.dot(solution.direction, base.after / scale)  # both are of unit length
-        forward = turn > 0
-        if self._careful and abs(turn) < CAREFUL_TURN:
-            return None
+        forward = np.dot(solution.direction, base.after / scale) > 0
         behind = np.dot(solution.direction, (solution.point - start) / scale) <= 0
         if forward and behind and not self._curve.single_valued:
             return None  # a part of the path that was there before, close to this one
@@ -281,8 +275,7 @@ class Path:
         solution = self._correct(guess, scale, normal, base.switches, end)
         if solution is None:
             return None
-        largest = CAREFUL_ERROR if self._careful else LARGEST_PREDICTION_ERROR
-        return None if solution.error > largest else (solution, solution.error)
+        return None if solution.error > LARGEST_PREDICTION_ERROR else (solution, solution.error)
 
     def _end_of_band(self, value: float) -> float | None:
         """The end of the band at or beyond which a value lies."""

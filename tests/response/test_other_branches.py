@@ -211,12 +211,17 @@ def test_a_path_ends_where_more_than_two_branches_meet():
     )
     problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 4}))
     with pytest.warns(RuntimeWarning, match="curves are incomplete"):
-        branches = sh.other_branches(followed(problem, (0.5, 2.0)), max_branches=5)
+        branches = sh.other_branches(followed(problem, (0.5, 2.0)), max_branches=14)
     assert branches.status.values[4] == sh.Status.SEVERAL_MEET
-    assert branches.branch_parent.values.tolist() == [-1, 0, 1, 1, 1]
+    assert branches.branch_parent.values[:5].tolist() == [-1, 0, 1, 1, 1]
+    # The largest response of this one peaks where it begins and closes, and is level there.
+    assert branches.status.values[13] != sh.Status.PEAK_NOT_LOCATED
+    peaks = branches.isel(branch=13).peak_frequency.values
+    begin = float(branches.branch_frequency[13])
+    assert np.abs(peaks - begin).min() < 1e-12
     # Every branch is one of motions that solve the balance, and begins on its parent.
     assert branches.residual_norm.max() < 1e-11
-    for number in range(1, 5):
+    for number in range(1, 14):
         omega, motion = points_of(branches, number)
         linear = motion @ stiffness - (omega**2 + 1j * omega * DAMPING)[:, None] * motion
         forces = linear + 0.75 * GAMMA * np.abs(motion) ** 2 * motion - 0.3
