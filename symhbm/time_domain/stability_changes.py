@@ -25,7 +25,7 @@ _REAL = 1e-9
 _HALF = 0.25
 """Distance of an imaginary part from a multiple of the frequency, over it, that truncation makes.
 """
-_CLOSE = 0.25
+_CLOSE = 0.1
 """Growth rate over the largest one of a path below which it may pass zero twice in a step."""
 _STRAIGHT = 0.5
 """Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""

@@ -218,3 +218,34 @@ def test_changes_are_of_paths_whose_stability_is_told(options):
     problem = duffing(10.0, 0.1, (1, 3, 5))
     assert not {*followed(problem, (2.5, 1.0), **options).event_kind.values} & {*CHANGES}
     assert changes_of(followed(problem, (2.5, 1.0)))
+
+
+def test_contacts_that_open_double_the_period():
+    """Two blades whose shrouds rub and part: the exact motions on both sides of each change."""
+    shroud = sh.Friction(
+        tangential=(0, 2),
+        normal=(1, 3),
+        contact_stiffness=1e4,
+        normal_stiffness=2e4,
+        friction_coefficient=0.4,
+        normal_load=4.0,
+    )
+    model = sh.Model(
+        np.eye(4),
+        np.diag([2.0, 3, 2, 3]),
+        np.diag([1e4, 2.25e4, 1.04e4, 2.3e4]),
+        contacts={"shroud": shroud},
+    )
+    force = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+    problem = sh.HarmonicBalance(model, force, harmonics=range(10))
+    curve = sh.frf(problem, (23, 25))
+    found = changes_of(curve)
+    assert [kind for kind, _ in found] == ["period doubling"] * 2
+    for _, index in found:
+        at = float(curve.frequency[index])
+        beyond = []
+        for shift in (-2e-3, 2e-3):
+            motion = sh.periodic_motion(problem, at * (1 + shift))
+            real = motion.multiplier_real.values[motion.multiplier_imag.values == 0]
+            beyond.append(-1 - real.min())
+        assert beyond[0] * beyond[1] < 0
