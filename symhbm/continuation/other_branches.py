@@ -307,8 +307,9 @@ def _is_branch_point(point: PathPoint) -> bool:
 def _far_enough(points: list[PathPoint]) -> list[PathPoint]:
     """A path that ends where more than two branches meet, up to where tangents are round-off."""
     last = points[-1]
-    far = [np.linalg.norm((p.state - last.state) / last.scale) > _UNCLEAR for p in points]
-    return points[: max(2, len(points) - far[::-1].index(True))] if any(far) else points[:2]
+    distance = [np.linalg.norm((p.state - last.state) / last.scale) for p in points]
+    far = np.flatnonzero(np.array(distance) > _UNCLEAR)
+    return points[: max(2, int(far.max(initial=0)) + 1)]
 
 
 def _passes(segment: Segment, start: PathPoint) -> bool:
