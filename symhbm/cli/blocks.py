@@ -14,6 +14,8 @@ INNER = ("dof", "contact", "blade", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
 ALIKE = 1e-9
 """Relative difference of values that differ by round-off alone."""
+COMPLETE = Status.REACHED_END, Status.SUCCESS, Status.CLOSED
+"""How curves and points end of which nothing is missing."""
 _LARGEST_BLOCK = 2**21
 """Values read at once."""
 
@@ -33,7 +35,7 @@ def completeness(dataset: xr.Dataset) -> tuple[int, int, Counter[str]]:
     texts = dataset["status"].values.ravel().tolist() if "status" in dataset.variables else []
     failed = Counter(map(str, texts))
     waiting = failed.pop(str(Status.NOT_STARTED), 0)
-    complete = sum(failed.pop(str(text), 0) for text in (Status.REACHED_END, Status.SUCCESS))
+    complete = sum(failed.pop(str(text), 0) for text in COMPLETE)
     return complete, waiting, failed
 
 

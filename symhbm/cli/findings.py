@@ -89,7 +89,8 @@ def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
     total = complete + waiting + failed.total()
     dims = set_dimensions(dataset)
     if dims:
-        yield "parameter sets", ", ".join(f"{dataset.sizes[dim]} along {dim}" for dim in dims)
+        label = "branches" if dims == ("branch",) else "parameter sets"
+        yield label, ", ".join(f"{dataset.sizes[dim]} along {dim}" for dim in dims)
     words = [f"{complete} of {total} complete"]
     words += [f"{failed.total()} not"] if failed else []
     words += [f"{waiting} of {total} not computed yet"] if waiting else []

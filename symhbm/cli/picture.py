@@ -9,9 +9,8 @@ from typing import Any
 import xarray as xr
 
 import symhbm as sh
-from symhbm.cli.blocks import INNER, set_dimensions
+from symhbm.cli.blocks import COMPLETE, INNER, set_dimensions
 from symhbm.cli.selection import select
-from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
 
@@ -92,7 +91,8 @@ def _natural_kind(dataset: xr.Dataset) -> str:
     if "followed" not in dataset.attrs:
         return "disk"
     swept = Description(dataset).swept
-    drawn = [d for d in set_dimensions(dataset) if d not in swept and dataset.sizes[d] > 1]
+    others = {*swept, "branch"}
+    drawn = [d for d in set_dimensions(dataset) if d not in others and dataset.sizes[d] > 1]
     return "envelope" if drawn else "response"
 
 
@@ -101,7 +101,7 @@ def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
     amplitude = dataset["amplitude"]
     kept = {*set_dimensions(dataset), "dof"}
     largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
-    complete = dataset["status"].isin([str(Status.REACHED_END), str(Status.SUCCESS)])
+    complete = dataset["status"].isin([*map(str, COMPLETE)])
     if not largest.where(complete).notnull().any():
         raise _plot().nothing_to_draw(dataset)
     attributes = {"long_name": "largest displacement of all points", "units": "m"}

@@ -103,8 +103,9 @@ class Branch:
             return float(segment.interpolate(np.array([share]))[0][0, -1]) - value
 
         guess = segment.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
-        near_fold = any(e.kind == EventKind.FOLD for p in (left, right) for e in p.events)
-        return self._solve_along(segment, value) if near_fold else self._solve_at_value(guess, left)
+        kinds = {event.kind for point in (left, right) for event in point.events}
+        near = not kinds.isdisjoint((EventKind.FOLD, EventKind.BRANCH))
+        return self._solve_along(segment, value) if near else self._solve_at_value(guess, left)
 
     def _solve_at_value(self, guess: FloatArray, left: PathPoint) -> PathState | None:
         """The solution at the value of a guess, in the contact states of the point before."""

@@ -1,6 +1,6 @@
 """Following of branches over a whole band: path after path, missed events and peaks added."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,7 +67,7 @@ def follow_with(
     """As `follow_branch`, with a corrector and a way to solve without a neighbouring solution."""
     curve, (start, end) = corrector.curve, band
     heading = 1 if end > start else -1
-    follower = _Follower(corrector, per_dof)
+    follower = Follower(corrector, per_dof)
     points: list[PathPoint] = []
     peaks: list[Peak] = []
     status, missed = Status.NO_START, 0
@@ -110,11 +110,8 @@ def follow_with(
     if missed and status == Status.REACHED_END:
         status = Status.PEAK_NOT_LOCATED
     complete = status == Status.REACHED_END and not curve.single_valued
-    if (
-        complete
-        and curve.driven
-        and any(_has_other_solution(corrector, points[i]) for i in (0, -1))
-    ):
+    ends = [points[i] for i in (0, -1)] if complete and curve.driven else []
+    if any(solution_beside(corrector, end.value, [end.unknowns]) is not None for end in ends):
         status = Status.OTHER_SOLUTIONS
     if complete and any(e.kind == EventKind.BRANCH for p in points for e in p.events):
         status = Status.BRANCH_POINTS
@@ -132,7 +129,7 @@ def filled(branch: Branch) -> Branch:
         branch.points,
         branch.peaks,
     )
-    follower, missed = _Follower(corrector, per_dof, branch.rejected), 0
+    follower, missed = Follower(corrector, per_dof, branch.rejected), 0
     between, passed = solved_between(points, corrector, per_dof)
     for _ in range(_MAX_DEPTH):
         if not passed:
@@ -149,8 +146,19 @@ def filled(branch: Branch) -> Branch:
     return replace(branch, **changes)
 
 
+def followed_again(branch: Branch, passed: dict[int, float]) -> Branch:
+    """A branch followed again through values that it ``passed`` over, by the point before."""
+    if not passed:
+        return branch
+    follower = Follower(branch.corrector, branch.per_dof, branch.rejected)
+    points, peaks, _ = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
+    known = {(peak.value, peak.dof) for peak in branch.peaks}
+    peaks = branch.peaks + [peak for peak in peaks if (peak.value, peak.dof) not in known]
+    return replace(branch, points=points, peaks=peaks, rejected=follower.rejected)
+
+
 @dataclass
-class _Follower:
+class Follower:
     """Adds to the points of a path what its steps passed over; ``rejected`` counts its steps."""
 
     corrector: Corrector
@@ -202,14 +210,19 @@ class _Follower:
         return followed[1:-1] if np.array_equal(followed[-1].switches, left.switches) else None
 
 
-def _has_other_solution(corrector: Corrector, point: PathPoint) -> bool:
-    """Whether Newton's method finds another solution at the value of a point."""
+def solution_beside(
+    corrector: Corrector, value: float, known: Sequence[FloatArray]
+) -> FloatArray | None:
+    """A solution (n_unknowns,) at a value that is none of those ``known``, by Newton's method.
+
+    It starts close to each of them and from the linear response; None if it finds none.
+    """
     curve = corrector.curve
-    linear = linear_response(*curve.at(point.value))
-    starts = [1.01 * point.unknowns, *([] if linear is None else [linear])]
+    linear = linear_response(*curve.at(value))
+    starts = [*(1.01 * unknowns for unknowns in known), *([] if linear is None else [linear])]
 
     def balance(unknowns: FloatArray) -> Evaluation:
         corrector.solves += 1
-        return curve.evaluate(unknowns, point.value)
+        return curve.evaluate(unknowns, value)
 
-    return other_solution(balance, point.unknowns, starts) is not None
+    return other_solution(balance, known[0], starts, *known[1:])

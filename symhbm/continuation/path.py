@@ -31,6 +31,9 @@ from symhbm.continuation.events import (
     find_branch_point,
     find_folds,
     first_limit,
+    is_crossing,
+    leaves,
+    several_meet,
     step_over_corner,
     turns_back,
 )
@@ -69,9 +72,10 @@ SHRINKAGE = 1 / 50
 class Path:
     """Iterator over the points of a curve from ``start``, where ``unknowns`` solve it, to ``end``.
 
-    ``base`` may be a point of another path to continue from, in its contact states. Folds, branch
-    points, onsets and ends of slip are points. ``status`` tells why the path ended, ``rejected``
-    counts the rejected steps.
+    ``base`` may be a point of another path to continue from, in its contact states, ``begin`` the
+    other end of the band where that is not ``start``; ``careful`` steps do not end on a branch that
+    they cross. Folds, branch points, onsets and ends of slip are points. ``status`` tells why the
+    path ended, ``rejected`` counts the rejected steps.
     """
 
     def __init__(
@@ -83,6 +87,8 @@ class Path:
         corrector: Corrector | None = None,
         max_points: int = 5000,
         base: PathPoint | None = None,
+        begin: float | None = None,
+        careful: bool = False,
     ):
         self.corrector = corrector or corrector_of(curve)
         self.status = Status.NOT_STARTED
@@ -90,6 +96,8 @@ class Path:
         self._curve = curve
         self._start = np.append(unknowns, float(start)) if base is None else base.state
         self._base = base
+        self._begin = float(self._start[-1]) if begin is None else begin
+        self._careful = careful
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
@@ -124,8 +132,11 @@ class Path:
                     attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
                 if step < SMALLEST_STEP:
-                    known = self.corrector.defined
-                    self.status = Status.MINIMUM_STEP if known else Status.UNDEFINED_FORCE
+                    self.status = Status.MINIMUM_STEP
+                    if not self.corrector.defined:
+                        self.status = Status.UNDEFINED_FORCE
+                    elif several_meet(self.corrector, point):
+                        self.status = Status.SEVERAL_MEET
                     return
                 continue
             base, (point, error) = point, attempt
@@ -141,7 +152,7 @@ class Path:
             if point.value == self._end:
                 self.status = Status.REACHED_END
                 return
-            if point.value == self._start[-1]:
+            if point.value == self._begin:
                 self.status = Status.TURNED_BACK
                 return
             if point.amplification > max(base.amplification, UNBOUNDED_AMPLIFICATION):
@@ -161,6 +172,8 @@ class Path:
         points = []
         for fold in folds:
             scale = self._curve.scale(fold.state)
+            if is_crossing(self.corrector, fold, (base, point)):
+                return None  # a branch turns back where it crosses another: a branch point
             tangent = self.corrector.tangent(
                 fold.state, scale, fold.direction / scale, base.switches
             )
@@ -191,7 +204,7 @@ class Path:
         """Next point and the error of its prediction, None if the step must be shorter."""
         start, scale = base.state, base.scale
         # A path that turned back at a fold may return to its start.
-        target = self._end if base.after[-1] * self._heading > 0 else float(self._start[-1])
+        target = self._end if base.after[-1] * self._heading > 0 else self._begin
         to_end = (target - base.value) / base.after[-1] if base.after[-1] != 0 else -1.0
         at_end = 0 < to_end <= step
         length = to_end if at_end else step
@@ -246,8 +259,12 @@ class Path:
                 if beyond is None:
                     return None
                 events = (Event(EventKind.BRANCH),)
+                if beyond.direction[-1] == 0:
+                    events += (Event(EventKind.FOLD),)
                 return self._accept(beyond, scale, base.switches, events), error
             solution = tangent
+        if self._careful and leaves(self.corrector, base, solution):
+            return None
         return self._accept(solution, scale, base.switches), error
 
     def _attempt(
@@ -265,9 +282,8 @@ class Path:
         """The end of the band at or beyond which a value lies."""
         if (value - self._end) * self._heading >= 0:
             return self._end
-        begin = float(self._start[-1])
-        beyond = (value - begin) * self._heading <= 0
-        return begin if beyond and not self._curve.single_valued else None
+        beyond = (value - self._begin) * self._heading <= 0
+        return self._begin if beyond and not self._curve.single_valued else None
 
     def _cross_corner(
         self, base: PathPoint, step: float

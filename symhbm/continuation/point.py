@@ -25,6 +25,10 @@ class EventKind(StrEnum):
     BRANCH = "branch point"
     CORNER = "corner"
     DAMPING_TURNS = "damping turns"
+    DOUBLING = "period doubling"
+    TORUS = "Neimark-Sacker"
+    SYMMETRY = "symmetry breaking"
+    STABILITY = "change of stability"
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ _LEAST_AHEAD = 1e-3
 """Least component of a unit tangent along a normal that divides."""
 _CLEARLY = 1e-7
 """Slip margin beyond which a contact is in another state, and not by round-off."""
+_SAME = 0.999
+"""Cosine of the angle between two tangents of one path at one point, at least."""
 _ROUND_OFF = 1e-12
 """Distance beyond an end, in the unit of the parameter, of a solution that is the end."""
 _CLOSE = 0.01
@@ -221,7 +223,11 @@ class Segment:
         """As `solve`, the direction relative to the ``scale``."""
         if share in (0.0, 1.0):
             end = self.right if share else self.left
-            return self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
+            found = self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
+            known = end.direction / self.scale / np.linalg.norm(end.direction / self.scale)
+            if found is None or np.dot(found.direction, known) > _SAME:
+                return found
+            return found._replace(direction=known)  # a branch point, which has two
         guess, anchor = np.empty((2, len(self.scale)))
         close = neighbour is not None and abs(share - neighbour[0]) < _CLOSE
         if neighbour is not None and close:

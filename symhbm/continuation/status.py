@@ -37,17 +37,24 @@ class Status(StrEnum):
     )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
-        "which this path does not visit; the points are valid; try a wider band, at whose ends "
-        "the response is unique"
+        "which this path does not visit; the points are valid; symhbm.other_branches(result) "
+        "follows those that it finds; or try a wider band, at whose ends the response is unique"
     )
     BRANCH_POINTS = (
         "the end of the band was reached, but other solutions branch off on the way "
         "(event_kind is branch point there), which this path does not visit; the points are valid; "
-        "to visit them, make the structure or the force a little less symmetric"
+        "symhbm.other_branches(result) follows them; where it cannot, make the structure or the "
+        "force a little less symmetric"
     )
+    CLOSED = "the branch came back to where it began, and is closed"
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
         "the points before are valid; try a band that starts beyond the last of them"
+    )
+    SEVERAL_MEET = (
+        "the path could not be continued through a point where more than two branches meet, as of "
+        "structures with several equal parts; the points before are valid; make the structure or "
+        "the force a little less symmetric"
     )
     TURNED_BACK = (
         "the path turned back at a fold and came back to the start of the band without reaching "
@@ -84,6 +91,11 @@ class Status(StrEnum):
         "the end of the band was reached, but a maximum between two points of the path could not "
         "be solved for and is missing among the peaks; try a narrower band around the largest "
         "amplitude"
+    )
+    CHANGE_NOT_LOCATED = (
+        "the end of the band was reached, but between two points of the path whose stability "
+        "differs the change could not be located, and is missing among the events; the points are "
+        "valid; try a narrower band around them"
     )
     SYSTEM_SINGULAR = (
         "the equations are singular at this frequency: an undamped resonance lies here and the "

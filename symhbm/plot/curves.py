@@ -26,7 +26,15 @@ from symhbm.results import check_dof, places_of
 
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
-MARKERS = {"smooth": "o", "corner": "^", "fold": "s"}
+OF_EVENTS = {
+    "fold": "s",
+    "branch point": "D",
+    "period doubling": "v",
+    "Neimark-Sacker": "P",
+    "symmetry breaking": "X",
+    "change of stability": "X",
+}
+MARKERS = {"smooth": "o", "corner": "^"} | OF_EVENTS
 MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
 
 
@@ -53,7 +61,8 @@ def response(
         response of all.
     peaks
         Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
-        lines unbounded. Squares are folds.
+        lines unbounded. Squares are folds, diamonds branch points, triangles that point down period
+        doublings, pluses Neimark-Sacker events, crosses other changes of stability.
     ax
         Axes to draw into; by default a new figure.
 
@@ -123,7 +132,7 @@ def shown_amplitude(dataset: xr.Dataset, dof: int | None) -> xr.DataArray:
 
 
 Marks = list[tuple[str, float, float]]
-"""Kind, value and level [dB] of peaks and folds."""
+"""Kind, value and level [dB] of peaks and events."""
 
 
 class Picture(NamedTuple):
@@ -145,8 +154,10 @@ def picture_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Picture
     marks = marks_of(peaks, parameter, dof, line)
     if parameter.along == "point" and f"event_{parameter.name}" in curve and "event_kind" in curve:
         level = decibel(line.amplitude.max(axis=1, initial=0.0))
-        folds = curve[f"event_{parameter.name}"].values[curve["event_kind"].values == "fold"]
-        marks += [("fold", at, level[np.abs(line.value - at).argmin()]) for at in folds.tolist()]
+        events = curve["event_kind"].values, curve[f"event_{parameter.name}"].values
+        for kind, at in zip(*events, strict=True):
+            if kind in OF_EVENTS:
+                marks.append((kind, float(at), level[np.abs(line.value - at).argmin()]))
     return Picture(line, marks)
 
 

@@ -4,6 +4,7 @@ from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
 from symhbm.response.modes_and_cycles import nonlinear_modes
+from symhbm.response.other_branches import other_branches
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
 from symhbm.response.run import resume
@@ -19,6 +20,7 @@ __all__ = [
     "frf",
     "natural_modes",
     "nonlinear_modes",
+    "other_branches",
     "periodic_motion",
     "recover",
     "resume",

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from itertools import chain
+from itertools import chain, groupby
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,10 @@ from symhbm.continuation import (
     Event,
     FrequencyProblem,
     ParameterProblem,
+    PathState,
     Status,
     by_machine_code,
+    corrector_of,
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
@@ -36,6 +38,7 @@ from symhbm.response.accuracy import (
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.response.unforced import blank_mode_curve, mode_curve
 from symhbm.results import SLOPES, Request, Sweep, tables
+from symhbm.time_domain import Known, stability_changes
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -58,7 +61,7 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     if request.at is not None:
         values = request.unit * np.array(request.at)
         solutions_at = [_solutions_at(refinement, parts, value) for value in values.tolist()]
-    return _Curve(request, refinement, symmetry, parts, solutions_at).table()
+    return Curve(request, refinement, symmetry, parts, solutions_at).table()
 
 
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
@@ -67,7 +70,7 @@ def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
         return blank_mode_curve(problem, request)
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
-    return _Curve(request, _refinement(problem, request), None, [], solutions_at).table()
+    return Curve(request, _refinement(problem, request), None, [], solutions_at).table()
 
 
 def _refinement(problem: HarmonicBalance, request: Request) -> Refinement:
@@ -133,7 +136,7 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
 
 
 @dataclass(frozen=True)
-class _Curve:
+class Curve:
     """A response curve: its branch ``parts``, and on a grid the solutions at each of its values."""
 
     request: Request
@@ -157,7 +160,7 @@ class _Curve:
         """How the curve ends, of all parts and of its ``points``."""
         accuracy = self.request.accuracy
         status = status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
-        if status != Status.REACHED_END:
+        if status not in (Status.REACHED_END, Status.CLOSED):
             return status
         if any(error > (accuracy or np.inf) for error in self._grid_errors):
             return Status.ACCURACY_NOT_REACHED
@@ -180,8 +183,10 @@ class _Curve:
 
     def table(self) -> Table:
         """All results as arrays."""
-        request, solutions = self.request, self.solutions
+        request, solutions, lost = self.request, self.solutions, 0
         points = self._path() if request.at is None else self._grid(request.at)
+        if request.at is None and request.tells_stability:
+            solutions, points, lost = self._with_changes(points)
         events = [(s.value, event) for s in solutions if s.events for event in self._events(s)]
         located = [
             (peak, part.level, error)
@@ -198,6 +203,8 @@ class _Curve:
             n_sectors=1 if self.symmetry is None else self.symmetry.n_sectors,
         )
         ended = self.status(points)
+        if lost and ended in (Status.REACHED_END, Status.CLOSED):
+            ended = Status.CHANGE_NOT_LOCATED
         status = str(ended)
         if ended == Status.ACCURACY_NOT_REACHED:
             status += self._advice()
@@ -226,6 +233,49 @@ class _Curve:
         values = self.request.shown([solution.value for solution in solutions])
         table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
         return {"value": values} | table
+
+    def _with_changes(self, points: Table) -> tuple[list[Solution], Table, int]:
+        """The solutions with the changes of stability among them, their results, how many lack."""
+        solutions, stability = list(self.solutions), points["stability"]
+        rates = points["growth_rate"].tolist()
+        told = [self._known(*of) for of in zip(solutions, rates, strict=True)]
+        inserted: list[tuple[int, Solution]] = []
+        lost = first = 0
+        for level, run in groupby(solutions, lambda solution: solution.level):
+            last = first + len(list(run))
+            corrector = corrector_of(self.refinement.equations(level))
+            changes, more = stability_changes(corrector, told[first:last])
+            lost += more + (first > 0 and {*stability[first - 1 : first + 1].tolist()} == {0, 1})
+            for number, kind, state in changes:
+                at, event = first + number, (Event(kind),)
+                if state is None:
+                    solutions[at] = solutions[at]._replace(events=solutions[at].events + event)
+                    continue
+                solution = Solution.at(float(state.state[-1]), level, state, 0)
+                inserted.append((at + 1, solution._replace(events=event)))
+            self.refinement.solves += corrector.solves
+            first = last
+        if inserted:
+            places, new = [place for place, _ in inserted], [solution for _, solution in inserted]
+            rows = self._described(new, (len(new),), np.arange(len(new)))
+            rows["value"] = self.request.shown([solution.value for solution in new])
+            points = {n: np.insert(values, places, rows[n], axis=0) for n, values in points.items()}
+            for place, solution in reversed(inserted):
+                solutions.insert(place, solution)
+        return solutions, points, lost
+
+    def _known(self, solution: Solution, rate: float) -> Known | None:
+        """A solution as changes of stability need it, None where there is none."""
+        if solution.unknowns is None or math.isnan(rate):
+            return None
+        state, (start, end) = np.append(solution.unknowns, solution.value), self.request.band
+        # Tangents of solutions with more harmonics point along the parameter.
+        turns = self.refinement.equations(solution.level).single_valued and end < start
+        before, after = (
+            PathState(state, -tangent if turns and tangent[-1] > 0 else tangent)
+            for tangent in solution.tangents
+        )
+        return Known(before, after, rate, frozenset(e.kind for e in solution.events))
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""

@@ -63,9 +63,9 @@ def frf(
     at : (n,), ascending
         Frequencies [Hz] of a grid; ``frequency`` then is a dimension. Where cubic springs may make
         several solutions, ``solution`` is another: those on the connected branch from the first
-        frequency to the last, which need not be all. Peaks lie between the values of a grid, above
-        its largest amplitude, at ``peak_frequency``. By default the result holds the points of the
-        path along ``point``, peaks among them.
+        frequency to the last, which need not be all (`other_branches` follows others). Peaks lie
+        between the values of a grid, above its largest amplitude, at ``peak_frequency``. By default
+        the result holds the points of the path along ``point``, peaks among them.
     over
         Named parameters to sweep. Each value of a list is set for all blades or contacts alike; the
         list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or
@@ -80,7 +80,10 @@ def frf(
     stability
         Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where
         contacts slip by the derivative of the motion over a period. Responses with cubic springs
-        have them always.
+        have them always. Without ``at`` changes of stability are located and are points and events
+        of the path, named by the multiplier that passes the unit circle: ``"period doubling"`` at
+        -1, ``"Neimark-Sacker"`` a complex pair, ``"symmetry breaking"`` at -1 of half a period,
+        ``"change of stability"`` others; at folds and branch points +1 does.
     angles
         Solve Eqs. (4)-(11) with the switching angles as unknowns beside the Fourier coefficients:
         every point of the path by ``"newton"`` (this package's), CasADi's ``"rootfinder"`` or

@@ -101,7 +101,8 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
     ``depth`` is the number of calls to the user's, where the warning points.
     """
     statuses = list(map(str, result.variables["status"].values.ravel()))
-    reasons = Counter(status for status in statuses if status != Status.REACHED_END)
+    whole = Status.REACHED_END, Status.CLOSED
+    reasons = Counter(status for status in statuses if status not in whole)
     if not reasons:
         return result
     reason, number = reasons.most_common(1)[0]

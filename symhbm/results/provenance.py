@@ -70,7 +70,7 @@ EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
 LEFT_OUT = "force_left_out"
 """Attribute of motions that no force drives, of a problem with one."""
-SPEEDS = ("speed", "peak_speed", "event_speed")
+SPEEDS = ("speed", "peak_speed", "event_speed", "branch_speed")
 OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]

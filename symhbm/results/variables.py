@@ -20,6 +20,7 @@ OWN_DIMENSIONS = (
     "component",
     "peak",
     "event",
+    "branch",
     "minimum",
     "angle",
     "multiplier",
@@ -132,9 +133,16 @@ VARIABLES = {
     "event_kind": Variable(
         (),
         "1",
-        "onset or end of slip, what another law begins or ends, fold, corner, or branch point",
+        "onset or end of slip, what another law begins or ends, fold, corner, branch point, period "
+        "doubling, Neimark-Sacker, symmetry breaking, or another change of stability",
     ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
+    "branch_origin": Variable(
+        (), "1", "what the branch was found by: path, branch point, or other solution"
+    ),
+    "branch_parent": Variable((), "1", "branch whose branch point it leaves, -1 of others"),
+    "branch_frequency": Variable((), "Hz", "frequency where the branch begins"),
+    "branch_speed": Variable((), "min-1", "speed of rotation where the branch begins"),
     "n_points": Variable(
         (), "1", "points of the path, those of its peaks and between them included"
     ),
@@ -234,6 +242,7 @@ SLOPES = ("amplitude_slope", "amplitude_slope_before")
 TEXTS = (
     "peak_kind",
     "event_kind",
+    "branch_origin",
     "minimum_kind",
     "status",
     "sensitivity_status",
@@ -252,15 +261,15 @@ Records = Mapping[str, Any]
 
 
 def meaning(name: str, records: Records = PARAMETERS) -> Variable:
-    """Meaning of a variable; also of a followed parameter, at its points, events and peaks."""
+    """Meaning of a variable; of a followed parameter also at events, peaks and branches."""
     if isinstance(own := records.get(name), Variable):
         return own
     if name in VARIABLES:
         return VARIABLES[name]
-    prefix = next((p for p in ("event_", "peak_", "minimum_") if name.startswith(p)), "")
+    prefix = next((p for p in ("event_", "peak_", "minimum_", "branch_") if name.startswith(p)), "")
     parameter = records[name.removeprefix(prefix)]
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
-    suffixes["minimum_"] = " at the minimum"
+    suffixes |= {"minimum_": " at the minimum", "branch_": " where the branch begins"}
     if isinstance(parameter, Variable):
         return parameter._replace(long_name=parameter.long_name + suffixes[prefix])
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])

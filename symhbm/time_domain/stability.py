@@ -23,6 +23,8 @@ NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""
 _TIE = 0.01
 """Difference of imaginary parts, over the frequency, that truncation causes."""
+_REAL = 0.1
+"""Imaginary part of a multiplier, over its modulus, that truncation causes."""
 
 
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
@@ -63,7 +65,14 @@ def _check_condensed(model: Structure) -> None:
 def growth_rate(
     problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
 ) -> float:
-    """Largest real part of the Floquet exponents [1/s] at a solution; ``frequency`` in rad/s.
+    """Largest real part of the Floquet exponents [1/s], as of `leading_exponent`."""
+    return leading_exponent(problem, frequency, evaluation, unknowns).real
+
+
+def leading_exponent(
+    problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
+) -> complex:
+    """The Floquet exponent of the largest real part [1/s] at a solution; ``frequency`` in rad/s.
 
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
     or too stiff, without a mass matrix that can be inverted, and with contacts that are neither
@@ -75,32 +84,64 @@ def growth_rate(
     perturbations that oscillate below the highest harmonic of the band, as it was condensed for
     stability; NaN where it was not.
     """
-    whole, modal = problem.in_modes, problem.model.modal
-    between = problem.model.has_matrices or (modal is not None and modal.between)
-    if problem.n_unknowns > MANY or whole is None or not between:
-        return np.nan
+    whole = _in_matrices(problem)
+    if problem.n_unknowns > MANY or whole is None:
+        return complex(np.nan)
     if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
-        return np.nan
+        return complex(np.nan)
     try:
         jacobian = _jacobian(problem, evaluation, frequency)
         slides = _slides(problem, evaluation, frequency)
-        if problem.structure is not None:
-            amplitude = problem.excitation.amplitude
-            unknowns = problem.structure.with_modes(unknowns, frequency, amplitude)
+        unknowns = _of_whole(problem, unknowns, frequency)
         if slides or whole.n_unknowns > MANY:
             values = multipliers(whole, frequency, unknowns)
             # The determinant of what is condensed has the sign of that of all.
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
-                return float(np.log(largest) * frequency / (2 * np.pi))
+                exponent = complex(np.log(largest), np.angle(values[0]))
+                return exponent * frequency / (2 * np.pi)
             if whole.n_unknowns > MANY:
-                return np.nan
+                return complex(np.nan)
         if whole is not problem:
             evaluation = whole.evaluate(unknowns, frequency, states=evaluation.states)
             jacobian = _jacobian(whole, evaluation, frequency)
         return _by_hill(whole, frequency, jacobian, _damping(whole, frequency, unknowns))
     except (ArithmeticError, np.linalg.LinAlgError):
-        return np.nan
+        return complex(np.nan)
+
+
+def multiplier_at(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray, exponent: complex
+) -> complex:
+    """The multiplier of the period that belongs to a Floquet exponent.
+
+    Of Hill's method the imaginary part suffers from truncation; the monodromy matrix is real, and
+    tells a pair from a negative number. Without that one, numbers near the real axis are real.
+    """
+    nearby = complex(np.exp(2 * np.pi * exponent / frequency))
+    whole = _in_matrices(problem)
+    try:
+        if whole is not None:
+            values = multipliers(whole, frequency, _of_whole(problem, unknowns, frequency))
+            pairs = np.array([values, values.conj()])
+            return complex(pairs.ravel()[np.argmin(np.abs(pairs - nearby))])
+    except (ArithmeticError, np.linalg.LinAlgError):
+        pass
+    return complex(nearby.real) if abs(nearby.imag) < _REAL * abs(nearby) else nearby
+
+
+def _in_matrices(problem: HarmonicBalance) -> HarmonicBalance | None:
+    """The problem by matrices whose perturbations are known between its harmonics, or None."""
+    modal = problem.model.modal
+    between = problem.model.has_matrices or (modal is not None and modal.between)
+    return problem.in_modes if between else None
+
+
+def _of_whole(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
+    """The unknowns of the problem by matrices."""
+    if problem.structure is None:
+        return unknowns
+    return problem.structure.with_modes(unknowns, frequency, problem.excitation.amplitude)
 
 
 def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:
@@ -154,7 +195,7 @@ def _damping(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -
 
 def _by_hill(
     problem: HarmonicBalance, frequency: float, jacobian: FloatArray, of_contacts: FloatArray
-) -> float:
+) -> complex:
     model, basis = problem.model, problem.basis
     identity = np.eye(basis.n_components)
     mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
@@ -172,7 +213,8 @@ def _by_hill(
     # With odd harmonics alone two exponents may be equally near.
     distance = np.abs(exponents.imag)
     near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
-    return float(frequency * exponents.real[near].max())
+    exponents = frequency * exponents[near]
+    return complex(exponents[np.argmax(exponents.real)])
 
 
 def verdict(rate: float, frequency: float) -> int:

@@ -66,7 +66,7 @@ class _Ends(NamedTuple):
 
 def is_smooth_fold(point: PathPoint) -> bool:
     """Whether the point is a fold that is no corner: its tangent is normal to the parameter."""
-    is_fold = any(event.kind == EventKind.FOLD for event in point.events)
+    is_fold = any(event.kind == EventKind.FOLD for event in point.events) or point.after[-1] == 0
     return is_fold and np.array_equal(point.before, point.after)
 
 

@@ -15,6 +15,9 @@ from symhbm.numerics import FloatArray
 
 CORNER_JUMP = 1e-6
 """Jump of a slope, relative to the slopes around, from which a maximum is a corner."""
+_ROUND_OFF_SLOPE = 1e-12
+"""Slope at an end, over the larger one, that is zero: by symmetry, branches are level where they
+cross others."""
 _SMALL_SLOPE = 1e-2
 """Slope at an end, relative to the larger one, below which its tangent is too inaccurate."""
 _SIDE_DISTANCE = 1e-6
@@ -80,8 +83,9 @@ def locate_maximum(
         left_slope, right_slope = (
             s if abs(s) > _SMALL_SLOPE * scale else slope(float(h)) for h, s in enumerate(ends)
         )
-        if left_slope <= 0 or right_slope >= 0:
-            share = 0.0 if left_slope <= 0 else 1.0
+        flat = _ROUND_OFF_SLOPE * scale
+        if left_slope <= flat or right_slope >= -flat:
+            share = 0.0 if left_slope <= flat else 1.0
         else:
             share = falling_zero(slope, left_slope, right_slope, start)
         slope(share)

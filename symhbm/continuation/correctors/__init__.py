@@ -9,6 +9,7 @@ from symhbm.continuation.correctors.constraints import (
     Corrected,
     Hyperplane,
     crossed,
+    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -29,6 +30,7 @@ __all__ = [
     "by_machine_code",
     "corrector_of",
     "crossed",
+    "margin_rate",
     "prepare",
     "unit_parameter",
 ]

@@ -1,6 +1,6 @@
 """Events on a path: contact limits, folds, branch points, resonances."""
 
-from symhbm.continuation.events.branch_points import find_branch_point
+from symhbm.continuation.events.branch_points import at_crossing, find_branch_point
 from symhbm.continuation.events.contact_limits import brief_crossing, first_limit
 from symhbm.continuation.events.corners import (
     BEYOND_CORNER,
@@ -9,21 +9,39 @@ from symhbm.continuation.events.corners import (
     step_over_corner,
     turns_back,
 )
+from symhbm.continuation.events.crossing import (
+    Crossing,
+    is_crossing,
+    leaves,
+    several_meet,
+    solve_crossing,
+)
+from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.modes import Reduced, reduced
+from symhbm.continuation.events.passed_pairs import passed_pairs
 from symhbm.continuation.events.resonances import ResonanceFinder
 
 __all__ = [
     "BEYOND_CORNER",
     "LARGEST_PREDICTION_ERROR",
     "SMALLEST_STEP",
+    "Crossing",
+    "Curvature",
     "Reduced",
     "ResonanceFinder",
+    "at_crossing",
     "brief_crossing",
+    "curvature_of",
     "find_branch_point",
     "find_folds",
     "first_limit",
+    "is_crossing",
+    "leaves",
+    "passed_pairs",
     "reduced",
+    "several_meet",
+    "solve_crossing",
     "step_over_corner",
     "turns_back",
 ]

@@ -123,10 +123,10 @@ class Refinement:
             branches = [filled(branch) for branch in branches]
         branch = branches[0]
         if not np.isfinite(self.accuracy) or not branch.points:
-            return [self._whole(level, branch) for branch in branches]
+            return [self.whole(level, branch) for branch in branches]
         points = branch.points
         of_points, of_peaks = self._along(level, points), self._along(level, branch.peaks)
-        whole = self._whole(level, branch, of_points, of_peaks)
+        whole = self.whole(level, branch, of_points, of_peaks)
         between = self._needed_between(whole, of_peaks)
         needed = np.maximum(between, [self._needed(level, truncation) for truncation in of_points])
         if equations.single_valued:
@@ -150,7 +150,7 @@ class Refinement:
 
         return replaced(whole, needed > level, refined, self.accuracy)
 
-    def _whole(
+    def whole(
         self,
         level: int,
         branch: Branch,

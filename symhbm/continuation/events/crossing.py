@@ -1,0 +1,212 @@
+"""Crossings of two branches: branch points as a system of equations, and both tangents there.
+
+At a crossing the derivative ``A`` of the balance by unknowns and parameter (n, n + 1) has a left
+null vector ``w``. The crossing solves ``r + e w = 0``, ``A^T w = 0``, ``w^T w = 1``: as many
+equations as there are unknowns, point, ``w`` and the defect ``e``, and regular where two branches
+cross at an angle. Where they come close but do not meet, the defect is not zero.
+
+In the null space ``N`` of ``A`` tangents are the directions ``N a`` with ``a^T B a = 0``, where
+``B = N^T H N`` and ``H`` holds the second derivatives of ``w^T r`` (algebraic bifurcation
+equation).
+
+Reference: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapter 5.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.balance import MANY, Evaluation
+from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.events.curvature import Curvature, curvature_of
+from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.point import PathPoint
+from symhbm.continuation.segment import PathState, Segment
+from symhbm.numerics import FloatArray, full, length_of
+
+_MAX_ITERATIONS = 15
+_LAST_STEP = 1e-9
+"""Last step, relative to the response, from which the next one is round-off: its square."""
+_RADIUS = 1.0
+"""Longest step relative to the response; beyond it the crossing is another one."""
+_SINGULAR = 1e-9
+"""Singular value, over the largest one, below which more than two branches may meet."""
+_FLAT = 1e-9
+"""Determinant of the algebraic bifurcation equation, relative, below which tangents coincide."""
+_NEXT = 1e-3
+"""Smallest singular value over the next one, and distance, next to a branch point."""
+_DIP = 0.7
+"""Smallest singular value over that elsewhere in a step, below which it may vanish in between."""
+_BESIDE = 0.5
+"""Largest distance of a branch point from a step that passes it, over the length of that."""
+_SAME = 1e-6
+"""Distance, relative to the response, up to which two branch points are one."""
+_NORMAL = 1e-6
+"""Component of a tangent along the parameter up to which the branch turns back there: within its
+square, relative to the parameter."""
+
+
+class Crossing(NamedTuple):
+    """A crossing at a ``state`` (n_unknowns + 1,), unknowns and parameter.
+
+    ``tangents`` (2, n_unknowns + 1) are those of both branches, unit vectors of scaled variables,
+    None where there are not two; ``norm`` is the residual norm, by which the branches miss each
+    other.
+    """
+
+    state: FloatArray
+    tangents: FloatArray | None
+    norm: float
+
+    @property
+    def meets(self) -> bool:
+        """Whether the branches meet: the crossing itself is a solution."""
+        return self.norm <= TOLERANCE
+
+
+def is_crossing(
+    corrector: Corrector, fold: PathState, between: tuple[PathPoint, PathPoint]
+) -> bool:
+    """Whether a fold between two points is where the path turns back at a branch point.
+
+    A branch point next to the fold that is one of both points, or beyond them, does not count.
+    """
+    (left, right), state = between, fold.state
+    if _regularity(corrector, fold, left)[0] > _NEXT:
+        return False
+    crossing = _crossing_between(corrector, state, left, right.state)
+    return crossing is not None and length_of((crossing - state) / left.scale) <= _NEXT
+
+
+def leaves(corrector: Corrector, base: PathPoint, ahead: Corrected) -> bool:
+    """Whether a step passes a branch point though the sign is the same: it is on the other branch.
+
+    Also where nothing is found half-way.
+    """
+    ends = PathState(base.state, base.after), PathState(ahead.point, ahead.direction * base.scale)
+    segment = Segment(corrector, *ends, base.switches, base.scale)
+    middle = segment.solve(0.5)
+    if middle is None:
+        return True
+    states = ends[0], middle, ends[1]
+    sizes = [_regularity(corrector, at, base)[1] for at in states]
+    if min(sizes) > _DIP * max(sizes):
+        return False
+    guess = states[int(np.argmin(sizes))].state
+    crossing = _crossing_between(corrector, guess, base, ahead.point)
+    if crossing is None:
+        return False
+    share = np.dot(segment.normal, (crossing - base.state) / base.scale) / segment.length
+    [near], _ = segment.interpolate(np.array([share]))
+    return length_of((near - crossing) / base.scale) <= _BESIDE * segment.length
+
+
+def _regularity(corrector: Corrector, at: PathState, base: PathPoint) -> tuple[float, float]:
+    """The smallest singular value of derivatives and tangent over the next one, and itself."""
+    state, scale = at.state, base.scale
+    evaluation = corrector.curve.evaluate(state[:-1], state[-1], base.switches)
+    tangent = at.direction / scale
+    rows = _slope(evaluation) * scale / (evaluation.magnitude or 1.0), tangent / length_of(tangent)
+    sizes = np.linalg.svd(np.vstack(rows), compute_uv=False)
+    return float(sizes[-1] / sizes[-2]), float(sizes[-1])
+
+
+def _crossing_between(
+    corrector: Corrector, guess: FloatArray, base: PathPoint, end: FloatArray
+) -> FloatArray | None:
+    """The state of a branch point from a ``guess``, strictly between a point and an ``end``."""
+    curvature = curvature_of(corrector.curve)
+    if curvature is None:
+        return None
+    crossing = solve_crossing(corrector, curvature, guess, base.scale, base.switches)
+    if crossing is None or not crossing.meets:
+        return None
+    found, whole = (crossing.state - base.state) / base.scale, (end - base.state) / base.scale
+    inside = 0 < np.dot(found, whole) < np.dot(whole, whole)
+    inside &= min(length_of(found), length_of(found - whole)) > _SAME
+    return crossing.state if inside else None
+
+
+def several_meet(corrector: Corrector, point: PathPoint) -> bool:
+    """Whether a path that cannot go on ends next to a point where more than two branches meet."""
+    curve, scale = corrector.curve, point.scale
+    if curve.single_valued or curve.problem.n_unknowns > MANY:
+        return False
+    evaluation = curve.evaluate(point.unknowns, point.value, point.switches)
+    sizes = np.linalg.svd(_slope(evaluation) * scale, compute_uv=False)
+    return len(sizes) > 2 and bool(sizes[-2] < _NEXT * sizes[-3])
+
+
+def solve_crossing(
+    corrector: Corrector,
+    curvature: Curvature,
+    guess: FloatArray,
+    scale: FloatArray,
+    switches: NDArray[np.bool_],
+) -> Crossing | None:
+    """The crossing near a ``guess`` (n_unknowns + 1,), None where Newton's method finds none.
+
+    Lengths are relative to ``scale`` (n_unknowns + 1,), the states of contacts are held.
+    """
+    n = len(guess) - 1
+    point, weights, defect = guess.copy(), np.zeros(n), 0.0
+    last, found = np.inf, False
+    try:
+        for _ in range(_MAX_ITERATIONS):
+            evaluation = corrector.curve.evaluate(point[:-1], point[-1], switches)
+            force = evaluation.magnitude or 1.0
+            slope = _slope(evaluation) * scale / force
+            if not weights.any():
+                weights = np.linalg.svd(slope)[0][:, -1]
+            bend = curvature(point, evaluation, weights, switches) * np.outer(scale, scale) / force
+            if found:
+                tangents = _tangents(slope, bend)
+                return Crossing(point, tangents, evaluation.norm)
+            values = np.concatenate(
+                [
+                    evaluation.residual / force + defect * weights,
+                    slope.T @ weights,
+                    [weights @ weights - 1],
+                ]
+            )
+            matrix = np.block(
+                [
+                    [slope, defect * np.eye(n), weights[:, None]],
+                    [bend, slope.T, np.zeros((n + 1, 1))],
+                    [np.zeros((1, n + 1)), 2 * weights[None], np.zeros((1, 1))],
+                ]
+            )
+            corrector.solves += 1
+            step = np.linalg.solve(matrix, -values)
+            length = float(np.linalg.norm(step[: n + 1]))
+            if not length < _RADIUS or (last < 1e-3 and length > last > _LAST_STEP):
+                return None
+            point = point + step[: n + 1] * scale
+            weights = weights + step[n + 1 : 2 * n + 1]
+            defect += float(step[-1])
+            found, last = length <= _LAST_STEP, length
+    except (ArithmeticError, np.linalg.LinAlgError):
+        pass
+    return None
+
+
+def _slope(evaluation: Evaluation) -> FloatArray:
+    """Derivative of the balance by unknowns and parameter, (n, n + 1)."""
+    return np.column_stack([full(evaluation.jacobian), evaluation.by_parameter])
+
+
+def _tangents(slope: FloatArray, bend: FloatArray) -> FloatArray | None:
+    """Unit tangents (2, n + 1) of both branches; None where there are not two."""
+    sizes, rows = np.linalg.svd(slope)[1:]
+    if len(sizes) > 1 and sizes[-2] <= _SINGULAR * sizes[0]:
+        return None
+    null = rows[-2:].T
+    values, vectors = np.linalg.eigh(null.T @ bend @ null)
+    if not -values[0] * values[1] > _FLAT**2 * np.abs(bend).max() ** 2:
+        return None
+    both = np.array([[np.sqrt(values[1]), side * np.sqrt(-values[0])] for side in (1, -1)])
+    tangents = both @ vectors.T @ null.T
+    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+    tangents[np.abs(tangents[:, -1]) < _NORMAL, -1] = 0.0
+    return tangents

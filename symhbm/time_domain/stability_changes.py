@@ -1,0 +1,184 @@
+"""Changes of stability along a path: where a Floquet multiplier passes the unit circle.
+
+At +1 it is a fold or a branch point, which the path knows; at -1 motions of twice the period branch
+off, and at a pair of complex multipliers motions of two frequencies. The growth rate of solutions
+that are solved for along the path is brought to zero.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from symhbm.continuation import Corrector, EventKind, PathState, Segment
+from symhbm.time_domain.stability import leading_exponent, multiplier_at, verdict
+
+_BESIDE = 1e-2
+"""Share of a segment at which stability beside an event is told."""
+_CONTINUOUS = 1e-6
+"""Growth over the frequency up to which a multiplier passes the circle, and does not jump over."""
+_REAL = 1e-9
+"""Imaginary part of a multiplier that is round-off."""
+_HALF = 0.25
+"""Distance of an imaginary part from a multiple of the frequency, over it, that truncation makes.
+"""
+_CLOSE = 0.1
+"""Growth rate over the largest one of a path below which it may pass zero twice in a step."""
+_STRAIGHT = 0.5
+"""Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""
+_MAX_DEPTH = 4
+_EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
+
+
+class Known(NamedTuple):
+    """A solution of a path with its tangents on both sides.
+
+    ``rate`` is its growth rate [1/s]; ``kinds`` are those of the events there.
+    """
+
+    before: PathState
+    after: PathState
+    rate: float
+    kinds: frozenset[str]
+
+
+class Change(NamedTuple):
+    """A change of stability after point ``number``, at ``state``, or at that point without one."""
+
+    number: int
+    kind: EventKind
+    state: PathState | None = None
+
+
+def stability_changes(
+    corrector: Corrector, points: Sequence[Known | None]
+) -> tuple[list[Change], int]:
+    """The changes along the points of one path, in their order, and how many were not located.
+
+    A point that is None interrupts it.
+    """
+    changes: list[Change] = []
+    close = _CLOSE * max((abs(point.rate) for point in points if point is not None), default=0.0)
+    lost, before = 0, -1
+    for number, (left, right) in enumerate(pairwise(points)):
+        if left is None or right is None:
+            before = -1
+            continue
+        along = _Along(corrector, left, right, close)
+        try:
+            samples = along.samples()
+            if {before, samples[0].verdict} == {0, 1} and not left.kinds & _EXPLAINED:
+                changes.append(Change(number, along.kind(left.after)))
+            told = [sample for sample in samples if sample.verdict >= 0]
+            for low, high in pairwise(told):
+                if low.verdict != high.verdict:
+                    changes.append(Change(number, *along.change(low.share, high.share)))
+            before = samples[-1].verdict
+        except ArithmeticError:
+            lost += left.rate * right.rate < 0
+            before = -1
+    return changes, lost
+
+
+class _Sample(NamedTuple):
+    """The growth rate at a share of a segment, and what it says."""
+
+    share: float
+    rate: float
+    verdict: int
+
+
+class _Along:
+    """Stability of the solutions between two neighbouring points of a path.
+
+    Rates below ``close`` are looked at in between, too.
+    """
+
+    def __init__(self, corrector: Corrector, left: Known, right: Known, close: float):
+        self._curve = corrector.curve
+        self._ends = left, right
+        self._corrector, self._close = corrector, close
+
+    @cached_property
+    def _segment(self) -> Segment:
+        """The path between both points, its contacts as they are half-way."""
+        ends, held = (self._ends[0].after, self._ends[1].before), np.zeros(0, dtype=bool)
+        segment = Segment(self._corrector, *ends, held)
+        [middle], _ = segment.interpolate(np.array([0.5]))
+        segment.switches = self._curve.evaluate(middle[:-1], middle[-1]).states.switches
+        return segment
+
+    def samples(self) -> list[_Sample]:
+        """Growth rates from the left end to the right one; beside ends with events."""
+        return self._between(self._at_end(0), self._at_end(1), 0)
+
+    def _at_end(self, end: int) -> _Sample:
+        point = self._ends[end]
+        _, frequency = self._curve.at(float(point.after.state[-1]))
+        told = verdict(point.rate, frequency)
+        if not point.kinds and told >= 0:
+            return _Sample(float(end), point.rate, told)
+        return self._sample(abs(end - _BESIDE))
+
+    def _sample(self, share: float) -> _Sample:
+        exponent, frequency = self._exponent(self._solved(share))
+        return _Sample(share, exponent.real, verdict(exponent.real, frequency))
+
+    def _between(self, low: _Sample, high: _Sample, depth: int) -> list[_Sample]:
+        """Two samples, and those in between where the rate may pass zero twice."""
+        if depth == _MAX_DEPTH or min(abs(low.rate), abs(high.rate)) >= self._close:
+            return [low, high]
+        try:
+            middle = self._sample((low.share + high.share) / 2)
+        except ArithmeticError:
+            return [low, high]
+        bend = abs(middle.rate - (low.rate + high.rate) / 2)
+        if bend < _STRAIGHT * abs(middle.rate) and low.verdict == middle.verdict == high.verdict:
+            return [low, high]
+        halves = (self._between(*pair, depth + 1) for pair in ((low, middle), (middle, high)))
+        first, last = halves
+        return [*first, *last[1:]]
+
+    def change(self, low: float, high: float) -> tuple[EventKind, PathState]:
+        """What happens where the growth rate passes zero, and the solution there."""
+
+        def rate(share: float) -> float:
+            return self._exponent(self._solved(share))[0].real
+
+        share = float(scipy.optimize.brentq(rate, low, high, xtol=1e-14, rtol=1e-14))  # type: ignore
+        state = self._solved(share)
+        return self.kind(state), state
+
+    def kind(self, state: PathState) -> EventKind:
+        """What happens at a solution where the stability changes."""
+        exponent, frequency = self._exponent(state)
+        if not abs(exponent.real) <= _CONTINUOUS * frequency:
+            return EventKind.STABILITY
+        problem, _ = self._curve.at(float(state.state[-1]))
+        multiplier = multiplier_at(problem, frequency, state.state[:-1], exponent)
+        if abs(multiplier.imag) > _REAL * abs(multiplier):
+            return EventKind.TORUS
+        if multiplier.real < 0:
+            return EventKind.DOUBLING
+        # In odd harmonics, a change by even ones oscillates once more or less in the period.
+        odd = all(n % 2 for n in problem.harmonics)
+        half = odd and abs(abs(exponent.imag) / frequency - 1) < _HALF
+        return EventKind.SYMMETRY if half else EventKind.STABILITY
+
+    def _solved(self, share: float) -> PathState:
+        if share in (0.0, 1.0):
+            return self._ends[1].before if share else self._ends[0].after
+        solution = self._segment.solve(share)
+        if solution is None:
+            raise ArithmeticError("the path between two points cannot be solved for")
+        return solution
+
+    def _exponent(self, state: PathState) -> tuple[complex, float]:
+        """The leading exponent and the frequency."""
+        unknowns = state.state[:-1]
+        problem, frequency = self._curve.at(float(state.state[-1]))
+        evaluation = problem.evaluate(unknowns, frequency)
+        return leading_exponent(problem, frequency, evaluation, unknowns), frequency

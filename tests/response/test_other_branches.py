@@ -1,0 +1,344 @@
+"""Branches that cross a response, against equations written by hand and searches at random.
+
+Two or three equal masses in a chain are driven so that the chain could move as symmetrically as it
+is built. Motions that differ branch off where the equations of a small difference are singular.
+"""
+
+import warnings
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import symhbm as sh
+from symhbm.continuation import FrequencyProblem, follow_branch, other_branches
+from symhbm.response.other_branches import SEARCHED
+from tests.continuation.test_branch_points import (
+    DAMPING,
+    GAMMA,
+    TURN,
+    alike,
+    all_solutions,
+    pair,
+    pitchforks,
+)
+
+STIFFENING = 0.06
+"""Of the springs between three masses."""
+CHAINS = [
+    (0.1, (0.25, 0.25, 0.25), 2),
+    (0.02, (0.25, 0.25, 0.25), 4),
+    (0.02, (0.1, 0.4, 0.1), 2),
+    (0.02, (0.2, 0.3, 0.2), 2),
+]
+"""Stiffness of those springs, force on each mass, and the number of branches."""
+
+
+def followed(problem, band, **options):
+    """A response over a band in rad/s, whatever its status tells."""
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+        return sh.frf(problem, tuple(edge / TURN for edge in band), **options)
+
+
+def points_of(branches, number):
+    """Angular frequencies and complex motions ``x = Re(conj(c) exp(i w t))`` along a branch."""
+    branch = branches.isel(branch=number, point=slice(int(branches.n_points[number])))
+    coefficient = branch.coefficient.isel(harmonic=0).values
+    return TURN * branch.frequency.values, coefficient[..., 0] + 1j * coefficient[..., 1]
+
+
+def chain(coupling, force):
+    """Three masses on springs that stiffen, the two between them too."""
+    stiffness = np.eye(3) + coupling * np.array([[1, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    springs = [GAMMA, GAMMA, GAMMA, STIFFENING, STIFFENING]
+    model = sh.Model(
+        np.eye(3),
+        DAMPING * np.eye(3),
+        stiffness,
+        contacts=[(0,), (1,), (2,), (0, 1), (1, 2)],
+        cubic_stiffness=springs,
+    )
+    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: force}))
+
+
+def chain_balance(motion, omega, coupling, force):
+    """Forces (..., 3) of the chain under one harmonic, by hand."""
+    left, middle, right = np.moveaxis(motion, -1, 0)
+
+    def spring(linear, cubic, travel):
+        return (linear + 0.75 * cubic * np.abs(travel) ** 2) * travel
+
+    first = spring(coupling, STIFFENING, left - middle)
+    second = spring(coupling, STIFFENING, middle - right)
+    springs = spring(1.0, GAMMA, motion)
+    springs += np.stack([first, second - first, -second], axis=-1)
+    omega = np.asarray(omega)[..., None]
+    return springs - omega**2 * motion - 1j * omega * DAMPING * motion - np.array(force)
+
+
+def chain_pitchfork(guess, omega, balance):
+    """Where the chain's symmetric motion (left, middle) gives way: angular frequency, by SciPy.
+
+    Unknowns are the symmetric motion, a small antisymmetric one (p, 0, -p) that the linearised
+    balance does not resist, and the frequency.
+    """
+
+    def equations(unknowns):
+        a, b, p = unknowns[:6].reshape(3, 2) @ [1, 1j]
+        motion, way = np.array([a, b, a]), np.array([p, 0, -p])
+        # The balance is a cubic of the step: two steps of any length give its slope exactly.
+        steps = np.array([1.0, 2.0])
+        odd = [
+            balance(motion + s * way, unknowns[6]) - balance(motion - s * way, unknowns[6])
+            for s in steps
+        ]
+        slope = (8 * odd[0] - odd[1]) / 12
+        parts = [*balance(motion, unknowns[6])[:2], slope[0]]
+        both = [part for number in parts for part in (number.real, number.imag)]
+        return [*both, abs(p) ** 2 - 1]
+
+    best = None
+    for angle in np.linspace(0, np.pi, 8, endpoint=False):
+        start = [*guess[0], *guess[1], np.cos(angle), np.sin(angle), omega]
+        found = root(equations, start, tol=1e-14)
+        if np.abs(equations(found.x)).max() < 1e-11:
+            distance = abs(found.x[6] - omega)
+            best = min(best or (np.inf, 0.0), (distance, found.x[6]))
+    assert best is not None
+    return best[1]
+
+
+@pytest.mark.parametrize(("force", "coupling"), [(0.18, 0.02), (0.3, 0.02), (0.3, 0.1)])
+@pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
+def test_branches_of_a_pair(force, coupling, band):
+    exact = pitchforks(force, coupling)
+    branches = sh.other_branches(followed(pair(force, coupling), band), throw=True)
+    assert branches.branch_origin.values.tolist() == ["path", "branch point"]
+    assert branches.branch_parent.values.tolist() == [-1, 0]
+    for number in (0, 1):
+        is_branch = branches.event_kind.values[number] == "branch point"
+        at = TURN * branches.event_frequency.values[number][is_branch]
+        np.testing.assert_allclose(np.unique(at.round(9)), exact, rtol=1e-9)
+    # The branch goes from one pitchfork to the other and back, its masses exchanged.
+    assert "closed" in branches.status.values[1]
+    omega, motion = points_of(branches, 1)
+    stiffness = np.array([[1 + coupling, -coupling], [-coupling, 1 + coupling]])
+    forces = motion @ stiffness - (omega**2 + 1j * omega * DAMPING)[:, None] * motion
+    forces += 0.75 * GAMMA * np.abs(motion) ** 2 * motion - force
+    assert np.abs(forces).max() < 1e-11 * np.abs(motion).max()
+    assert branches.residual_norm.max() < 1e-11
+    apart = np.abs(motion[:, 0] - motion[:, 1])
+    at_pitchfork = np.abs(omega[:, None] - exact).min(axis=1) < 1e-9
+    assert apart[at_pitchfork].max() < 1e-6 < 1e-3 < apart[~at_pitchfork].min()
+
+
+@pytest.mark.parametrize("omega", [1.2, 1.3, 1.4])
+def test_all_solutions_of_a_pair_are_on_its_branches(omega):
+    """As many as random starts lead to, at one frequency."""
+    path = follow_branch(FrequencyProblem(pair(0.3, 0.02)), (0.5, 2.0), 5000, False)
+    found = [
+        np.hypot(*state.state[:-1].reshape(2, 2).T)
+        for branch in other_branches(path, (0.5, 2.0), 5000, 20)
+        for state, _ in branch.branch.at(omega)
+    ]
+    everything = all_solutions(omega, 0.3, 0.02)
+    assert len(found) == len(everything)
+    distance = np.abs(np.array(found)[:, None] - everything).max(axis=2)
+    assert distance.min(axis=0).max() < 1e-6
+    assert distance.min(axis=1).max() < 1e-6
+
+
+@pytest.mark.parametrize(("coupling", "force", "n_branches"), CHAINS)
+def test_branches_of_a_chain(coupling, force, n_branches):
+    """Three masses, the springs between them stiffening: pitchforks by an extended system."""
+
+    def balance(motion, omega):
+        return chain_balance(motion, omega, coupling, force)
+
+    branches = sh.other_branches(followed(chain(coupling, force), (0.5, 2.2)), throw=True)
+    assert branches.sizes["branch"] == n_branches
+    path, motion = points_of(branches, 0)
+    assert np.abs(motion[:, 0] - motion[:, 2]).max() < 1e-6
+    at = [
+        TURN * branches.event_frequency.values[number][kinds == "branch point"]
+        for number, kinds in enumerate(branches.event_kind.values)
+    ]
+    broken = []
+    for number in range(n_branches):
+        omega, motion = points_of(branches, number)
+        forces = np.abs(balance(motion, omega)).max()
+        assert forces < 1e-11 * np.abs(motion).max() * np.max(omega) ** 2
+        broken.append(np.abs(motion[:, 0] - motion[:, 2]).max() > 0.1)
+        if number:  # a closed curve, which begins and ends at one branch point
+            assert branches.status.values[number] == sh.Status.CLOSED
+            assert omega[0] == pytest.approx(omega[-1], rel=1e-12)
+    assert any(broken)
+    # Two branches cross at every branch point.
+    for omega in np.concatenate(at):
+        assert sum(bool(np.any(np.abs(of - omega) < 1e-9)) for of in at) == 2
+    # Where those that are not symmetric leave the path, small differences are not resisted.
+    path, motion = points_of(branches, 0)
+    for omega in at[0]:
+        crossing = next(n for n in range(1, n_branches) if np.abs(at[n] - omega).min() < 1e-9)
+        if broken[crossing]:
+            here = motion[np.argmin(np.abs(path - omega))]
+            guess = [(part.real, part.imag) for part in here]
+            assert omega == pytest.approx(chain_pitchfork(guess, omega, balance), rel=1e-8)
+
+
+def test_a_pair_of_branch_points_within_one_step():
+    """The path alone passes over both; the search looks where derivatives are nearly singular."""
+    response = followed(pair(0.6, 0.2), (0.5, 3.0))
+    assert not (response.event_kind == "branch point").any()
+    branches = sh.other_branches(response)
+    is_branch = branches.event_kind.values[0] == "branch point"
+    at = np.sort(TURN * branches.event_frequency.values[0][is_branch])
+    np.testing.assert_allclose(at, pitchforks(0.6, 0.2), rtol=1e-9)
+    assert branches.sizes["branch"] == 2
+
+
+def test_a_path_ends_where_more_than_two_branches_meet():
+    """A ring of four has many branches, some of which end at double branch points."""
+    coupling = 0.05
+    turned = np.roll(np.eye(4), 1, axis=0)
+    stiffness = (1 + 2 * coupling) * np.eye(4) - coupling * (turned + turned.T)
+    model = sh.Model(
+        np.eye(4),
+        DAMPING * np.eye(4),
+        stiffness,
+        contacts=[(i,) for i in range(4)],
+        cubic_stiffness=GAMMA,
+    )
+    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 4}))
+    with pytest.warns(RuntimeWarning, match="curves are incomplete"):
+        branches = sh.other_branches(followed(problem, (0.5, 2.0)), max_branches=14)
+    assert branches.status.values[4] == sh.Status.SEVERAL_MEET
+    assert branches.branch_parent.values[:5].tolist() == [-1, 0, 1, 1, 1]
+    # The largest response of this one peaks where it begins and closes, and is level there.
+    assert branches.status.values[13] != sh.Status.PEAK_NOT_LOCATED
+    peaks = branches.isel(branch=13).peak_frequency.values
+    begin = float(branches.branch_frequency[13])
+    assert np.nanmax(np.abs(peaks - begin)) < 1e-12
+    # Every branch is one of motions that solve the balance, and begins on its parent.
+    assert branches.residual_norm.max() < 1e-11
+    for number in range(1, 14):
+        omega, motion = points_of(branches, number)
+        linear = motion @ stiffness - (omega**2 + 1j * omega * DAMPING)[:, None] * motion
+        forces = linear + 0.75 * GAMMA * np.abs(motion) ** 2 * motion - 0.3
+        assert np.abs(forces).max() < 1e-11 * np.abs(motion).max()
+        others, of_parent = points_of(branches, int(branches.branch_parent[number]))
+        distance = np.abs(others - omega[0]) + np.abs(of_parent - motion[0]).max(axis=1)
+        assert distance.min() < 1e-6
+
+
+def closed_forms_at(omega, coupling):
+    """Stiffenings and (force over amplitude) at which a pair gives way at one frequency.
+
+    ``(stuck + 3 s)(stuck + s) + loss = 0`` for the stiffening ``s`` of differences.
+    """
+    stuck, loss = 1 + 2 * coupling - omega**2, (DAMPING * omega) ** 2
+    springs = np.roots([3, 4 * stuck, stuck**2 + loss])
+    return springs, np.sqrt((1 - omega**2 + springs) ** 2 + loss)
+
+
+def test_branch_points_over_the_force():
+    """At one frequency a pair gives way at forces that have a closed form."""
+    omega, coupling = 1.3, 0.02
+    with pytest.warns(RuntimeWarning, match=r"symhbm\.other_branches"):
+        response = sh.follow(
+            pair(1.0, coupling), "force_amplitude", (0.05, 1.0), frequency=omega / TURN
+        )
+    springs, ratio = closed_forms_at(omega, coupling)
+    forces = ratio * np.sqrt(springs / (0.75 * GAMMA))
+    is_branch = response.event_kind.values == "branch point"
+    found = response.event_force_amplitude.values[is_branch]
+    np.testing.assert_allclose(np.sort(found), np.sort(forces), rtol=1e-10)
+    branches = sh.other_branches(response)
+    assert branches.branch_force_amplitude.attrs["units"] == "N"
+    beginning = branches.branch_force_amplitude.values[1:]
+    assert np.abs(beginning[:, None] - forces).min(axis=1).max() < 1e-9
+    assert branches.residual_norm.max() < 1e-11
+    assert branches.amplitude.isel(branch=1).diff("dof").max() > 0.1
+
+
+def test_branch_points_over_the_stiffening():
+    """The same over a parameter of the contacts, by which second derivatives are not zero."""
+    omega, coupling, force = 1.3, 0.02, 0.3
+    with pytest.warns(RuntimeWarning, match="other solutions branch off"):
+        response = sh.follow(
+            pair(force, coupling), "cubic_stiffness", (0.01, 1.0), frequency=omega / TURN
+        )
+    springs, ratio = closed_forms_at(omega, coupling)
+    stiffening = springs / (0.75 * (force / ratio) ** 2)
+    is_branch = response.event_kind.values == "branch point"
+    found = response.event_cubic_stiffness.values[is_branch]
+    np.testing.assert_allclose(np.sort(found), np.sort(stiffening), rtol=1e-10)
+    branches = sh.other_branches(response)
+    assert branches.sizes["branch"] > 1
+    assert branches.residual_norm.max() < 1e-11
+
+
+def test_other_solutions_at_an_end_of_the_band_are_followed():
+    """A Duffing oscillator whose band ends between its folds: both parts are branches."""
+    model = sh.Model([[1.0]], [[DAMPING]], [[1.0]], contacts=[(0,)], cubic_stiffness=GAMMA)
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+    with pytest.warns(RuntimeWarning, match=r"symhbm\.other_branches"):
+        response = sh.frf(problem, (0.5 / TURN, 1.2 / TURN))
+    branches = sh.other_branches(response, throw=True)
+    assert branches.branch_origin.values.tolist() == ["path", "other solution"]
+    ends = [branches.isel(branch=i, point=int(n) - 1) for i, n in enumerate(branches.n_points)]
+    ends.append(branches.isel(branch=1, point=0))
+    found = np.sort([float(end.amplitude[0]) for end in ends])
+    np.testing.assert_allclose(found, alike(1.2, 0.18), rtol=1e-9)
+
+
+def test_the_dataset_is_read_as_others_are(tmp_path):
+    response = followed(pair(0.3, 0.02), (0.5, 2.0), at=np.linspace(0.1, 0.3, 5))
+    sh.save(response, tmp_path / "response.nc")
+    stored = sh.load(tmp_path / "response.nc")
+    branches = sh.other_branches(stored)
+    assert branches.attrs["searched"] == SEARCHED
+    assert branches.branch.values.tolist() == [0, 1]
+    sh.save(branches, tmp_path / "branches.nc")
+    loaded = sh.load(tmp_path / "branches.nc")
+    assert loaded.identical(branches)
+    verified = sh.verify(loaded, exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-11
+    one = loaded.isel(branch=1)
+    by_force = sh.sensitivity(one)
+    assert (by_force.sensitivity_status == "exact").all()
+    sh.plot.response(loaded, dof=0)
+
+
+def test_the_number_of_branches_has_a_bound():
+    response = followed(pair(0.3, 0.02), (0.5, 2.0))
+    with pytest.warns(RuntimeWarning, match="other solutions branch off"):
+        alone = sh.other_branches(response, max_branches=1)
+    assert alone.sizes["branch"] == 1
+    assert alone.status.item() == sh.Status.BRANCH_POINTS
+    assert alone.attrs["searched"].endswith("the search ended at max_branches=1")
+
+
+def test_bad_input():
+    blade = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    unique = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
+    with pytest.raises(ValueError, match="response: expected one that may have several solutions"):
+        sh.other_branches(unique)
+    several = followed(pair(1.0, 0.02), (0.5, 0.6), over={"force_amplitude": [0.1, 0.2]})
+    with pytest.raises(ValueError, match="got the dimension force_amplitude"):
+        sh.other_branches(several)
+    one = sh.other_branches(several.isel(force_amplitude=0))
+    assert one.sizes["branch"] == 1
+    with pytest.raises(TypeError, match="response: expected a result of frf or follow"):
+        sh.other_branches(sh.solve(pair(0.1, 0.02), 0.1))
+    with pytest.raises(TypeError, match="response=1"):
+        sh.other_branches(1)
+    with pytest.raises(ValueError, match="max_branches"):
+        sh.other_branches(several, max_branches=0)
