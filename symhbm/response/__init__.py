@@ -1,7 +1,6 @@
 """The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
 from symhbm.response.disks import campbell, natural_modes, sector_response
-from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
 from symhbm.response.modes_and_cycles import nonlinear_modes
 from symhbm.response.other_branches import other_branches
@@ -11,7 +10,7 @@ from symhbm.response.run import resume
 from symhbm.response.solve import solve
 from symhbm.response.static_states import static_states
 from symhbm.response.unforced import synthesised_response
-from symhbm.response.verify import summary, verify
+from symhbm.response.verification import FIGURES, summary, verify
 
 __all__ = [
     "FIGURES",

@@ -15,7 +15,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.cli import main
-from symhbm.response.verify import FIGURES, summary, verify
+from symhbm.response.verification.verify import FIGURES, summary, verify
 from tests.pressed_contact import two_way
 
 ROOT = Path(__file__).parent.parent.parent

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.response import ensemble
-from symhbm.response.verify import summary
+from symhbm.response.verification.verify import summary
 
 FORCE = sh.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
 

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.response.figures import FIGURES
-from symhbm.response.verify import summary
+from symhbm.response.verification.figures import FIGURES
+from symhbm.response.verification.verify import summary
 
 RING = sh.HarmonicBalance(
     sh.bladed_disk(

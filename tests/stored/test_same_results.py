@@ -24,6 +24,9 @@ INVENTED = {("contacts that open", 34): 34.95057488}
 At an end of slip in a plane, before which slopes were round-off.
 """
 
+NEWER = ("period doubling", "Neimark-Sacker", "symmetry breaking", "change of stability")
+"""Kinds of events that were not told before."""
+
 
 @cache
 def before():
@@ -55,9 +58,10 @@ def same(name, response: Found, expected: Found):
     assert peaks[2].tolist() == kind.tolist()
     np.testing.assert_allclose(peaks[0], frequency, rtol=NEAR)
     np.testing.assert_allclose(peaks[1], amplitude, rtol=NEAR)
-    assert response.event_kind.tolist() == expected.event_kind.tolist()
-    assert response.event_contact.tolist() == expected.event_contact.tolist()
-    np.testing.assert_allclose(response.event_frequency, expected.event_frequency, rtol=NEAR)
+    told = ~np.isin(response.event_kind, NEWER)
+    assert response.event_kind[told].tolist() == expected.event_kind.tolist()
+    assert response.event_contact[told].tolist() == expected.event_contact.tolist()
+    np.testing.assert_allclose(response.event_frequency[told], expected.event_frequency, rtol=NEAR)
     np.testing.assert_allclose(response.amplitude, expected.amplitude, rtol=NEAR)
 
 

@@ -9,7 +9,6 @@ from symhbm.continuation.correctors.constraints import (
     Corrected,
     Hyperplane,
     crossed,
-    margin_rate,
     unit_parameter,
 )
 from symhbm.continuation.correctors.corrector import Corrector
@@ -30,7 +29,6 @@ __all__ = [
     "by_machine_code",
     "corrector_of",
     "crossed",
-    "margin_rate",
     "prepare",
     "unit_parameter",
 ]

@@ -8,7 +8,7 @@ derivatives of the balance are known a system of equations has them exactly.
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import Corrected, Corrector, margin_rate
+from symhbm.continuation.correctors import Corrected, Corrector
 from symhbm.continuation.events.corners import NO_TURN
 from symhbm.continuation.events.crossing import Crossing, solve_crossing
 from symhbm.continuation.events.curvature import curvature_of
@@ -119,7 +119,7 @@ def at_crossing(
         residual_norm=evaluation.norm,
         amplification=curve.amplification(state[:-1], state[-1]),
         margins=evaluation.states.margins,
-        rate=margin_rate(curve, evaluation, direction * scale),
+        rate=curve.margin_rate(evaluation, direction * scale),
         springs=None,
     )
 

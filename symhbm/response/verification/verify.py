@@ -12,8 +12,13 @@ import xarray as xr
 
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.response.figures import FIGURES
-from symhbm.response.stored_points import StoredPoints, missing, not_checked, verifiable_points
+from symhbm.response.verification.figures import FIGURES
+from symhbm.response.verification.stored_points import (
+    StoredPoints,
+    missing,
+    not_checked,
+    verifiable_points,
+)
 from symhbm.results import Description
 from symhbm.workers import progress_bar
 

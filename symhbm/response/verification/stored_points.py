@@ -12,7 +12,12 @@ from symhbm.continuation.angles import AngleCorrector
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
 from symhbm.response.describe import variables_of_laws
-from symhbm.response.figures import CONTACT, FIGURES, amplitude_difference, point_figures
+from symhbm.response.verification.figures import (
+    CONTACT,
+    FIGURES,
+    amplitude_difference,
+    point_figures,
+)
 from symhbm.results import (
     OF_PEAKS,
     VARIABLES,
