@@ -25,6 +25,7 @@ class EventKind(StrEnum):
     BRANCH = "branch point"
     CORNER = "corner"
     DAMPING_TURNS = "damping turns"
+    PHASE = "phase resonance"
     DOUBLING = "period doubling"
     TORUS = "Neimark-Sacker"
     SYMMETRY = "symmetry breaking"

@@ -93,9 +93,9 @@ class Status(StrEnum):
         "amplitude"
     )
     CHANGE_NOT_LOCATED = (
-        "the end of the band was reached, but between two points of the path whose stability "
-        "differs the change could not be located, and is missing among the events; the points are "
-        "valid; try a narrower band around them"
+        "the end of the band was reached, but between two points of the path whose stability, or "
+        "the sign of whose lag, differs the event could not be located, and is missing; the points "
+        "are valid; try a narrower band around them"
     )
     SYSTEM_SINGULAR = (
         "the equations are singular at this frequency: an undamped resonance lies here and the "

@@ -29,6 +29,7 @@ _LEADS = 1e-6
 OF_EVENTS = {
     "fold": "s",
     "branch point": "D",
+    "phase resonance": "<",
     "period doubling": "v",
     "Neimark-Sacker": "P",
     "symmetry breaking": "X",

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from itertools import chain, groupby
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,8 @@ from symhbm.continuation import (
     Event,
     FrequencyProblem,
     ParameterProblem,
-    PathState,
     Status,
     by_machine_code,
-    corrector_of,
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
@@ -36,9 +34,9 @@ from symhbm.response.accuracy import (
     status_of,
 )
 from symhbm.response.describe import describe_each, unsolved
+from symhbm.response.events_between import events_between
 from symhbm.response.unforced import blank_mode_curve, mode_curve
 from symhbm.results import SLOPES, Request, Sweep, tables
-from symhbm.time_domain import Known, stability_changes
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -185,8 +183,8 @@ class Curve:
         """All results as arrays."""
         request, solutions, lost = self.request, self.solutions, 0
         points = self._path() if request.at is None else self._grid(request.at)
-        if request.at is None and request.tells_stability:
-            solutions, points, lost = self._with_changes(points)
+        if request.at is None and (request.tells_stability or request.phase_resonances):
+            solutions, points, lost = self._with_events(points)
         events = [(s.value, event) for s in solutions if s.events for event in self._events(s)]
         located = [
             (peak, part.level, error)
@@ -234,27 +232,11 @@ class Curve:
         table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
         return {"value": values} | table
 
-    def _with_changes(self, points: Table) -> tuple[list[Solution], Table, int]:
-        """The solutions with the changes of stability among them, their results, how many lack."""
-        solutions, stability = list(self.solutions), points["stability"]
-        rates = points["growth_rate"].tolist()
-        told = [self._known(*of) for of in zip(solutions, rates, strict=True)]
-        inserted: list[tuple[int, Solution]] = []
-        lost = first = 0
-        for level, run in groupby(solutions, lambda solution: solution.level):
-            last = first + len(list(run))
-            corrector = corrector_of(self.refinement.equations(level))
-            changes, more = stability_changes(corrector, told[first:last])
-            lost += more + (first > 0 and {*stability[first - 1 : first + 1].tolist()} == {0, 1})
-            for number, kind, state in changes:
-                at, event = first + number, (Event(kind),)
-                if state is None:
-                    solutions[at] = solutions[at]._replace(events=solutions[at].events + event)
-                    continue
-                solution = Solution.at(float(state.state[-1]), level, state, 0)
-                inserted.append((at + 1, solution._replace(events=event)))
-            self.refinement.solves += corrector.solves
-            first = last
+    def _with_events(self, points: Table) -> tuple[list[Solution], Table, int]:
+        """The solutions with events between them, their results, and how many lack."""
+        solutions, inserted, lost = events_between(
+            self.request, self.refinement, self.solutions, points
+        )
         if inserted:
             places, new = [place for place, _ in inserted], [solution for _, solution in inserted]
             rows = self._described(new, (len(new),), np.arange(len(new)))
@@ -263,19 +245,6 @@ class Curve:
             for place, solution in reversed(inserted):
                 solutions.insert(place, solution)
         return solutions, points, lost
-
-    def _known(self, solution: Solution, rate: float) -> Known | None:
-        """A solution as changes of stability need it, None where there is none."""
-        if solution.unknowns is None or math.isnan(rate):
-            return None
-        state, (start, end) = np.append(solution.unknowns, solution.value), self.request.band
-        # Tangents of solutions with more harmonics point along the parameter.
-        turns = self.refinement.equations(solution.level).single_valued and end < start
-        before, after = (
-            PathState(state, -tangent if turns and tangent[-1] > 0 else tangent)
-            for tangent in solution.tangents
-        )
-        return Known(before, after, rate, frozenset(e.kind for e in solution.events))
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""

@@ -40,6 +40,7 @@ def frf(
     *,
     accuracy: float | None = None,
     stability: bool = False,
+    phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
@@ -84,6 +85,11 @@ def frf(
         of the path, named by the multiplier that passes the unit circle: ``"period doubling"`` at
         -1, ``"Neimark-Sacker"`` a complex pair, ``"symmetry breaking"`` at -1 of half a period,
         ``"change of stability"`` others; at folds and branch points +1 does.
+    phase_resonances
+        Locate where the response lags the force by a quarter of its period, in the lowest harmonic
+        that is excited, and the lag grows with the frequency: events ``"phase resonance"`` and
+        points of the path. The force of all degrees of freedom counts together: it does work alone,
+        ``Re(F^H X) = 0``. Not with ``at``.
     angles
         Solve Eqs. (4)-(11) with the switching angles as unknowns beside the Fourier coefficients:
         every point of the path by ``"newton"`` (this package's), CasADi's ``"rootfinder"`` or
@@ -161,7 +167,17 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.model.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
+    options = (
+        accuracy,
+        stability,
+        phase_resonances,
+        angles,
+        peaks,
+        sector,
+        keep,
+        verifiable,
+        max_points,
+    )
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
@@ -177,6 +193,7 @@ def follow(
     dof: int | None = None,
     accuracy: float | None = None,
     stability: bool = False,
+    phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
@@ -207,7 +224,7 @@ def follow(
         The constant excitation frequency [Hz].
     contact, dof
         The contact or blade whose parameter moves; by default it moves for all alike.
-    accuracy, stability, angles, peaks, sector, keep, verifiable
+    accuracy, stability, phase_resonances, angles, peaks, sector, keep, verifiable
         As in `frf`; peaks are maxima over the parameter.
     archive, executor, throw, progress, max_points
         As in `frf`.
@@ -251,7 +268,17 @@ def follow(
         index=check_index(problem, parameter, contact, dof),
     )
     problem.model.check_frequencies("frequency", frequency)
-    options = accuracy, stability, angles, peaks, sector, keep, verifiable, max_points
+    options = (
+        accuracy,
+        stability,
+        phase_resonances,
+        angles,
+        peaks,
+        sector,
+        keep,
+        verifiable,
+        max_points,
+    )
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
@@ -267,7 +294,8 @@ def _run(
 ) -> xr.Dataset:
     check_executor(executor)
     throw, progress = check.flag("throw", throw), check.flag("progress", progress)
-    accuracy, stability, angles, peaks, sector, keep, verifiable, max_points = options
+    accuracy, stability, phase_resonances, *others = options
+    angles, peaks, sector, keep, verifiable, max_points = others
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
@@ -289,6 +317,7 @@ def _run(
         per_dof=peaks == "each",
         may_fold=may_fold,
         stability=check_stability(problem, stability) or may_fold,
+        phase_resonances=check.flag("phase_resonances", phase_resonances),
         max_points=check.integer("max_points", max_points, minimum=2),
         accuracy=accuracy,
         sector=check.flag("sector", sector),

@@ -31,7 +31,8 @@ class Request:
     at ``index`` alone, at a constant ``frequency`` [Hz]. ``at``: values at which solutions are
     wanted instead of the points of the path. ``per_dof``: peaks of every degree of freedom.
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether the
-    stability of every solution is wanted. ``accuracy``: largest relative error of the displacements
+    stability of every solution is wanted. ``phase_resonances``: whether they are located and become
+    points. ``accuracy``: largest relative error of the displacements
     by truncation of the harmonics. ``sector``: solve one sector where several move alike.
     ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
     angles are unknowns too. ``machine_code``: whether that evaluates the equations, to the same
@@ -51,6 +52,7 @@ class Request:
     per_dof: bool = False
     may_fold: bool = False
     stability: bool = False
+    phase_resonances: bool = False
     max_points: int = 5000
     accuracy: float | None = None
     sector: bool = True

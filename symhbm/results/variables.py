@@ -134,7 +134,8 @@ VARIABLES = {
         (),
         "1",
         "onset or end of slip, what another law begins or ends, fold, corner, branch point, period "
-        "doubling, Neimark-Sacker, symmetry breaking, or another change of stability",
+        "doubling, Neimark-Sacker, symmetry breaking, another change of stability, or phase "
+        "resonance",
     ),
     "event_contact": Variable((), "1", "contact that changes state, -1 where none does"),
     "branch_origin": Variable(

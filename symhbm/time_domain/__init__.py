@@ -5,16 +5,23 @@ from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import check_stability, growth_rate, verdict
-from symhbm.time_domain.stability_changes import Known, stability_changes
+from symhbm.time_domain.stability_changes import (
+    Change,
+    Known,
+    held_between,
+    stability_changes,
+)
 
 __all__ = [
     "INTEGRATION_TOLERANCE",
+    "Change",
     "ExactMotion",
     "Known",
     "check_stability",
     "curved",
     "exact_motion_of",
     "growth_rate",
+    "held_between",
     "in_plane",
     "stability_changes",
     "verdict",

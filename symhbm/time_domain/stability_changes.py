@@ -83,6 +83,14 @@ def stability_changes(
     return changes, lost
 
 
+def held_between(corrector: Corrector, left: PathState, right: PathState) -> Segment:
+    """The path between two points of it, its contacts as they are half-way."""
+    segment = Segment(corrector, left, right, np.zeros(0, dtype=bool))
+    [middle], _ = segment.interpolate(np.array([0.5]))
+    segment.switches = corrector.curve.evaluate(middle[:-1], middle[-1]).states.switches
+    return segment
+
+
 class _Sample(NamedTuple):
     """The growth rate at a share of a segment, and what it says."""
 
@@ -105,11 +113,7 @@ class _Along:
     @cached_property
     def _segment(self) -> Segment:
         """The path between both points, its contacts as they are half-way."""
-        ends, held = (self._ends[0].after, self._ends[1].before), np.zeros(0, dtype=bool)
-        segment = Segment(self._corrector, *ends, held)
-        [middle], _ = segment.interpolate(np.array([0.5]))
-        segment.switches = self._curve.evaluate(middle[:-1], middle[-1]).states.switches
-        return segment
+        return held_between(self._corrector, self._ends[0].after, self._ends[1].before)
 
     def samples(self) -> list[_Sample]:
         """Growth rates from the left end to the right one; beside ends with events."""

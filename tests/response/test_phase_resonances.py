@@ -1,0 +1,148 @@
+"""Phase resonances as events: closed forms of one blade, roots of chains, nonlinear modes."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+import symhbm as sh
+
+STIFFNESS, CONTACT, LIMIT = 1e4, 1e4, 1.5
+DAMPING = 0.5
+
+
+def blade(amplitude, harmonics=(1,)):
+    model = sh.single_blade(
+        mass=1,
+        stiffness=STIFFNESS,
+        damping=DAMPING,
+        contact_stiffness=CONTACT,
+        friction_coefficient=0.5,
+        normal_load=3,
+    )
+    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+
+
+def masing(amplitude):
+    """Stiffness and loss of the contact at an amplitude [m], of one harmonic."""
+    angle = np.arccos(1 - 2 * LIMIT / (CONTACT * amplitude))
+    loss = 4 * LIMIT * (amplitude - LIMIT / CONTACT) / (np.pi * amplitude**2)
+    return CONTACT / np.pi * (angle - np.sin(2 * angle) / 2), loss
+
+
+def kinds(result, name):
+    return result.event_kind.values == name
+
+
+def resonances(result, moving="frequency"):
+    return result[f"event_{moving}"].values[kinds(result, "phase resonance")]
+
+
+@pytest.mark.parametrize("force", [2.0, 3.0, 10.0])
+def test_one_blade_has_the_closed_form(force):
+    """Stiffness and inertia cancel, and the force is what damping and friction take."""
+    found = sh.frf(blade(force), (10, 30), phase_resonances=True, progress=False)
+    [frequency] = resonances(found)
+    at = found.isel(point=int(np.argmin(np.abs(found.frequency.values - frequency))))
+    assert float(at.frequency) == frequency
+    amplitude, omega = float(at.amplitude.squeeze()), 2 * np.pi * frequency
+    stiffness, loss = masing(amplitude)
+    assert omega**2 == pytest.approx(STIFFNESS + stiffness, rel=1e-11)
+    assert force == pytest.approx((DAMPING * omega + loss) * amplitude, rel=1e-11)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
+def test_they_are_the_backbone_that_modes_draw(harmonics):
+    """Of one degree of freedom with one harmonic exactly; others excite none of their force."""
+    problem = blade(3.0, harmonics)
+    found = sh.frf(problem, (10, 30), phase_resonances=True, progress=False)
+    [frequency] = resonances(found)
+    at = found.isel(point=int(np.argmin(np.abs(found.frequency.values - frequency))))
+    first = float(np.hypot(*at.coefficient.sel(harmonic=1).squeeze().values))
+    mode = sh.nonlinear_modes(problem, amplitude=(1e-5, 1e-1), at=[first], progress=False)
+    near = 1e-11 if harmonics == (1,) else 1e-3
+    assert float(mode.frequency.squeeze()) == pytest.approx(frequency, rel=near)
+
+
+def test_over_the_force_at_one_frequency():
+    hertz = 16.5
+    found = sh.follow(
+        blade(3.0),
+        "force_amplitude",
+        (0.1, 10),
+        frequency=hertz,
+        phase_resonances=True,
+        progress=False,
+    )
+    [force] = resonances(found, "force_amplitude")
+    omega = 2 * np.pi * hertz
+    amplitude = scipy.optimize.brentq(
+        lambda a: STIFFNESS + masing(a)[0] - omega**2, 1.0001 * LIMIT / CONTACT, 1.0, xtol=1e-16
+    )
+    expected = (DAMPING * omega + masing(amplitude)[1]) * amplitude
+    assert force == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("band", [(1, 60), (60, 1)])
+def test_antiresonances_are_none(band):
+    """A linear chain driven at one end: three resonances, the two lags between them left out."""
+    mass, damping = np.eye(3), 0.5 * np.eye(3)
+    stiffness = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.PointForce(dof=0))
+    found = sh.frf(problem, band, phase_resonances=True, progress=False)
+
+    def in_phase(hertz):
+        omega = 2 * np.pi * hertz
+        dynamic = stiffness - omega**2 * mass + 1j * omega * damping
+        return np.linalg.solve(dynamic, np.eye(3)[0])[0].real
+
+    grid = np.linspace(1, 60, 20001)
+    signs = np.sign([in_phase(hertz) for hertz in grid])
+    falls = np.flatnonzero((signs[:-1] > 0) & (signs[1:] < 0))
+    expected = [scipy.optimize.brentq(in_phase, *grid[[i, i + 1]], xtol=1e-13) for i in falls]
+    assert len(expected) == 3
+    assert np.count_nonzero(np.diff(signs)) == 5
+    np.testing.assert_allclose(np.sort(resonances(found)), expected, rtol=1e-11)
+    ascending = np.diff(found.frequency.values) * np.sign(band[1] - band[0])
+    assert (ascending > 0).all()
+
+
+def test_beside_changes_of_stability():
+    """Both kinds of events of a blade that stiffens, each in its place on the path."""
+    model = sh.single_blade(
+        mass=1,
+        stiffness=1e4,
+        damping=2.0,
+        contact_stiffness=1e3,
+        friction_coefficient=0.5,
+        normal_load=1,
+        cubic_stiffness=1e8,
+    )
+    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=4.0), (1, 3))
+    alone = sh.frf(problem, (8, 60), progress=False)
+    found = sh.frf(problem, (8, 60), phase_resonances=True, progress=False)
+    assert {"fold", "onset of slip", "phase resonance"} <= {*found.event_kind.values}
+    assert len(resonances(found)) == 1
+    others = ~kinds(found, "phase resonance")
+    np.testing.assert_array_equal(found.event_kind.values[others], alone.event_kind.values)
+    assert int(found.n_points) == int(alone.n_points) + 1
+    assert float(found.residual_norm.max()) <= 1e-10
+
+
+def test_a_ring_is_solved_by_sectors():
+    """One wave excites one resonance; the same whether one sector is solved or all of them."""
+    disk = sh.bladed_disk(
+        6, mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e5, friction_coefficient=0.5,
+        normal_load=10,
+    )  # fmt: skip
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=3.0), (1,))
+    each = [
+        resonances(sh.frf(problem, (15, 150), sector=s, phase_resonances=True, progress=False))
+        for s in (True, False)
+    ]
+    assert len(each[0]) == 1
+    np.testing.assert_allclose(each[0], each[1], rtol=1e-11)
+
+
+def test_a_flag_is_asked_for():
+    with pytest.raises(TypeError, match="phase_resonances='yes'"):
+        sh.frf(blade(3.0), (10, 30), phase_resonances="yes")
