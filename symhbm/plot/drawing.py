@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -54,7 +55,8 @@ FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
 def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator[Axes]:
     """Axes to draw into, in the style of the library; a figure of our own is closed on errors.
 
-    ``size`` [inch] is that of a figure of our own.
+    ``size`` [inch] is that of a figure of our own. Pyplot holds it, so that ``plt.show()`` opens
+    its window; but in a notebook it is the caller's alone.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
@@ -68,6 +70,9 @@ def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator
             if created is not None:
                 plt.close(created)
             raise
+        # At the end of a cell a notebook shows what pyplot holds, beside the value of the cell.
+        if created is not None and "inline" in mpl.get_backend().lower():
+            plt.close(created)
 
 
 def figure_of(ax: Axes) -> Figure:
