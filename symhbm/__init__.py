@@ -61,6 +61,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
+from symhbm.results.reading import table
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -130,6 +131,7 @@ __all__ = [
     "solve",
     "static_states",
     "statistics",
+    "table",
     "verify",
 ]
 

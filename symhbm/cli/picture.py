@@ -9,11 +9,11 @@ from typing import Any
 import xarray as xr
 
 import symhbm as sh
-from symhbm.cli.blocks import INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
+from symhbm.results.reading import INNER, set_dimensions
 
 _FIRST = (
     *("response", "envelope", "disk", "blades"),

@@ -1,0 +1,28 @@
+"""Datasets for those who read them: tables, motions, parts without padding, blocks."""
+
+from symhbm.results.reading.blockwise import (
+    ALIKE,
+    INNER,
+    blocks,
+    completeness,
+    largest,
+    moving,
+    read,
+    set_dimensions,
+)
+from symhbm.results.reading.frames import table
+from symhbm.results.reading.rows import KINDS, rows_of
+
+__all__ = [
+    "ALIKE",
+    "INNER",
+    "KINDS",
+    "blocks",
+    "completeness",
+    "largest",
+    "moving",
+    "read",
+    "rows_of",
+    "set_dimensions",
+    "table",
+]
