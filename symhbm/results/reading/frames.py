@@ -69,7 +69,7 @@ def table(
     >>> sweep = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
     >>> peaks = sh.table(sweep, "peaks")
     >>> peaks[["normal_load", "peak_frequency", "peak_kind"]].round(3).values.tolist()
-    [[1.0, 16.322, 'smooth'], [3.0, 19.378, 'smooth']]
+    [[1.0, 15.923, 'smooth'], [3.0, 19.374, 'smooth']]
     >>> peaks.attrs["units"]["peak_amplitude"]
     'm'
     """
