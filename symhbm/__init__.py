@@ -61,7 +61,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
-from symhbm.results.reading import table
+from symhbm.results.reading import motion, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -114,6 +114,7 @@ __all__ = [
     "minimise_peak",
     "mistuned_ring",
     "mistuning",
+    "motion",
     "natural_modes",
     "next_sector",
     "peak_curve",
@@ -132,6 +133,7 @@ __all__ = [
     "static_states",
     "statistics",
     "table",
+    "trimmed",
     "verify",
 ]
 

@@ -11,18 +11,24 @@ from symhbm.results.reading.blockwise import (
     set_dimensions,
 )
 from symhbm.results.reading.frames import table
+from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
+from symhbm.results.reading.padding import trimmed
 from symhbm.results.reading.rows import KINDS, rows_of
 
 __all__ = [
     "ALIKE",
+    "HISTORIES",
     "INNER",
     "KINDS",
+    "MOTIONS",
     "blocks",
     "completeness",
     "largest",
+    "motion",
     "moving",
     "read",
     "rows_of",
     "set_dimensions",
     "table",
+    "trimmed",
 ]
