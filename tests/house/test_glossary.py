@@ -1,4 +1,4 @@
-"""The glossary has every variable of datasets; ``python -m tests.house.test_glossary`` writes it."""
+"""The glossary has all variables of datasets; ``python -m tests.house.test_glossary`` writes it."""
 
 from pathlib import Path
 
