@@ -6,6 +6,7 @@ from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
+from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
 
@@ -24,6 +25,7 @@ __all__ = [
     "model",
     "normal_force",
     "nothing_to_draw",
+    "phase",
     "response",
     "states",
     "stick_map",

@@ -160,6 +160,48 @@ def decibel(amplitude: Any) -> Any:
         return 20 * np.log10(amplitude)
 
 
+class Scale(NamedTuple):
+    """How amplitudes are drawn: in decibels re one ``unit``, or in the unit."""
+
+    kind: str = "decibel"
+    unit: str = "m"
+
+    @property
+    def label(self) -> str:
+        """The unit of what is drawn."""
+        unit = _METRES[self.unit][1]
+        return f"dB re 1 {unit}" if self.kind == "decibel" else unit
+
+    def of(self, amplitude: Any) -> Any:
+        """What is drawn of amplitudes [m]."""
+        shown = amplitude / _METRES[self.unit][0]
+        return decibel(shown) if self.kind == "decibel" else shown
+
+    def of_level(self, level: Any) -> Any:
+        """What is drawn of levels [dB re 1 m]."""
+        if self == DECIBEL:
+            return level
+        return self.of(10 ** (np.asarray(level) / 20))
+
+    def put_on(self, ax: Axes) -> None:
+        """Make the vertical axis one of this scale."""
+        if self.kind == "log":
+            ax.set_yscale("log")
+        elif self.kind == "linear":
+            ax.set_ylim(bottom=0)
+
+
+DECIBEL = Scale()
+_METRES = {"m": (1.0, "m"), "mm": (1e-3, "mm"), "um": (1e-6, "µm")}
+SCALES = ("decibel", "linear", "log")
+
+
+def scale_of(scale: str, unit: str) -> Scale:
+    """The scale of two words; ValueError for others."""
+    kind = check.one_of("scale", scale, SCALES)
+    return Scale(kind, check.one_of("unit", unit, _METRES))
+
+
 def is_wide(values: np.ndarray) -> bool:
     """Whether values ask for a logarithmic scale."""
     return bool(values.min() > 0 and values.max() / values.min() > WIDE)
