@@ -185,7 +185,7 @@ class _Lines:
     """A line on stderr for each tenth of the work; for each doubling where its size is unknown."""
 
     def __init__(self, unit: str, delay: float, total: int | None, initial: int, label: str | None):
-        self._unit, self._total, self._label = unit, total, label or "symhbm"
+        self._unit, self._total, self._label = unit, total, f"{label}, " if label else ""
         self._start = time.monotonic()
         self._delay, self._done = delay, initial
         self._told = self._step
@@ -214,7 +214,7 @@ class _Lines:
         if self._total:
             text = f"{100 * self._done // self._total} %, {self._done} of {self._total}"
             text += f" {self._unit}{'' if self._total == 1 else 's'}"
-        print(f"{self._label}: {text} after {seconds:.0f} s", file=sys.stderr, flush=True)
+        print(f"symhbm: {self._label}{text} after {seconds:.0f} s", file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Nothing is left to tell."""

@@ -78,6 +78,12 @@ def test_work_of_unknown_size(monkeypatch):
     ]
 
 
+def test_lines_name_what_the_work_is(capsys):
+    with workers.progress_bar("curve", True, 1, label="archive") as bar:
+        bar.update()
+    assert capsys.readouterr().err.startswith("symhbm: archive, 100 %, 1 of 1 curve after ")
+
+
 def test_a_bar_in_a_terminal(monkeypatch):
     assert "5/5" in work(monkeypatch, Terminal(), True, 5, 5)
     assert work(monkeypatch, Terminal(), None, 5, 5) == ""

@@ -68,6 +68,19 @@ def test_long_arrays_are_short_texts():
     assert "... 1000 labels" in repr(places)
 
 
+def test_many_groups_are_some_lines():
+    groups = {
+        f"damper{i}": sh.Contacts(
+            sh.Coulomb(), [(i,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1 + i
+        )
+        for i in range(30)
+    }
+    model = sh.Model(np.eye(30), np.eye(30), 1e4 * np.eye(30), contacts=groups)
+    assert len(repr(model).splitlines()) < 30
+    assert "66 more parameters" in repr(model)
+    assert "22 more groups" in Cells(model._repr_html_()).rows["contacts"]
+
+
 def test_short_values_are_whole():
     assert repr(sh.HarmonicForce(cosine={1: [1, 0]})) == (
         "HarmonicForce(cosine={1: (1.0, 0.0)}, sine={}, amplitude=1.0, mean=None)"
