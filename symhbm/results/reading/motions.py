@@ -113,7 +113,7 @@ def motion(
     derivatives = [rows]
     for _ in range(2):
         derivatives.append(derivatives[-1] @ basis.derivative_matrix.T * omega[:, None])
-    phasor = basis.phasors(rows).reshape(*shape, -1)
+    phasor = basis.phasors(rows).reshape(*shape, len(basis.harmonics))
     size, by_harmonic = np.abs(phasor), [*outer, "harmonic"]
     values: dict[str, Any] = {
         "complex_amplitude": (by_harmonic, phasor),

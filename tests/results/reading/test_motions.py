@@ -98,6 +98,14 @@ def test_peaks_and_padding(sweep):
     assert all(np.isnan(tail[name]).all() for name in MOTIONS)
 
 
+def test_a_curve_without_peaks():
+    response = sh.frf(LINEAR, (6, 10), progress=False)
+    assert response.n_peaks == 0
+    found = sh.motion(response, "peaks", angle=[0.0])
+    assert found.complex_amplitude.shape == (0, 1, 1)
+    assert len(sh.table(response, "peaks")) == 0
+
+
 def test_one_degree_of_freedom(sweep):
     assert sh.motion(sweep.isel(dof=0)).identical(sh.motion(sweep).isel(dof=0))
 
