@@ -17,7 +17,7 @@ from symhbm.results.reading import INNER, set_dimensions
 
 _FIRST = (
     *("response", "envelope", "disk", "blades"),
-    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"),
+    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
 )
 """The order in which kinds are listed; others follow by name."""
 _NO_ARCHIVES = {"campbell", "interference"}
