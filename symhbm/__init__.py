@@ -64,6 +64,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
+from symhbm.results.reading import motion, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -116,6 +117,7 @@ __all__ = [
     "minimise_peak",
     "mistuned_ring",
     "mistuning",
+    "motion",
     "natural_modes",
     "next_sector",
     "nonlinear_modes",
@@ -136,6 +138,8 @@ __all__ = [
     "static_states",
     "statistics",
     "synthesised_response",
+    "table",
+    "trimmed",
     "verify",
 ]
 

@@ -1,4 +1,4 @@
-"""Work shared with an executor, progress bars, and the end of worker processes.
+"""Work shared with an executor, progress of long work, and the end of worker processes.
 
 Workers of a killed parent would wait for ever; an interrupt from the keyboard reaches all of them,
 and those that wait for work would print a traceback.
@@ -6,7 +6,9 @@ and those that wait for work would print a traceback.
 
 import os
 import signal
+import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
@@ -14,8 +16,6 @@ from contextlib import contextmanager
 from multiprocessing import parent_process
 from types import FrameType
 from typing import Any
-
-from tqdm import tqdm
 
 from symhbm.numerics import check
 
@@ -146,16 +146,75 @@ class Workers:
         self.executor = None
 
 
+def check_progress(progress: object) -> bool | None:
+    """Return ``progress``; TypeError unless it is True, False or None."""
+    return None if progress is None else check.flag("progress", progress)
+
+
 def progress_bar(
-    unit: str, progress: bool, total: int | None = None, initial: int = 0, label: str | None = None
-) -> tqdm:
-    """A bar of ``progress`` that appears after a few seconds."""
+    unit: str,
+    progress: bool | None,
+    total: int | None = None,
+    initial: int = 0,
+    label: str | None = None,
+) -> Any:
+    """A bar of pieces of work that appears after a few seconds; at once and to stay for True.
+
+    Notebooks that can have a widget. Where the output is a file or a pipe, lines are in its place.
+    """
+    delay = 0.0 if progress else _BAR_DELAY
+    in_notebook = "ipykernel" in type(sys.stderr).__module__
+    if progress is not False and sys.stderr and not (in_notebook or sys.stderr.isatty()):
+        return _Lines(unit, delay, total, initial, label)
+    with warnings.catch_warnings():
+        # Without widgets the bar is of text, which needs no advice.
+        warnings.simplefilter("ignore")
+        from tqdm.auto import tqdm
     return tqdm(
         desc=label,
         total=total,
         initial=initial,
         unit=unit,
-        delay=_BAR_DELAY,
-        disable=not progress,
-        leave=False,
+        delay=delay,
+        disable=progress is False,
+        leave=bool(progress),
     )
+
+
+class _Lines:
+    """A line on stderr for each tenth of the work; for each doubling where its size is unknown."""
+
+    def __init__(self, unit: str, delay: float, total: int | None, initial: int, label: str | None):
+        self._unit, self._total, self._label = unit, total, f"{label}, " if label else ""
+        self._start = time.monotonic()
+        self._delay, self._done = delay, initial
+        self._told = self._step
+
+    def __enter__(self) -> "_Lines":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def _step(self) -> int:
+        """Tenths that are done, or how often it has doubled."""
+        if self._total:
+            return 10 * self._done // self._total
+        return self._done.bit_length()
+
+    def update(self, n: int = 1) -> None:
+        """Count ``n`` more pieces of work as done."""
+        self._done += n
+        seconds = time.monotonic() - self._start
+        if self._step == self._told or seconds < self._delay:
+            return
+        self._told = self._step
+        text = f"{self._done} {self._unit}{'' if self._done == 1 else 's'}"
+        if self._total:
+            text = f"{100 * self._done // self._total} %, {self._done} of {self._total}"
+            text += f" {self._unit}{'' if self._total == 1 else 's'}"
+        print(f"symhbm: {self._label}{text} after {seconds:.0f} s", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Nothing is left to tell."""

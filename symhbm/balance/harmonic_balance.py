@@ -29,6 +29,7 @@ from symhbm.model import (
 from symhbm.model.contacts import ContactLaw, Parameter
 from symhbm.model.cyclic import Sector
 from symhbm.model.rotation import check_speed
+from symhbm.model.shown import as_table, rows_of
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
 
 LARGE = 100_000
@@ -530,9 +531,16 @@ class HarmonicBalance:
     def __repr__(self) -> str:
         law = "" if self.samples is None else f", friction over {self.samples} samples"
         return (
-            f"HarmonicBalance: harmonics {self.harmonics}, {self.n_unknowns} unknowns{law}\n"
-            f"{self.model!r}\n{self.excitation!r}"
+            f"HarmonicBalance: harmonics {check.brief(self.harmonics)}, {self.n_unknowns} "
+            f"unknowns{law}\n{self.model!r}\n{self.excitation!r}"
         )
+
+    def _repr_html_(self) -> str:
+        rows = [("harmonics", check.brief(self.harmonics)), ("unknowns", str(self.n_unknowns))]
+        if self.samples is not None:
+            rows.append(("friction", f"over {self.samples} samples"))
+        rows.append(("excitation", repr(self.excitation)))
+        return as_table("HarmonicBalance", rows + rows_of(self.model))
 
 
 def nothing_on(model: Structure) -> Excitation:

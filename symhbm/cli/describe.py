@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.blocks import INNER, moving, read
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
 from symhbm.results import DRAWN, VARIABLES, Description, variables_of_model
+from symhbm.results.reading import INNER, moving, read
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""

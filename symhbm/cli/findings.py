@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.blocks import ALIKE, completeness, largest, moving, read, set_dimensions
 from symhbm.continuation import Status
 from symhbm.model.contacts import Behaviour
 from symhbm.results import LARGEST_OF, Description
+from symhbm.results.reading import ALIKE, completeness, largest, moving, read, set_dimensions
 
 Lines = Iterator[tuple[str, str]]
 

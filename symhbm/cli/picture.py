@@ -9,14 +9,14 @@ from typing import Any
 import xarray as xr
 
 import symhbm as sh
-from symhbm.cli.blocks import COMPLETE, INNER, set_dimensions
 from symhbm.cli.selection import select
 from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
+from symhbm.results.reading import COMPLETE, INNER, set_dimensions
 
 _FIRST = (
     *("response", "envelope", "disk", "blades", "nonlinear-modes"),
-    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"),
+    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
 )
 """The order in which kinds are listed; others follow by name."""
 _NO_ARCHIVES = {"campbell", "interference"}

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from symhbm.cli.blocks import INNER, moving
 from symhbm.numerics import check
+from symhbm.results.reading import INNER, moving
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
 _ROUND_OFF = 1e-9

@@ -29,7 +29,7 @@ class Cases:
 
     work: "Work"
     executor: Executor | None = None
-    progress: bool = False
+    progress: bool | None = False
     surveys: int = 0
     follows: int = 0
 

@@ -26,7 +26,7 @@ from symhbm.numerics import check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
 from symhbm.results import Sweep, parse
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 if TYPE_CHECKING:
     from scipy.optimize import LinearConstraint
@@ -51,7 +51,7 @@ def minimise_peak(
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
     executor: Executor | None = None,
     throw: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Parameters that make the largest response as small as it gets, with a certificate.
 
@@ -99,7 +99,7 @@ def minimise_peak(
     throw
         Raise SolveError where no optimum was found instead of returning its status.
     progress
-        Show a bar when it takes longer than a few seconds.
+        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def minimise_peak(
     if not program.feasible():
         return _checked(infeasible(problem, variables), throw)
     work = Work(problem, sweep, variables, bands)
-    cases = Cases(work, executor, check.flag("progress", progress))
+    cases = Cases(work, executor, check_progress(progress))
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     status = status_of(program, search_result)
     result = _responses(problem, program, search_result, sweep, bands, executor, progress)
@@ -207,7 +207,7 @@ def _responses(
     sweep: Sweep,
     bands: list[Bands],
     executor: Executor | None,
-    progress: bool,
+    progress: bool | None,
 ) -> xr.Dataset:
     """Frequency responses of all cases at a design, over the hull of all bands."""
     variables, x = program.variables, search_result.design.x

@@ -47,7 +47,7 @@ class Damping(ABC):
         return {"type": type(self).__name__} | ({} if own else {"values": vars(self)})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ModalDamping(Damping):
     """Damping ratios of modes: ``C = M Phi diag(2 zeta omega) Phi^H M``.
 
@@ -94,6 +94,9 @@ class ModalDamping(Damping):
         put = object.__setattr__
         put(self, "ratio", tuple(ratio.tolist()) if ratio.ndim else float(ratio))
         put(self, "modes", len(ratio) if ratio.ndim else modes)
+
+    def __repr__(self) -> str:
+        return f"ModalDamping(ratio={check.brief(self.ratio)}, modes={self.modes})"
 
     def of_at_most(self, modes: int) -> Damping:
         """The same of a structure that has no more than so many modes."""

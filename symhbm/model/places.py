@@ -117,7 +117,7 @@ class Places:
         return self.n_dof
 
     def __repr__(self) -> str:
-        labels = ", ".join(map(repr, self.labels)) or "none"
+        labels = check.brief([*self.labels], "labels")[1:-1] or "none"
         return (
             f"Places: {self.n_dof} degrees of freedom of {self.nodes.size} nodes; labels: {labels}"
         )

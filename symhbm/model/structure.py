@@ -30,6 +30,7 @@ from symhbm.model.parameters import (
     records_by_name,
 )
 from symhbm.model.places import NextSector, Place, check_places, number_of
+from symhbm.model.shown import as_table, as_text, rows_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -638,20 +639,16 @@ class Structure(ABC):
         """What tells it apart in a dataset, as JSON keeps it."""
         return {"structure": {"type": type(self).__name__}}
 
+    @property
+    def remark(self) -> str:
+        """What else to tell of it in a line."""
+        return ""
+
     def __repr__(self) -> str:
-        kind = "lumped blade" if self.lumped else "degree of freedom"
-        plural = kind.replace("degree", "degrees") if " of " in kind else f"{kind}s"
-        lines = [
-            f"{type(self).__name__}: {self.n_dof} {kind if self.n_dof == 1 else plural}, "
-            f"{self.n_contacts} contact{'' if self.n_contacts == 1 else 's'}"
-        ]
-        for name, value in self.parameters.items():
-            if value.size and (name != "cubic_stiffness" or value.any()):
-                low, high = value.min(), value.max()
-                text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
-                unit = self.about(name).shown_as(name)[1]
-                lines.append(f"  {name:<21} {text} {unit}".rstrip())
-        return "\n".join(lines)
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        return as_table(type(self).__name__, rows_of(self))
 
 
 DENSE = "_of_matrices"

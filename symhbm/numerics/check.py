@@ -1,6 +1,6 @@
 """Input checks at the boundary: each error names the argument, its value and what is allowed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from numbers import Integral
 
@@ -12,12 +12,35 @@ _BOUNDS = {
     "non-negative": (lambda a: a >= 0, "finite and >= 0"),
     "any": (lambda a: np.isfinite(a), "finite"),
 }
+_MANY, _FEW = 8, 3
+"""Values that are not shown all, and how many of them are."""
 
 
 def shown(value: object) -> str:
     """Short text of a bad value."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else text[:77] + "..."
+
+
+def brief(value: object, words: str = "values") -> str:
+    """Text of a value, of more than eight the first three and how many there are."""
+    if isinstance(value, np.ndarray) and value.ndim == 1:
+        value = value.tolist()
+    if isinstance(value, np.ndarray):
+        return f"array of shape {value.shape}"
+    if isinstance(value, Mapping):
+        texts = [f"{key!r}: {brief(entry)}" for key, entry in value.items()]
+        return "{" + _joined(texts, "entries") + "}"
+    if isinstance(value, (list, tuple)) and len(value) > _MANY:
+        left, right = repr(type(value)())
+        return left + _joined([*map(brief, value)], words) + right
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def _joined(texts: list[str], words: str) -> str:
+    if len(texts) > _MANY:
+        texts = [*texts[:_FEW], f"... {len(texts)} {words}"]
+    return ", ".join(texts)
 
 
 def array(name: str, value: ArrayLike, bound: str = "any") -> NDArray[np.float64]:

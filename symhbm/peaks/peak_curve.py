@@ -20,7 +20,7 @@ from symhbm.peaks.peak_rows import results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
 from symhbm.results import Request, check_band, check_grid, check_index, check_parameter, schema
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 _ROUNDS = 6
 """Largest number of times that minima and exchanges are surveyed and missed branches followed."""
@@ -37,7 +37,7 @@ def peak_curve(
     dof: int | None = None,
     executor: Executor | None = None,
     throw: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Largest peak of the response over a named parameter, with its minima and events.
 
@@ -71,7 +71,7 @@ def peak_curve(
     throw
         Raise SolveError unless the curve is complete and bounded, instead of returning its status.
     progress
-        Show a bar when it takes longer than a few seconds.
+        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def peak_curve(
     grid = check_grid(at, ends)
     index = check_index(problem, parameter, contact, dof)
     check_executor(executor)
-    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
+    throw, progress = check.flag("throw", throw), check_progress(progress)
     if problem.samples is not None:
         raise ValueError(
             f"samples={problem.samples}: expected a problem with located switching angles; "

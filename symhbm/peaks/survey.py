@@ -91,7 +91,7 @@ class Surveyor:
     computed in this process. A failed survey is empty, with a status that says so.
     """
 
-    def __init__(self, bands: Bands, executor: Executor | None, progress: bool):
+    def __init__(self, bands: Bands, executor: Executor | None, progress: bool | None):
         self.bands, self.count = list(bands), 0
         self._workers = Workers(executor, "surveys")
         self._bar = progress_bar("survey", progress)

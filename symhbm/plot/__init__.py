@@ -7,6 +7,7 @@ from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
 from symhbm.plot.modes import nonlinear_modes
+from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
 
@@ -26,6 +27,7 @@ __all__ = [
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",
+    "phase",
     "response",
     "states",
     "stick_map",

@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.plot.drawing import (
+    DECIBEL,
     Family,
     Moving,
+    Scale,
     axis_label,
     canvas,
     check_anything,
@@ -20,6 +22,7 @@ from symhbm.plot.drawing import (
     figure_of,
     is_wide,
     moving,
+    scale_of,
 )
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
 from symhbm.results import check_dof, places_of
@@ -40,9 +43,15 @@ MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, z
 
 
 def response(
-    dataset: xr.Dataset, *, dof: Place | None = None, peaks: bool = True, ax: Axes | None = None
+    dataset: xr.Dataset,
+    *,
+    dof: Place | None = None,
+    peaks: bool = True,
+    scale: str = "decibel",
+    unit: str = "m",
+    ax: Axes | None = None,
 ) -> Figure:
-    """Draw amplitude in dB (re 1 m) over the moving parameter, one line per parameter set.
+    """Draw amplitude over the moving parameter, by default in dB re 1 m, a line per parameter set.
 
     Lines follow the slopes of the amplitudes at their points (``amplitude_slope``) and go through
     located peaks, which lie between the points of a grid (``at=``). Without slopes, as in archives
@@ -64,6 +73,10 @@ def response(
         Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
         lines unbounded. Squares are folds, diamonds branch points, triangles that point down period
         doublings, pluses Neimark-Sacker events, crosses other changes of stability.
+    scale
+        ``"decibel"``, or amplitudes on a ``"linear"`` or a ``"log"`` axis.
+    unit
+        ``"m"``, ``"mm"`` or ``"um"``: the unit of amplitudes, and what 0 dB are one of.
     ax
         Axes to draw into; by default a new figure.
 
@@ -72,7 +85,7 @@ def response(
     TypeError, KeyError
         If the dataset holds no curve, or ``dof`` is the name of no place.
     ValueError
-        If ``dof`` is out of range, or no point converged.
+        If ``dof`` is out of range, no point converged, or a scale or a unit is unknown.
 
     Examples
     --------
@@ -86,6 +99,7 @@ def response(
     >>> figure.savefig("response.png")
     """
     parameter, dof = check_curves(dataset, dof)
+    shown = scale_of(scale, unit)
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
     swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
@@ -98,15 +112,16 @@ def response(
                 position = member.position | ({"sample": sample} if "sample" in swept else {})
                 curve = dataset.isel(position)
                 if "solution" in curve["amplitude"].dims:
-                    _dots(ax, curve, parameter, dof, member.color)
+                    _dots(ax, curve, parameter, dof, member.color, shown)
                     marks = marks_of(located_peaks(curve, parameter), parameter, dof)
                 else:
                     picture = picture_of(curve, parameter, dof)
-                    _draw(ax, picture.line, member.color, look | dict(linestyle=member.style))
+                    style = look | dict(linestyle=member.style)
+                    _draw(ax, picture.line, member.color, style, shown)
                     marks = picture.marks
                 if peaks and "sample" not in swept:
-                    _marks(ax, marks, member.color)
-        label_axes(ax, dataset, parameter.name, dof)
+                    _marks(ax, marks, member.color, shown)
+        label_axes(ax, dataset, parameter.name, dof, shown)
         family.explain(ax)
     return figure_of(ax)
 
@@ -182,8 +197,17 @@ def marks_of(
     return [*dict.fromkeys(shown)]
 
 
-def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any]) -> None:
+def drawn(line: Line, scale: Scale) -> tuple[Any, Any, np.ndarray]:
+    """Values and what is drawn over them, and which of the straight lines are unstable."""
+    if scale.kind == "linear":
+        value, amplitude, unstable = line.polyline(linear=True)
+        return value, scale.of(amplitude), unstable
     value, level, unstable = line.polyline()
+    return value, scale.of_level(level), unstable
+
+
+def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any], scale: Scale) -> None:
+    value, level, unstable = drawn(line, scale)
     solid, dotted = (
         np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
     )
@@ -194,10 +218,12 @@ def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any]) -> None:
         ax.plot(value, np.where(dotted, level, np.nan), color=color, **dots)
 
 
-def _dots(ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color: Any) -> None:
+def _dots(
+    ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color: Any, scale: Scale
+) -> None:
     """Draw every solution at each value; hollow circles are unstable."""
     amplitude = shown_amplitude(curve, dof).transpose(parameter.along, "solution")
-    level = decibel(amplitude.values)
+    level = scale.of(amplitude.values)
     unstable = np.zeros(level.shape, dtype=bool)
     if "stability" in curve.variables:
         unstable = curve["stability"].transpose(parameter.along, "solution").values == 0
@@ -207,15 +233,17 @@ def _dots(ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color
     ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")
 
 
-def _marks(ax: Axes, marks: Marks, color: Any) -> None:
+def _marks(ax: Axes, marks: Marks, color: Any, scale: Scale) -> None:
     for kind, at, level in marks:
         if kind in MARKERS:
-            ax.plot(at, level, MARKERS[kind], color=color, **MARK)
+            ax.plot(at, scale.of_level(level), MARKERS[kind], color=color, **MARK)
         elif kind == "unbounded":
             ax.axvline(at, color=color, linestyle=":", linewidth=0.8)
 
 
-def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> None:
+def label_axes(
+    ax: Axes, dataset: xr.Dataset, name: str, dof: int | None, scale: Scale = DECIBEL
+) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(dataset, name))
     kept, places = dataset.variables.get("structure_dof"), places_of(dataset)
@@ -227,7 +255,8 @@ def label_axes(ax: Axes, dataset: xr.Dataset, name: str, dof: int | None) -> Non
         which = f"largest response of {kept.size} kept DOFs"
     else:
         which = f"response of DOF {int(kept.values[dof])} (kept DOF {dof})"
-    ax.set_ylabel(f"{which} [dB re 1 m]")
+    ax.set_ylabel(f"{which} [{scale.label}]")
+    scale.put_on(ax)
     values = dataset[name].values[np.isfinite(dataset[name].values)]
     if name != "frequency" and len(values) and is_wide(values):
         ax.set_xscale("log")

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -54,7 +55,8 @@ FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
 def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator[Axes]:
     """Axes to draw into, in the style of the library; a figure of our own is closed on errors.
 
-    ``size`` [inch] is that of a figure of our own.
+    ``size`` [inch] is that of a figure of our own. Pyplot holds it, so that ``plt.show()`` opens
+    its window; but in a notebook it is the caller's alone.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
@@ -68,6 +70,9 @@ def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator
             if created is not None:
                 plt.close(created)
             raise
+        # At the end of a cell a notebook shows what pyplot holds, beside the value of the cell.
+        if created is not None and "inline" in mpl.get_backend().lower():
+            plt.close(created)
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -153,6 +158,48 @@ def decibel(amplitude: Any) -> Any:
     """Level in dB re 1 m."""
     with np.errstate(divide="ignore"):
         return 20 * np.log10(amplitude)
+
+
+class Scale(NamedTuple):
+    """How amplitudes are drawn: in decibels re one ``unit``, or in the unit."""
+
+    kind: str = "decibel"
+    unit: str = "m"
+
+    @property
+    def label(self) -> str:
+        """The unit of what is drawn."""
+        unit = _METRES[self.unit][1]
+        return f"dB re 1 {unit}" if self.kind == "decibel" else unit
+
+    def of(self, amplitude: Any) -> Any:
+        """What is drawn of amplitudes [m]."""
+        shown = amplitude / _METRES[self.unit][0]
+        return decibel(shown) if self.kind == "decibel" else shown
+
+    def of_level(self, level: Any) -> Any:
+        """What is drawn of levels [dB re 1 m]."""
+        if self == DECIBEL:
+            return level
+        return self.of(10 ** (np.asarray(level) / 20))
+
+    def put_on(self, ax: Axes) -> None:
+        """Make the vertical axis one of this scale."""
+        if self.kind == "log":
+            ax.set_yscale("log")
+        elif self.kind == "linear":
+            ax.set_ylim(bottom=0)
+
+
+DECIBEL = Scale()
+_METRES = {"m": (1.0, "m"), "mm": (1e-3, "mm"), "um": (1e-6, "µm")}
+SCALES = ("decibel", "linear", "log")
+
+
+def scale_of(scale: str, unit: str) -> Scale:
+    """The scale of two words; ValueError for others."""
+    kind = check.one_of("scale", scale, SCALES)
+    return Scale(kind, check.one_of("unit", unit, _METRES))
 
 
 def is_wide(values: np.ndarray) -> bool:

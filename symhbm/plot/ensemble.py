@@ -13,17 +13,17 @@ from numpy.typing import ArrayLike
 
 from symhbm.model import Place
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.curves import check_curves, label_axes, picture_of, shown_amplitude
+from symhbm.plot.curves import check_curves, drawn, label_axes, picture_of, shown_amplitude
 from symhbm.plot.drawing import (
     OUTSIDE,
     Moving,
     canvas,
     check_anything,
     check_dims,
-    decibel,
     figure_of,
     is_wide,
     one_solution,
+    scale_of,
     scaled,
 )
 from symhbm.plot.lines import Line
@@ -40,9 +40,11 @@ def envelope(
     dof: Place | None = None,
     quantiles: ArrayLike = (0.05, 0.95),
     samples: int = 0,
+    scale: str = "decibel",
+    unit: str = "m",
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw where the responses of an ensemble lie: extremes, quantiles and median in dB re 1 m.
+    """Draw where the responses of an ensemble lie: extremes, quantiles and median.
 
     On a grid (``at=``) they are those of the values at the grid; peaks lie between. Paths are read
     off a common grid of 1201 values as `response` draws them. What did not converge is left out,
@@ -61,6 +63,8 @@ def envelope(
         Lower and upper quantile of the inner band.
     samples
         How many samples, from the first on, are drawn as thin lines.
+    scale, unit
+        As of `response`, by default dB re 1 m.
     ax
         Axes to draw into; by default a new figure.
 
@@ -81,14 +85,15 @@ def envelope(
             f"quantiles={check.shown(quantiles)}: expected a lower and an upper one from 0 to 1"
         )
     samples = check.integer("samples", samples, 0, dataset.sizes["sample"])
-    reference = None if tuned is None else _tuned(tuned, parameter, dof)
+    shown = scale_of(scale, unit)
+    reference = None if tuned is None else drawn(_tuned(tuned, parameter, dof), shown)[:2]
     value, amplitude = _on_common_grid(dataset, parameter, dof)
     covered = np.isfinite(amplitude).any(axis=0)
     rows = np.full((5, len(value)), np.nan)
     if covered.any():
         at = [0.0, edges[0], 0.5, edges[1], 1.0]
         rows[:, covered] = np.nanquantile(amplitude[:, covered], at, axis=0)
-    lowest, low, middle, high, highest = decibel(rows)
+    lowest, low, middle, high, highest = shown.of(rows)
     with canvas(ax) as ax:
         text = f"smallest to largest of {len(amplitude)}"
         ax.fill_between(value, lowest, highest, color="0.87", linewidth=0, label=text)
@@ -96,7 +101,7 @@ def envelope(
         ax.fill_between(value, low, high, color="0.68", linewidth=0, label=text)
         for number in range(samples):
             label = "single samples" if number == 0 else None
-            level = decibel(amplitude[number])
+            level = shown.of(amplitude[number])
             ax.plot(value, level, color="#0072b2", linewidth=0.5, alpha=0.7, label=label)
         ax.plot(value, middle, color="black", label="median")
         if reference is not None:
@@ -104,7 +109,7 @@ def envelope(
         left_out = _left_out(amplitude, parameter.along != "point")
         if left_out:
             ax.plot([], [], " ", label=left_out)
-        label_axes(ax, dataset, parameter.name, dof)
+        label_axes(ax, dataset, parameter.name, dof, shown)
         ax.legend(**OUTSIDE)
     return figure_of(ax)
 
@@ -135,8 +140,8 @@ def _function(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
     return line
 
 
-def _tuned(tuned: xr.Dataset, parameter: Moving, dof: int | None) -> tuple[FloatArray, FloatArray]:
-    """Values and levels [dB] of the curve to compare with."""
+def _tuned(tuned: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
+    """The curve to compare with."""
     try:
         tuned_parameter, dof = check_curves(tuned, dof)
         check_dims(tuned["amplitude"], (tuned_parameter.along, "dof", "solution"), "one curve")
@@ -148,7 +153,7 @@ def _tuned(tuned: xr.Dataset, parameter: Moving, dof: int | None) -> tuple[Float
         raise ValueError(
             f"tuned: expected a curve over {parameter.name}, got one over {tuned_parameter.name}"
         )
-    return picture_of(tuned, tuned_parameter, dof).line.polyline()[:2]
+    return picture_of(tuned, tuned_parameter, dof).line
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:

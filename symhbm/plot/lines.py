@@ -13,6 +13,8 @@ from symhbm.plot.drawing import Moving, decibel, motions_of
 
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
+_STRAIGHT_SHARE = 2e-4
+"""The same on a linear scale, as a share of the largest amplitude."""
 _MAX_HALVINGS = 8
 """Most halvings of a segment."""
 _SAME = 1e-12
@@ -116,18 +118,29 @@ class Line:
             result[inside] = self._between(segment, share).max(axis=1)
         return result
 
-    def polyline(self) -> tuple[FloatArray, FloatArray, np.ndarray]:
-        """Values (n,) and levels (n,) [dB] of straight lines, and which (n - 1,) are unstable."""
+    def polyline(self, linear: bool = False) -> tuple[FloatArray, FloatArray, np.ndarray]:
+        """Values (n,) and levels (n,) [dB] of straight lines, and which (n - 1,) are unstable.
+
+        With ``linear``, amplitudes [m] in place of levels, straight on a linear scale.
+        """
         n_segments = max(len(self.value) - 1, 0)
+        shown, straight_enough = decibel, _STRAIGHT
+        if linear:
+            top = np.max(self.amplitude, initial=0.0, where=np.isfinite(self.amplitude))
+            shown, straight_enough = np.asarray, _STRAIGHT_SHARE * top
+
+        def level_at(segment: np.ndarray, share: FloatArray) -> FloatArray:
+            return shown(self._between(segment, share).max(axis=1))
+
         segment = np.repeat(np.arange(n_segments), 2)
         begin = np.tile([0.0, 0.5], n_segments)
-        low, high = self._level(segment, begin), self._level(segment, begin + 0.5)
+        low, high = level_at(segment, begin), level_at(segment, begin + 0.5)
         straight, length = [], 0.5
         for halving in range(_MAX_HALVINGS + 1):
             length /= 2
-            middle = self._level(segment, begin + length)
+            middle = level_at(segment, begin + length)
             with np.errstate(invalid="ignore"):
-                bent = np.abs(middle - (low + high) / 2) > _STRAIGHT
+                bent = np.abs(middle - (low + high) / 2) > straight_enough
             bent &= halving < _MAX_HALVINGS
             straight.append((segment[~bent], begin[~bent], low[~bent]))
             segment, low, middle, high = (part[bent] for part in (segment, low, middle, high))
@@ -138,12 +151,9 @@ class Line:
         order = np.lexsort((begin, segment))
         segment, begin, low = segment[order], begin[order], low[order]
         value = self.value[segment] + begin * (self.value[segment + 1] - self.value[segment])
-        end = decibel(self.amplitude[-1:].max(axis=1, initial=0.0))
+        end = shown(self.amplitude[-1:].max(axis=1, initial=0.0))
         unstable = self.unstable[segment] | self.unstable[segment + 1]
         return np.append(value, self.value[-1:]), np.append(low, end), unstable
-
-    def _level(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
-        return decibel(self._between(segment, share).max(axis=1))
 
 
 def _other_slope(rise: FloatArray, slope: FloatArray) -> FloatArray:

@@ -99,14 +99,16 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
     return equations
 
 
-def prepared(problem: HarmonicBalance, sweep: Sweep, request: Request, progress: bool) -> Request:
+def prepared(
+    problem: HarmonicBalance, sweep: Sweep, request: Request, progress: bool | None
+) -> Request:
     """The request with what evaluates all of its curves, compiled in front of the first one."""
     if request.unforced is not None:
         return request
 
     @cache
     def announce() -> None:
-        if progress:
+        if progress is not False:
             print("symhbm: compiling the equations, once for each structure", file=sys.stderr)
 
     # Compiled once: copies of the problem for all parameter sets share the functions.

@@ -46,7 +46,7 @@ def compute(
     request: Request,
     blank: Callable[[], Table],
     executor: Executor | None = None,
-    progress: bool = True,
+    progress: bool | None = None,
     done: Collection[int] = (),
 ) -> Generator[NumberedTables, None, None]:
     """Numbers and tables of all parameter sets but those ``done``, as they are finished.
@@ -61,7 +61,7 @@ def compute(
         return tables.encode(tables.failed(blank(), outcome)) if failed else outcome
 
     def tell() -> None:
-        if progress:
+        if progress is not False:
             print("symhbm: compiling loops, once after installing", file=sys.stderr)
 
     bar_of_curves = progress_bar("curve", progress, sweep.size, len(done))

@@ -29,7 +29,7 @@ from symhbm.results import (
     parse,
 )
 from symhbm.time_domain import check_stability
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 
 def frf(
@@ -49,7 +49,7 @@ def frf(
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
     max_points: int = 5000,
 ) -> xr.Dataset:
     """Frequency response between two frequencies, with every peak.
@@ -123,7 +123,8 @@ def frf(
     throw
         Raise SolveError when a curve is incomplete, instead of a warning.
     progress
-        Show a bar when the sweep takes longer than a few seconds.
+        By default, show a bar when the sweep takes longer than a few seconds; True: at once,
+        False: never.
     max_points
         Largest number of points of one path.
 
@@ -202,7 +203,7 @@ def follow(
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
     max_points: int = 5000,
 ) -> xr.Dataset:
     """Response at one frequency between two values of any named parameter.
@@ -290,10 +291,10 @@ def _run(
     archive: str | os.PathLike[str] | None,
     executor: Executor | None,
     throw: bool,
-    progress: bool,
+    progress: bool | None,
 ) -> xr.Dataset:
     check_executor(executor)
-    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
+    throw, progress = check.flag("throw", throw), check_progress(progress)
     accuracy, stability, phase_resonances, *others = options
     angles, peaks, sector, keep, verifiable, max_points = others
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):

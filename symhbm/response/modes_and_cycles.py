@@ -16,7 +16,7 @@ from symhbm.numerics import check
 from symhbm.response.run import reported, run
 from symhbm.response.unforced import with_dof
 from symhbm.results import Request, check_band, check_grid, check_keep, parse
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 
 def nonlinear_modes(
@@ -32,7 +32,7 @@ def nonlinear_modes(
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     throw: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
     max_points: int = 5000,
 ) -> xr.Dataset:
     """Frequency and damping ratio of one mode over its amplitude, with contacts that rub and open.
@@ -110,7 +110,7 @@ def nonlinear_modes(
     """
     check_problem(problem)
     check_executor(executor)
-    throw, progress = check.flag("throw", throw), check.flag("progress", progress)
+    throw, progress = check.flag("throw", throw), check_progress(progress)
     band = check_band("amplitude", amplitude, "positive", " [m]")
     if band[0] > band[1]:
         raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")

@@ -34,7 +34,7 @@ from symhbm.results.archive import (
     rebuild,
     working_file,
 )
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 
 @on_one_thread
@@ -44,7 +44,7 @@ def run(
     request: Request,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
 
@@ -122,7 +122,7 @@ def resume(
     *,
     laws: Iterable[ContactLaw] = (),
     executor: Executor | None = None,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Finish an interrupted archive from its working file alone, ``<path>.partial``.
 
@@ -135,7 +135,7 @@ def resume(
     executor
         Where the remaining parameter sets are computed; by default in this process.
     progress
-        Show a bar when it takes longer than a few seconds.
+        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
     Returns
     -------
@@ -158,14 +158,14 @@ def resume(
         If curves are incomplete, with the most common reason.
     """
     check_executor(executor)
-    return reported(_resume(path, laws, executor, check.flag("progress", progress)))
+    return reported(_resume(path, laws, executor, check_progress(progress)))
 
 
 def _resume(
     path: str | os.PathLike[str],
     laws: Iterable[ContactLaw],
     executor: Executor | None,
-    progress: bool,
+    progress: bool | None,
 ) -> xr.Dataset:
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
@@ -189,7 +189,7 @@ def _finished(
     request: Request,
     blank: Callable[[], Table],
     executor: Executor | None,
-    progress: bool,
+    progress: bool | None,
 ) -> xr.Dataset:
     if target.exists():
         complete = _checked_archive(call, target, progress)
@@ -227,7 +227,7 @@ def _lost_text(n_done: int, n_sets: int) -> str:
     )
 
 
-def _checked_archive(call: xr.Dataset, target: Path, progress: bool) -> xr.Dataset:
+def _checked_archive(call: xr.Dataset, target: Path, progress: bool | None) -> xr.Dataset:
     """A finished archive; ArchiveError if it is one of another computation."""
     complete = load(target, lazy=True)
     try:
@@ -239,8 +239,8 @@ def _checked_archive(call: xr.Dataset, target: Path, progress: bool) -> xr.Datas
     return complete
 
 
-def _say_complete(target: Path, progress: bool) -> None:
-    if progress:
+def _say_complete(target: Path, progress: bool | None) -> None:
+    if progress is not False:
         print(f"symhbm: {str(target)!r} is complete, nothing was computed", file=sys.stderr)
 
 

@@ -21,9 +21,9 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.cli.blocks import blocks
 from symhbm.cli.picture import kinds
 from symhbm.results.archive.working_files import Store
+from symhbm.results.reading import blocks
 from tests.sectors_to_reduce import chain_sector
 
 ROOT = Path(__file__).parent.parent.parent
@@ -264,7 +264,7 @@ def test_large_archives_are_read_in_blocks(archive, monkeypatch, case):
     path = archive(case)
     whole = run("info", path), run("export", path, "--variables", "all")
     assert whole[0][0] == whole[1][0] == 0
-    monkeypatch.setattr("symhbm.cli.blocks._LARGEST_BLOCK", 97)
+    monkeypatch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", 97)
     assert (run("info", path), run("export", path, "--variables", "all")) == whole
 
 
@@ -273,7 +273,7 @@ def test_blocks_hold_every_row_once_and_in_order(shape, width, budget):
     array = np.arange(int(np.prod(shape))).reshape(shape)
     dims = [f"d{i}" for i in range(len(shape))]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("symhbm.cli.blocks._LARGEST_BLOCK", budget)
+        patch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", budget)
         rows = []
         for block in blocks(dict(zip(dims, shape, strict=True)), dims, width):
             part = array[tuple(block.get(dim, slice(None)) for dim in dims)]
@@ -573,7 +573,15 @@ def test_every_file_of_verbs_is_a_command():
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
     expected = ["response", "envelope", "disk", "blades", "nonlinear-modes"]
-    expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
+    expected += [
+        "hysteresis",
+        "normal-force",
+        "states",
+        "stick-map",
+        "contact-map",
+        "model",
+        "phase",
+    ]
     assert kinds() == expected
     monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
     monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])

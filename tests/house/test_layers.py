@@ -30,6 +30,7 @@ ROOMS = [
 ONLY_IN = {
     "casadi": "numerics model.contacts balance continuation.correctors continuation.angles design",
     "xarray": "results peaks response design ensembles plot cli",
+    "pandas": "results.reading",
     "matplotlib": "plot",
     "tqdm": "workers",
     "click": "cli",

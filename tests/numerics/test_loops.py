@@ -18,17 +18,20 @@ sh.frf(sh.HarmonicBalance(blade, sh.PointForce(amplitude=100.0)), (10, 12), prog
 LINE = "symhbm: compiling loops, once after installing"
 
 
-def doubled():
-    """A loop that no file holds, so that nothing is kept of it."""
+def doubled(folder):
+    """A loop of a file of its own, so that nothing is kept of it."""
+    source = "def outer(x): return inner(x) + inner(x)\ndef inner(x): return x"
+    path = folder / "loops_of_a_test.py"
+    path.write_text(source)
     names: dict = {}
-    exec("def outer(x): return inner(x) + inner(x)\ndef inner(x): return x", names)
+    exec(compile(source, str(path), "exec"), names)
     names["inner"] = Loop(names["inner"])
     return Loop(names["outer"])
 
 
-def test_compiling_is_told_once():
+def test_compiling_is_told_once(tmp_path):
     told = []
-    loop = doubled()
+    loop = doubled(tmp_path)
     with told_of_compiling(lambda: told.append(True)):
         assert loop(2.0) == 4.0
         assert loop(3) == 6

@@ -99,10 +99,10 @@ def test_what_an_executor_has_finished_is_safe(pool, tmp_path, monkeypatch):
 
 def test_a_finished_archive_says_that_nothing_was_computed(tmp_path, capsys):
     path = tmp_path / "x.nc"
-    call(archive=path, progress=True).close()
+    call(archive=path, progress=None).close()
     assert capsys.readouterr().err == ""
     line = f"symhbm: {str(path)!r} is complete, nothing was computed\n"
-    call(archive=path, progress=True).close()
+    call(archive=path, progress=None).close()
     assert capsys.readouterr().err == line
     sh.resume(path).close()
     assert capsys.readouterr().err == line

@@ -8,18 +8,18 @@ from typing import Any
 import click
 
 from symhbm.cli.arguments import archive_argument, output_option, select_option
-from symhbm.cli.blocks import completeness
 from symhbm.cli.selection import select
-from symhbm.cli.table import TABLES, rows, write
+from symhbm.cli.table import rows, write
 from symhbm.cli.terminal import check_place, opened, say
 from symhbm.results.archive import draft_of
+from symhbm.results.reading import KINDS, completeness
 
 
 @click.command()
 @archive_argument
 @click.option(
     "--table",
-    type=click.Choice(TABLES),
+    type=click.Choice(KINDS),
     default="points",
     show_default=True,
     help="What a row is: a point, a peak, an event, or a parameter set with its status.",

@@ -69,6 +69,7 @@ def plot(
       stick-map     where contacts stick and where they slip, over a swept parameter
       contact-map   what contacts do at one point, where they are
       model         the structure and the force on it
+      phase         the phase lag of one degree of freedom over the frequency
 
     \b
     Examples:

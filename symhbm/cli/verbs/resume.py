@@ -9,10 +9,10 @@ import click
 
 import symhbm as sh
 from symhbm.cli.arguments import archive_argument, law_option
-from symhbm.cli.blocks import completeness
 from symhbm.cli.terminal import final_name, opened
 from symhbm.model.contacts import ContactLaw
 from symhbm.results.archive import working_file
+from symhbm.results.reading import completeness
 from symhbm.workers import attend
 
 

@@ -19,6 +19,7 @@ from symhbm.model.places import Place
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.model.rotation import check_at_one_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.workers import check_progress
 
 _SOUND = 1e-6
 """Relative error of responses without a warning: matrices are not more exact."""
@@ -38,7 +39,7 @@ def condense(
     keep: Literal["touched", "displacements"] = "touched",
     tolerance: float | None = None,
     stability: bool = False,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> CondensedModel:
     """Condense a structure to its contacts: all that is linear is eliminated, exactly.
 
@@ -73,7 +74,7 @@ def condense(
         Make it exact between the harmonics too, from rest to the highest: perturbations oscillate
         there, so that ``stability`` of `frf` is known. It takes more factorisations.
     progress
-        Show a bar when it takes longer than a few seconds.
+        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
     Returns
     -------
@@ -145,7 +146,7 @@ def condense(
         raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
     band = float(edges.min()), float(edges.max())
     check.one_of("keep", keep, ("touched", "displacements"))
-    stability, progress = check.flag("stability", stability), check.flag("progress", progress)
+    stability, progress = check.flag("stability", stability), check_progress(progress)
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
     excitations = _excitations(model, excitation)

@@ -31,7 +31,7 @@ def condense_sector(
     basis: FourierBasis,
     dofs: NDArray[np.intp],
     displacements: NDArray[np.intp],
-    progress: bool = False,
+    progress: bool | None = False,
 ) -> CondensedSector:
     """Condense a sector to ``dofs``, see `symhbm.condense`.
 

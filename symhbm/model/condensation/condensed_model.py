@@ -415,10 +415,12 @@ class CondensedModel(Structure):
     def __reduce__(self) -> Any:
         return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "numbers"}},)
 
-    def __repr__(self) -> str:
+    @property
+    def remark(self) -> str:
+        """What else to tell of it in a line."""
         low, high = self.frequency
         return (
-            f"{super().__repr__()}\n  kept of {self.n_whole} degrees of freedom, "
+            f"kept of {self.n_whole} degrees of freedom, "
             f"{low:g} to {high:g} Hz, harmonics {self.harmonics}, "
             f"linear responses exact to {self.certificate.error:.1e}, with friction to "
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "

@@ -72,7 +72,7 @@ def reduce(
     interior: Interior,
     bands: list[tuple[float, float]],
     springs: NDArray,
-    progress: bool = False,
+    progress: bool | None = False,
 ) -> tuple[Reduced, Certificate]:
     """Condensed stiffness of an interior over ``bands`` [rad/s], and its certificate.
 

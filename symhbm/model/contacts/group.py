@@ -89,7 +89,7 @@ class Contacts:
         return len(next(iter(self.directions.values())).ends)
 
     def __repr__(self) -> str:
-        values = "".join(f", {name}={value}" for name, value in self.values.items())
+        values = "".join(f", {name}={check.brief(value)}" for name, value in self.values.items())
         return f"Contacts({self.law!r}, {len(self)} contacts{values})"
 
 

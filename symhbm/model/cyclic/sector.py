@@ -435,9 +435,11 @@ class Sector(PolynomialStructure):
         static = self.static_load(excitation, basis)
         return wave + StaticLoad(static) if static.any() else wave
 
-    def __repr__(self) -> str:
+    @property
+    def remark(self) -> str:
+        """What else to tell of it in a line."""
         return (
-            f"{super().__repr__()}\n  one of {self.n_sectors} sectors of {self.n_whole} degrees of "
+            f"one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
 

@@ -28,6 +28,10 @@ class Excitation(ABC):
     amplitude: float
     """Factor of the shape [N]."""
 
+    def __repr__(self) -> str:
+        texts = (f"{f.name}={check.brief(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(texts)})"
+
     @property
     def speed_ratios(self) -> frozenset[float]:
         """Frequencies over the speed of rotation that engine orders of it tell."""

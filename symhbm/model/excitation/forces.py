@@ -21,7 +21,7 @@ from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PointForce(Excitation):
     """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad].
 
@@ -54,7 +54,7 @@ class PointForce(Excitation):
         return shape
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EngineOrder(Excitation):
     """Travelling wave ``amplitude cos(harmonic omega t - 2 pi order i / N)`` on blade i, Eq. (12).
 
@@ -146,7 +146,7 @@ class EngineOrder(Excitation):
         return description
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class HarmonicForce(Excitation):
     """Any force: ``amplitude sum_n cosine[n] cos(n omega t) + sine[n] sin(n omega t)``.
 

@@ -13,7 +13,7 @@ from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StaticLoad(Excitation):
     """Constant force ``values`` [N]: one value per degree of freedom, or ``{dof: value}``.
 

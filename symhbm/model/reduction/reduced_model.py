@@ -105,9 +105,11 @@ class ReducedModel(Model):
         """An excitation as the kept degrees of freedom feel it."""
         return force_as_felt(self, excitation, basis)
 
-    def __repr__(self) -> str:
+    @property
+    def remark(self) -> str:
+        """What else to tell of it in a line."""
         return (
-            f"{super().__repr__()}\n  reduced from {self.n_whole} degrees of freedom, "
+            f"reduced from {self.n_whole} degrees of freedom, "
             f"{len(self.fixed_frequencies)} modes with what is kept held, "
             f"{self.certificate!r}"
         )

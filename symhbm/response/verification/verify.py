@@ -35,7 +35,7 @@ def verify(
     bounds: Mapping[str, float | None] | None = None,
     exact: int | Literal["all", "none"] = 4,
     laws: Iterable[ContactLaw] = (),
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
 
@@ -57,7 +57,7 @@ def verify(
     laws
         Contact laws of your own that it was computed with, as of `rebuild`.
     progress
-        Show a bar when it takes longer than a few seconds.
+        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
     Returns
     -------

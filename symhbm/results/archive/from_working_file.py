@@ -27,7 +27,7 @@ _CHUNK = 2**20
 """Memory [bytes] of a chunk, which is compressed and read as a whole."""
 
 
-def merge(store: Store, archive: Path, progress: bool) -> None:
+def merge(store: Store, archive: Path, progress: bool | None) -> None:
     """Write the archive of a working file in which all sets are finished.
 
     Raises ArchiveError if it cannot be written, or the working file is damaged.
@@ -83,7 +83,7 @@ def _fill(
     dataset: xr.Dataset,
     source: "netCDF4.Dataset",
     target: "netCDF4.Dataset",
-    progress: bool,
+    progress: bool | None,
 ) -> None:
     sweep, request = schema.recall(dataset)
     for file in (source, target):

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
-from symhbm.results import Description, consecutive_blocks
+from symhbm.results.blocks import consecutive_blocks
+from symhbm.results.description import Description
 
 INNER = ("dof", "contact", "blade", "harmonic", "component")
 """Dimensions inside one point, peak or event."""

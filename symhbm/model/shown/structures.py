@@ -1,0 +1,99 @@
+"""What a structure shows of itself: its size, contacts, parameters and lowest frequencies."""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import eigh
+
+from symhbm.model.shown.tables import Rows
+
+_MOST_PARAMETERS = 24
+"""Parameters with a line each; a structure of many groups has more."""
+_MOST_GROUPS = 8
+_MOST_DOFS = 300
+"""Largest structure whose natural frequencies take no time, some hundredths of a second."""
+_FREQUENCIES = 4
+_ROUND_OFF = 1e-12
+"""Share of a damping matrix that is no Coriolis force."""
+
+
+def as_text(structure: Any) -> str:
+    """Size, parameters and the remark of a structure, a line each."""
+    lines = [f"{type(structure).__name__}: {', '.join(_size(structure))}"]
+    lines += [f"  {name:<21} {text}" for name, text in _parameters(structure)]
+    lines += [f"  {structure.remark}"] if structure.remark else []
+    return "\n".join(lines)
+
+
+def rows_of(structure: Any) -> Rows:
+    """Labels and texts on a structure, what takes long to compute left out."""
+    rows = [("structure", ", ".join(_size(structure)))]
+    rows += [("", structure.remark)] if structure.remark else []
+    rows += _contacts(structure)
+    rows += _parameters(structure)
+    for words, stuck in (("contacts open", False), ("contacts stuck", True)):
+        natural = _natural_frequencies(structure, stuck)
+        if len(natural):
+            more = ", ..." if structure.n_dof > len(natural) else ""
+            text = ", ".join(f"{frequency:.4g}" for frequency in natural) + f"{more} Hz"
+            rows.append((f"natural frequencies, {words}", text))
+    return rows
+
+
+def _size(structure: Any) -> list[str]:
+    kind = "lumped blade" if structure.lumped else "degree of freedom"
+    plural = kind.replace("degree", "degrees") if " of " in kind else f"{kind}s"
+    n_dof, n_contacts = structure.n_dof, structure.n_contacts
+    return [
+        f"{n_dof} {kind if n_dof == 1 else plural}",
+        f"{n_contacts} contact{'' if n_contacts == 1 else 's'}",
+    ]
+
+
+def _parameters(structure: Any) -> Rows:
+    rows = []
+    for name, value in structure.parameters.items():
+        if value.size and (name != "cubic_stiffness" or value.any()):
+            low, high = value.min(), value.max()
+            text = f"{low:g}" if low == high else f"{low:g} .. {high:g}"
+            rows.append((name, f"{text} {structure.about(name).shown_as(name)[1]}".rstrip()))
+    left = len(rows) - _MOST_PARAMETERS
+    return rows if left <= 0 else [*rows[:_MOST_PARAMETERS], ("...", f"{left} more parameters")]
+
+
+def _contacts(structure: Any) -> Rows:
+    groups = [
+        group for group in structure.groups if group.law.acts(structure.values_of(group)).any()
+    ]
+    words = [f"{group.name}: {group.n} of {group.law!r}" for group in groups[:_MOST_GROUPS]]
+    words += [f"{len(groups) - _MOST_GROUPS} more groups"] if len(groups) > _MOST_GROUPS else []
+    return [("contacts", "; ".join(words))] if words else []
+
+
+def _natural_frequencies(structure: Any, stuck: bool) -> np.ndarray:
+    """The lowest natural frequencies [Hz], none where they take time or have no meaning.
+
+    Those of what turns change with the speed, and those of a sector with the nodal diameters.
+    """
+    size = structure.n_dof
+    if not structure.has_matrices or structure.nodal_diameters is not None or size > _MOST_DOFS:
+        return np.empty(0)
+    if stuck and not structure.stuck_springs.any():
+        return np.empty(0)
+    mass, damping, stiffness = (
+        matrix.toarray() if sp.issparse(matrix) else np.asarray(matrix)
+        for matrix in structure.matrices()
+    )
+    if np.abs(damping - damping.T).max() > _ROUND_OFF * np.abs(damping).max():
+        return np.empty(0)
+    if stuck:
+        directions = structure.directions
+        springs = sp.diags_array(structure.stuck_springs)
+        stiffness = stiffness + (directions.T @ springs @ directions).toarray()
+    wanted = (0, min(_FREQUENCIES, size) - 1)
+    try:
+        squares = eigh(stiffness, mass, eigvals_only=True, subset_by_index=wanted)
+    except np.linalg.LinAlgError:  # some motion has no mass
+        return np.empty(0)
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)

@@ -1,0 +1,100 @@
+"""Phases of responses over the parameter that moves."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from symhbm.model import Place
+from symhbm.numerics import check
+from symhbm.plot.curves import check_curves
+from symhbm.plot.drawing import (
+    Family,
+    axis_label,
+    canvas,
+    check_anything,
+    check_variables,
+    figure_of,
+    is_wide,
+    one_solution,
+)
+from symhbm.results import places_of
+from symhbm.results.reading import motion
+
+_UNITS = {"deg": 180 / np.pi, "rad": 1.0}
+
+
+def phase(
+    dataset: xr.Dataset,
+    *,
+    dof: Place = 0,
+    harmonic: int | None = None,
+    unit: str = "deg",
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw the phase lag of a harmonic over the moving parameter, a line per parameter set.
+
+    It is positive where the harmonic ``n`` comes later than ``cos(n omega t)``, as of
+    `symhbm.motion`, and runs on beyond half a turn along a curve.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf` or `symhbm.follow` with ``coefficient``.
+    dof
+        The degree of freedom to show, by number or by name as ``"tip:y"``.
+    harmonic
+        The harmonic; by default the lowest one above 0.
+    unit
+        ``"deg"`` or ``"rad"``.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        If the dataset holds no curve or no coefficients, no point converged, there are several
+        solutions at a value, or ``dof``, ``harmonic`` or ``unit`` are unknown.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> figure = sh.plot.phase(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
+    >>> figure.savefig("phase.png")
+    """
+    parameter, number = check_curves(dataset, dof)
+    check_variables(dataset, "coefficient")
+    factor = _UNITS[check.one_of("unit", unit, _UNITS)]
+    known = [n for n in dataset["harmonic"].values.tolist() if n > 0]
+    harmonic = known[0] if harmonic is None else check.integer("harmonic", harmonic, 1)
+    if harmonic not in known:
+        raise ValueError(f"harmonic={harmonic}: expected one of {known}")
+    check_anything(dataset, "amplitude")
+    dataset = one_solution(dataset)
+    lag = motion(dataset.isel(dof=number))["phase_lag"].sel(harmonic=harmonic)
+    family = Family(dataset, [str(dim) for dim in lag.dims if dim != parameter.along])
+    with canvas(ax) as ax:
+        for member in family:
+            value = dataset[parameter.name]
+            value = value.isel({d: i for d, i in member.position.items() if d in value.dims}).values
+            angle = lag.isel(member.position).values
+            inside = np.isfinite(value) & np.isfinite(angle)
+            shown = np.full(len(value), np.nan)
+            shown[inside] = factor * np.unwrap(angle[inside])
+            ax.plot(value, shown, color=member.color, linestyle=member.style)
+        places = places_of(dataset)
+        which = f"DOF {number}" if places is None or number is None else places.name(number)
+        ax.set_xlabel(axis_label(dataset, parameter.name))
+        turn = r"\omega t" if harmonic == 1 else rf"{harmonic} \omega t"
+        ax.set_ylabel(rf"phase lag of {which} behind $\cos({turn})$ [{unit}]")
+        values = dataset[parameter.name].values[np.isfinite(dataset[parameter.name].values)]
+        if parameter.name != "frequency" and len(values) and is_wide(values):
+            ax.set_xscale("log")
+        ax.margins(x=0)
+        family.explain(ax)
+    return figure_of(ax)

@@ -1,0 +1,36 @@
+"""Datasets for those who read them: tables, motions, parts without padding, blocks."""
+
+from symhbm.results.reading.blockwise import (
+    ALIKE,
+    COMPLETE,
+    INNER,
+    blocks,
+    completeness,
+    largest,
+    moving,
+    read,
+    set_dimensions,
+)
+from symhbm.results.reading.frames import table
+from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
+from symhbm.results.reading.padding import trimmed
+from symhbm.results.reading.rows import KINDS, rows_of
+
+__all__ = [
+    "ALIKE",
+    "COMPLETE",
+    "HISTORIES",
+    "INNER",
+    "KINDS",
+    "MOTIONS",
+    "blocks",
+    "completeness",
+    "largest",
+    "motion",
+    "moving",
+    "read",
+    "rows_of",
+    "set_dimensions",
+    "table",
+    "trimmed",
+]

@@ -1,0 +1,191 @@
+"""Rows of datasets: one per point, peak, event or parameter set, with a column per number."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from symhbm.numerics import check
+from symhbm.results.description import Description
+from symhbm.results.reading.blockwise import INNER, blocks, moving, set_dimensions
+from symhbm.results.schema import check_present
+
+KINDS = ("points", "peaks", "events", "sets")
+"""What a row may be."""
+EACH = ("dof", "contact")
+"""What may have a row of its own within a point or a peak."""
+_LETTERS = {"harmonic": "h", "component": ""}
+_OF_PREFIX = {"peaks": "peak_", "events": "event_"}
+
+
+class Column(NamedTuple):
+    """A column: its name, the unit of its numbers and what they mean."""
+
+    name: str
+    units: str
+    long_name: str
+
+
+class Rows(NamedTuple):
+    """The columns of a table, and its values block by block, an array for each column."""
+
+    columns: list[Column]
+    blocks: Iterator[list[np.ndarray]]
+
+
+def rows_of(
+    dataset: xr.Dataset,
+    kind: str = "points",
+    variables: Sequence[str] | None = None,
+    each: str | None = None,
+    limited: Callable[[xr.Dataset], xr.Dataset] | None = None,
+) -> Rows:
+    """The table of a dataset, without its padding, read block by block.
+
+    ``variables`` are the names of the columns beside the coordinates; by default all that the table
+    has but the Fourier coefficients, and ``["all"]`` means these, too. With ``each``, one of
+    `EACH`, a row is of one degree of freedom or contact. ``limited`` blanks what is not wanted of a
+    part that was read.
+
+    Raises
+    ------
+    KeyError
+        For an unknown name.
+    ValueError
+        Where the dataset has no such table, or a variable does not fit it.
+    """
+    stored = [str(name) for name in dataset.variables]
+    for name in variables or ():
+        if name != "all":
+            check_present(dataset, name, container="archive")
+    along = _along(dataset, kind)
+    if each is not None and each not in along:
+        check.known(each, [dim for dim in EACH if dim in dataset.dims], "dimension of the rows")
+        along = [*along, each]
+    names = _variables(dataset, kind, along, variables, each)
+    others = [str(n) for n, c in dataset.coords.items() if set(c.dims) <= set(along)]
+    places = [*dict.fromkeys([*along, *others])]
+    names = [*places, *(name for name in names if name not in places)]
+    prefix = _OF_PREFIX.get(kind, "")
+    marker = f"{prefix}{moving(dataset)}" if {"point", "peak", "event"} & set(along) else ""
+    needed = {*names, marker, "n_solutions"} & set(stored)
+    inner = {name: _inner(dataset, name, along) for name in names}
+    columns = [column for name in names for column in _columns(dataset, name, inner[name])]
+    return Rows(columns, _blocks(dataset[[*needed]], along, inner, marker, limited))
+
+
+def _blocks(
+    whole: xr.Dataset,
+    along: Sequence[str],
+    inner: dict[str, tuple[str, ...]],
+    marker: str,
+    limited: Callable[[xr.Dataset], xr.Dataset] | None,
+) -> Iterator[list[np.ndarray]]:
+    width = sum(int(np.prod([whole.sizes[dim] for dim in dims])) for dims in inner.values())
+    for block in blocks(whole.sizes, along, width):
+        part = whole.isel(block, missing_dims="ignore")
+        for dim in along:
+            if dim not in part.variables and dim in part.dims:
+                part[dim] = (dim, block[dim].start + np.arange(part.sizes[dim]))
+        part = part.load() if limited is None else limited(part.load())
+        shape = tuple(part.sizes.get(dim, 1) for dim in along)
+        kept = np.ones(shape, dtype=bool)
+        if marker in part.variables:
+            kept &= np.isfinite(_spread(part, marker, along, shape, ())[..., 0])
+        if "solution" in along and "n_solutions" in part.variables:
+            # A value without any solution keeps one row, which tells so.
+            most = np.maximum(_spread(part, "n_solutions", along, shape, ())[..., 0], 1)
+            solution = np.arange(shape[along.index("solution")])
+            places = [-1 if dim == "solution" else 1 for dim in along]
+            kept &= solution.reshape(places) < most
+        columns: list[np.ndarray] = []
+        for name, dims in inner.items():
+            columns += [*_spread(part, name, along, shape, dims)[kept].T]
+        yield columns
+
+
+def _spread(
+    part: xr.Dataset,
+    name: str,
+    along: Sequence[str],
+    shape: tuple[int, ...],
+    inner: Sequence[str],
+) -> np.ndarray:
+    """Values of a variable over all dimensions of the rows, its inner entries along the last."""
+    sizes = dict(zip(along, shape, strict=True)) | {dim: part.sizes[dim] for dim in inner}
+    values = part[name].variable.set_dims(sizes).transpose(*sizes).values
+    return values.reshape(*shape, math.prod(values.shape[len(shape) :]))
+
+
+def _along(dataset: xr.Dataset, kind: str) -> list[str]:
+    """The dimensions of the rows."""
+    inner_axes = {"peaks": ["peak"], "events": ["event"], "sets": []}
+    sets = set_dimensions(dataset)
+    if kind in inner_axes:
+        missing = [dim for dim in inner_axes[kind] if dim not in dataset.dims]
+        if missing or "status" not in dataset.variables:
+            names = Description(dataset).left_out
+            left_out = any(name.startswith(f"{inner_axes[kind][0]}_") for name in names)
+            why = ", they were left out by keep=" if left_out else ""
+            raise ValueError(f"table of {kind}: the archive has no {kind}{why}")
+        return [*sets, *inner_axes[kind]]
+    if "status" in dataset.variables:
+        axes = dict.fromkeys(("point", moving(dataset), "angle", "solution"))
+        return [*sets, *(axis for axis in axes if axis in dataset.dims and axis not in sets)]
+    data = [dataset[name].dims for name in dataset.data_vars]
+    outer = [[str(dim) for dim in dims if dim not in INNER] for dims in data]
+    return max(outer, key=len, default=[])
+
+
+def _variables(
+    dataset: xr.Dataset,
+    kind: str,
+    along: Sequence[str],
+    wanted: Sequence[str] | None,
+    each: str | None,
+) -> list[str]:
+    named = [name for name in wanted or () if name != "all"]
+    for name in named:
+        if not set(dataset[name].dims) <= {*along, *INNER}:
+            raise ValueError(
+                f"variable {name!r}: it has the dimensions {_listed(dataset[name].dims)}, a row "
+                f"of the table of {kind} is one of {_listed(along)}"
+            )
+    if wanted is not None and "all" not in wanted:
+        return named
+    swept, records = Description(dataset).swept, Description(dataset).parameters
+    parameters = {*records, *(f"{name}_nominal" for name in records)}
+    beside = {*EACH} - {each} if each else set()
+    chosen = []
+    for name in map(str, dataset.data_vars):
+        dims = {str(dim) for dim in dataset[name].dims}
+        outer = {dim for dim in dims if dim not in INNER}
+        of_set = kind == "sets" and name in swept and outer <= set(along)
+        belongs = outer == {*along} - {each} and (name not in parameters or name in swept)
+        wide = wanted is not None or "harmonic" not in dims
+        if (belongs or of_set) and wide and not dims & beside:
+            chosen.append(name)
+    return chosen
+
+
+def _inner(dataset: xr.Dataset, name: str, along: Sequence[str]) -> tuple[str, ...]:
+    dims = dataset[name].dims if name in dataset.variables else ()
+    return tuple(dim for dim in INNER if dim in dims and dim not in along)
+
+
+def _columns(dataset: xr.Dataset, name: str, inner: Sequence[str]) -> list[Column]:
+    """The columns of a variable, as ``amplitude_3`` [m]."""
+    about = dataset[name].attrs if name in dataset.variables else {}
+    titles = [name]
+    for dim in inner:
+        labels = dataset[dim].values if dim in dataset.variables else range(dataset.sizes[dim])
+        letter = "" if len(inner) == 1 else _LETTERS.get(dim, dim)
+        titles = [f"{title}_{letter}{label}" for title in titles for label in labels]
+    units, long_name = about.get("units", "1"), about.get("long_name", name.replace("_", " "))
+    return [Column(title, units, long_name) for title in titles]
+
+
+def _listed(dims: Any) -> str:
+    return ", ".join(map(str, dims)) or "none"
