@@ -30,6 +30,11 @@ class Status(StrEnum):
         "the frequency of the mode falls to 0: nothing holds it at the last amplitude; the points "
         "before are valid; end the band of amplitudes there"
     )
+    NO_CYCLES = (
+        "no limit cycle was found at the values of the parameter that were searched, which is no "
+        "proof that there is none between them; try a band around the values where you expect one, "
+        "other modes, or a wider band of amplitudes"
+    )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
         "which this path does not visit; the points are valid; try a wider band, at whose ends "

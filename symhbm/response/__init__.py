@@ -3,7 +3,7 @@
 from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.figures import FIGURES
 from symhbm.response.frf import follow, frf
-from symhbm.response.modes_and_cycles import nonlinear_modes
+from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
 from symhbm.response.run import resume
@@ -18,6 +18,7 @@ __all__ = [
     "follow",
     "frf",
     "natural_modes",
+    "limit_cycles",
     "nonlinear_modes",
     "periodic_motion",
     "recover",

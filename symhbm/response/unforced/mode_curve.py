@@ -20,7 +20,6 @@ from symhbm.results import Request
 class ModeCurve(UnforcedCurve):
     """A nonlinear mode over its amplitude."""
 
-    OWN = ("frequency", "damping_ratio", "modal_amplitude")
     NAMES: ClassVar = {"amplitude": "largest_displacement"}  # the amplitude is what moves
     curve: NonlinearModeProblem
 
@@ -57,9 +56,19 @@ def mode_problem(
     Raises TypeError or ValueError for a structure without a mass matrix, without such a wave or
     such a mode.
     """
+    alone, dof, numbers = free_problem(problem, request)
+    assert isinstance(request.mode, int)
+    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof, numbers)
+
+
+def free_problem(problem: HarmonicBalance, request: Request) -> tuple[HarmonicBalance, int, list]:
+    """The problem without a force, the unknown degree of freedom that tells amplitudes, all numbers.
+
+    The numbers are those that the user gives the unknown degrees of freedom. Raises as
+    `mode_problem`, but for modes.
+    """
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
-    assert request.mode is not None
     assert request.dof is not None
     numbers = [*range(alone.n_dof)]
     if isinstance(problem.model, Sector):
@@ -71,5 +80,4 @@ def mode_problem(
             f"dof={own}: expected a degree of freedom that is not at the right interface of the "
             "sector; its twin at the left one moves as much"
         )
-    dof = numbers.index(own)
-    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof, numbers)
+    return alone, numbers.index(own), numbers
