@@ -112,8 +112,8 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
     variation = np.eye(size)
     for left, right, sticks in zip(edge[:-1], edge[1:], stick, strict=True):
         variation = motion.carry(variation, left, right, sticks)
-    x, slope, curvature = (
-        problem.layout.coefficients(unknowns) @ problem.basis.values(0.0, d) for d in range(3)
+    slope, curvature = (
+        problem.layout.coefficients(unknowns) @ problem.basis.values(0.0, d) for d in (1, 2)
     )
     force = np.where(stick[0], motion.spring @ slope, 0.0)
     drift = np.concatenate([slope, curvature, force])

@@ -30,9 +30,7 @@ class LimitCycleProblem(UnforcedProblem):
         amplitudes: tuple[float, float] = (0.0, np.inf),
     ):
         super().__init__(problem, phase)
-        self._parameter = (
-            None if name is None else ParameterProblem(problem, name, np.nan, index)
-        )
+        self._parameter = None if name is None else ParameterProblem(problem, name, np.nan, index)
         self.name = None if self._parameter is None else self._parameter.name
         self.smallest = smallest
         self._size, self.amplitudes = size, amplitudes
