@@ -236,10 +236,10 @@ def limit_cycles(
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
     >>> cycles = sh.limit_cycles(problem, progress=False)
     >>> cycles.amplitude.values.round(6), cycles.stability.values
-    (array([0.000151, 0.038042]), array([1, 0], dtype=int8))
+    (array([0.000151, 0.038041]), array([1, 0], dtype=int8))
     >>> over = sh.limit_cycles(problem, "damping", (-30, 0), progress=False)
     >>> over.fold_damping.values.round(3)  # beyond it friction cannot hold the blade
-    np.float64(-26.301)
+    np.float64(-26.317)
     """
     sweep, throw, progress = _checked(problem, over, executor, throw, progress)
     amplitudes = _amplitudes(amplitude)

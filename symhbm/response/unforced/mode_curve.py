@@ -62,10 +62,9 @@ def mode_problem(
 
 
 def free_problem(problem: HarmonicBalance, request: Request) -> tuple[HarmonicBalance, int, list]:
-    """The problem without a force, the unknown degree of freedom that tells amplitudes, all numbers.
+    """The problem without a force, and the unknown degree of freedom that tells amplitudes.
 
-    The numbers are those that the user gives the unknown degrees of freedom. Raises as
-    `mode_problem`, but for modes.
+    And the numbers that the user gives all unknown ones. Raises as `mode_problem`, but for modes.
     """
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
