@@ -186,6 +186,7 @@ def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coord
 def _searched(request: Request) -> str:
     """Where limit cycles were looked for, and where not."""
     assert request.amplitudes is not None
+    assert request.mode is not None
     modes = ", ".join(map(str, np.atleast_1d(request.mode)))
     low, high = request.amplitudes
     wave = "" if request.nodal_diameter is None else f" of {request.nodal_diameter} nodal diameters"

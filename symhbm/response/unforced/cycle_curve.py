@@ -1,5 +1,6 @@
 """Limit cycles over a parameter, or at the problem's own: the computation for one parameter set."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -55,7 +56,7 @@ class CycleCurve(UnforcedCurve):
                 table["cycle_branch"] = np.array(numbers, dtype=np.int32)
         return table
 
-    def _rows(self, motions: list[Motion]) -> Table:
+    def _rows(self, motions: Sequence[Motion]) -> Table:
         table = super()._rows(motions)
         if self.request.tells_stability:
             rates, frequencies = [], []
