@@ -1,7 +1,7 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
 from symhbm.balance.batch import check_each, compile_checks, locate_each, values_at_each
-from symhbm.balance.contact_springs import ContactSprings, by_row, contact_springs
+from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
@@ -18,7 +18,6 @@ __all__ = [
     "MANY",
     "BalancedContacts",
     "BalancedGroup",
-    "ContactSprings",
     "ContactStates",
     "DynamicStiffness",
     "Equations",

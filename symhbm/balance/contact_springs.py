@@ -1,7 +1,6 @@
 """Contacts as springs and dampers of each harmonic: what the modes of a structure feel of them."""
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,20 +10,13 @@ from symhbm.model.contacts import ContactLaw, graph_of
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 
-class ContactSprings(NamedTuple):
-    """Stiffness and loss of all contacts [N/m], by harmonic above 0.
-
-    (n_harmonics, n_rows) each, or (n_harmonics, n_rows, n_rows) where a law couples displacements.
-    """
-
-    stiffness: FloatArray
-    loss: FloatArray
-
-
 def contact_springs(
     problem: HarmonicBalance, unknowns: FloatArray, frequency: float, contacts: ContactStates
-) -> ContactSprings:
-    """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`."""
+) -> FloatArray:
+    """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`.
+
+    Stiffness and loss [N/m] by harmonic above 0, (2, n_harmonics, m^2 of each contact).
+    """
     n_harmonics = sum(n > 0 for n in problem.harmonics)
     relative = problem.layout.relative(unknowns)
     parts: list[list[FloatArray]] = [[], []]
@@ -43,12 +35,14 @@ def contact_springs(
             by_contact = found.reshape(group.n, n_harmonics, -1)
             part.append(by_contact.transpose(1, 0, 2).reshape(n_harmonics, -1))
     nothing = np.zeros((n_harmonics, 0))
-    together = (np.concatenate([nothing, *part], axis=1) for part in parts)
-    return ContactSprings(*(by_row(problem, part) for part in together))
+    return np.array([np.concatenate([nothing, *part], axis=1) for part in parts])
 
 
 def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
-    """Springs (n_harmonics, m^2 of each contact) as those of `ContactSprings`."""
+    """Springs (n_harmonics, m^2 of each contact) by the displacements that they act on.
+
+    (n_harmonics, n_rows), or (n_harmonics, n_rows, n_rows) where a law couples displacements.
+    """
     groups, n_rows = problem.contacts.groups, problem.layout.n_rows
     couples = any(group.rows.shape[1] > 1 for group in groups)
     if not couples and len(groups) == 1 and groups[0].n == n_rows:

@@ -137,16 +137,24 @@ class BalancedContacts:
             own = error[..., first : first + group.n_switches].reshape(-1, q)
             first += group.n_switches
             motion = self.motions(group, relative)
-            each = [contacts.values_of(group) for contacts in values]
-            given = {
-                name: np.repeat([one[name] for one in each], shape[1], axis=0).ravel()
-                for name in group.law.parameters
-            }
+            given = self._values_at(group, values, shape)
             at = np.repeat(frequency, shape[1] * group.n)
             motion = motion.reshape(-1, motion.shape[-1])
             found = group.law.margins_within(self.layout.basis, motion, own, at, given)
             parts.append(found.reshape(*shape, -1))
         return np.concatenate(parts, axis=-1)
+
+    @staticmethod
+    def _values_at(
+        group: BalancedGroup, values: Sequence["BalancedContacts"], shape: tuple[int, int]
+    ) -> dict[str, FloatArray]:
+        """Values of the contacts of a group at several points (n, s), one after the other."""
+        names, first = group.law.parameters, values[0].values_of(group)
+        if all(contacts is values[0] for contacts in values):
+            return {name: np.tile(first[name], shape[0] * shape[1]) for name in names}
+        each = [contacts.values_of(group) for contacts in values]
+        stacked = {name: np.array([one[name] for one in each]) for name in names}
+        return {name: np.repeat(one, shape[1], axis=0).ravel() for name, one in stacked.items()}
 
     def switch(self, number: int) -> tuple[BalancedGroup, int, int]:
         """The group of a switch, the contact within, and which of the law's switches it is."""

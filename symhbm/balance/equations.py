@@ -20,6 +20,7 @@ from symhbm.numerics import (
     FourierBasis,
     check,
     constant,
+    is_full,
     sparsity_of,
 )
 
@@ -155,7 +156,8 @@ class Equations:
         outputs = [self._balance, magnitude, jacobian, ca.densify(slope)]
         self.located_form = ca.Function("evaluate", inputs, outputs)
         self._evaluate = Compiled(self.located_form)
-        self.assemble = Assembly(jacobian.sparsity())
+        pattern = jacobian.sparsity()
+        self.assemble = Assembly(pattern, is_full(n_dof * size, pattern.nnz()))
         graphs = [graph_of(group.law, basis).events for group in self.groups]
         self.closed = all(
             graph is not None or not group.law.n_events(basis)

@@ -1,6 +1,7 @@
 """The equations at one point: what residuals and curves return."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ class Evaluation:
     states: ContactStates
     margins_by_parameter: FloatArray | float = 0.0
 
-    @property
+    @cached_property
     def norm(self) -> float:
         """Largest residual relative to the largest sum of absolute force terms."""
-        largest = float(np.max(np.abs(self.residual)))
+        largest = float(np.abs(self.residual).max())
         return largest / self.magnitude if self.magnitude > 0 else largest

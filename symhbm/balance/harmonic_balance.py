@@ -30,7 +30,7 @@ from symhbm.model import (
 from symhbm.model.contacts import ContactLaw, Parameter
 from symhbm.model.cyclic import Sector
 from symhbm.model.rotation import check_speed
-from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
@@ -529,9 +529,19 @@ class HarmonicBalance:
         if self.structure is not None:
             return self.structure.amplification(unknowns, frequency, self.excitation.amplitude)
         force = abs(self.excitation.amplitude) * np.abs(self._force[0]).max()
-        motion = self.layout.everywhere(unknowns) * self.basis.order**2
-        inertia = self.model.mass_matrix @ motion
+        inertia = self._inertia @ unknowns
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
+
+    @property
+    def _inertia(self) -> Any:
+        """Inertia forces of the balanced degrees of freedom at 1 rad/s, by the unknowns."""
+
+        def made() -> Any:
+            rows = self.model.mass_matrix[self._equations.dofs]
+            by_component = sp.kron(rows, sp.diags_array(self.basis.order.astype(float) ** 2))
+            return compact((by_component @ self.layout.expansion).tocsr())
+
+        return self.model.of_matrices(("inertia", self.symmetry, self.harmonics), made)
 
     def __reduce__(self):
         given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
@@ -549,7 +559,7 @@ def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
     if isinstance(model, Sector):
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
-    return StaticLoad((0.0,) * model.n_whole)
+    return StaticLoad({0: 0.0})
 
 
 def _check_entries(model: Model) -> None:

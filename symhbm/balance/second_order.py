@@ -87,7 +87,8 @@ class SecondOrder:
         self._inputs = list(symbol)
         inputs = [*symbol.values(), multipliers, *added]
         self._compiled = Compiled(ca.Function("second_order", inputs, [jacobian, hessian]))
-        self._assemblies = Assembly(jacobian.sparsity()), Assembly(hessian.sparsity())
+        as_full = self.n_variables <= DENSE_LIMIT
+        self._assemblies = tuple(Assembly(m.sparsity(), as_full) for m in (jacobian, hessian))
 
     def __call__(
         self,

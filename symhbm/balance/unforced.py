@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
-from symhbm.balance.harmonic_balance import HarmonicBalance
+from symhbm.balance.harmonic_balance import HarmonicBalance, nothing_on
 from symhbm.model import EngineOrder, Matrices, StaticLoad, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
@@ -36,12 +36,12 @@ def unforced(problem: HarmonicBalance, nodal_diameter: int | None = None) -> Har
     """
     model = problem.model
     static = model.static_load(problem.excitation)
-    rest = StaticLoad(tuple(static.tolist()))
+    rest = StaticLoad(static) if static.any() else nothing_on(model)
     if isinstance(model, Sector):
         n = model.n_sectors
         order = model.wave(1) if nodal_diameter is None else _wave(nodal_diameter, n)
         still = EngineOrder(order, amplitude=0.0, pattern={1: {0: 1.0}})
-        return problem.with_excitation(still + rest if static.any() else still)
+        return problem.with_excitation(still + StaticLoad(static) if static.any() else still)
     alone = problem.with_excitation(rest)
     if nodal_diameter is None:
         return alone
@@ -84,7 +84,7 @@ class SustainedMotion:
         functions = _FUNCTIONS.setdefault(problem.compiled[0], [])
         if not functions:  # the sparsity is that of the structure, and the same for its copies
             functions.append(_function(self._momentum))
-        self._force, self._assemble = functions[0]
+        self._force, self._assemblies = functions[0]
 
     def __call__(
         self, free: Evaluation, unknowns: FloatArray, frequency: float, damping_ratio: float
@@ -94,12 +94,13 @@ class SustainedMotion:
         ``free`` are those without it, at ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s].
         """
         at = unknowns, frequency, damping_ratio, self._momentum.data
+        assemble = self._assemblies[sp.issparse(free.jacobian)]
         force, size, jacobian, by_frequency, by_damping = self._force(*at)
         with_force = replace(
             free,
             residual=free.residual - force,
             magnitude=free.magnitude + float(size[0]),
-            jacobian=free.jacobian - self._assemble(jacobian),
+            jacobian=free.jacobian - assemble(jacobian),
             by_parameter=free.by_parameter - by_frequency,
         )
         return with_force, -by_damping
@@ -113,11 +114,13 @@ class SustainedMotion:
         return float(np.sqrt(max(unknowns @ (self.inertia @ unknowns), 0.0)))
 
 
-_FUNCTIONS: WeakKeyDictionary[Equations, list[tuple[Compiled, Assembly]]] = WeakKeyDictionary()
+_Sustain = tuple[Compiled, tuple[Assembly, Assembly]]
+"""What evaluates the force, and makes its Jacobian a full or a sparse matrix."""
+_FUNCTIONS: WeakKeyDictionary[Equations, list[_Sustain]] = WeakKeyDictionary()
 """What evaluates the force on each structure."""
 
 
-def _function(momentum: Any) -> tuple[Compiled, Assembly]:
+def _function(momentum: Any) -> _Sustain:
     """The force, the size of its largest terms and its derivatives, from entries of a matrix."""
     unknowns, entries = ca.SX.sym("unknowns", momentum.shape[1]), ca.SX.sym("m", momentum.nnz)
     omega, ratio = ca.SX.sym("omega"), ca.SX.sym("damping_ratio")
@@ -128,7 +131,9 @@ def _function(momentum: Any) -> tuple[Compiled, Assembly]:
     slopes = [ca.densify(ca.jacobian(force, variable)) for variable in (omega, ratio)]
     inputs = [unknowns, omega, ratio, entries]
     outputs = [ca.densify(force), size, factor * matrix, *slopes]
-    return Compiled(ca.Function("sustain", inputs, outputs)), Assembly(matrix.sparsity())
+    pattern = matrix.sparsity()
+    assemblies = Assembly(pattern, as_full=True), Assembly(pattern, as_full=False)
+    return Compiled(ca.Function("sustain", inputs, outputs)), assemblies
 
 
 def matrices_in(problem: HarmonicBalance, harmonic: int) -> Matrices:

@@ -1,9 +1,10 @@
 """What the unknowns of a balance are: coefficients of degrees of freedom and of contacts."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics import FloatArray, FourierBasis, compact
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,10 @@ class UnknownLayout:
     n_rows: int
     expansion: Any
     directions: Any
+
+    @cached_property
+    def _relative(self) -> Any:
+        return compact(self.directions)
 
     @property
     def n_unknowns(self) -> int:
@@ -44,7 +49,7 @@ class UnknownLayout:
 
         ``unknowns`` (..., n_unknowns) may be those of several points.
         """
-        relative = (self.directions @ unknowns.T).T
+        relative = (self._relative @ unknowns.T).T
         return relative.reshape(*unknowns.shape[:-1], self.n_rows, self.basis.n_components)
 
     def by_unknowns(self, row: int, by_motion: FloatArray) -> FloatArray:

@@ -120,6 +120,11 @@ def _force(force: dict[str, Any], body: str) -> str:
         "EngineOrder": "engine order, a travelling wave over the blades",
         "StaticLoad": "static load",
     }
+    values = force.get("values", ())
+    if force["type"] == "StaticLoad" and not any(
+        [*values.values()] if isinstance(values, dict) else values
+    ):
+        return "none"
     on = [str(force["harmonic"])] if "harmonic" in force else []
     on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
     if force.get("mean") is not None:

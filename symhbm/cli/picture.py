@@ -16,9 +16,8 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
 
 _FIRST = (
-    *("response", "envelope", "disk", "blades"),
-    *("nonlinear-modes", "hysteresis", "normal-force", "states", "stick-map", "contact-map"),
-    "model",
+    *("response", "envelope", "disk", "blades", "nonlinear-modes"),
+    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"),
 )
 """The order in which kinds are listed; others follow by name."""
 _NO_ARCHIVES = {"campbell", "interference"}

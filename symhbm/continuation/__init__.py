@@ -1,7 +1,7 @@
 """Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import prepare
+from symhbm.continuation.correctors import by_machine_code, prepare
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
@@ -25,6 +25,7 @@ __all__ = [
     "PathState",
     "SolveError",
     "Status",
+    "by_machine_code",
     "filled",
     "follow_branch",
     "linear_response",

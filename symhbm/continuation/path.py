@@ -10,6 +10,7 @@ mean the same in any units.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ from symhbm.continuation.predictor import Predictor
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop
 
 FIRST_STEP = 0.02
 """Arc length of the first step, predicted along a straight line."""
@@ -145,8 +147,8 @@ class Path:
             if point.amplification > max(base.amplification, UNBOUNDED_AMPLIFICATION):
                 self.status = Status.UNBOUNDED
                 return
-            growth = np.cbrt(PREDICTION_ERROR / max(error, 1e-12))
-            step = min(step * np.clip(growth, 0.3, 2.0), LARGEST_STEP)
+            growth = (PREDICTION_ERROR / max(error, 1e-12)) ** (1 / 3)
+            step = min(step * min(max(growth, 0.3), 2.0), LARGEST_STEP)
         self.status = Status.MAXIMUM_POINTS
 
     def _folds(self, base: PathPoint, point: PathPoint) -> list[PathPoint] | None:
@@ -219,9 +221,8 @@ class Path:
             if solution is None:
                 return None
         solution = self._orient(solution)
-        forward = np.dot(solution.direction, base.after / scale) > 0
-        behind = np.dot(solution.direction, (solution.point - start) / scale) <= 0
-        if forward and behind and not self._curve.single_valued:
+        forward, beyond = _senses(start, base.after, solution.point, solution.direction, scale)
+        if forward and not beyond and not self._curve.single_valued:
             return None  # a part of the path that was there before, close to this one
         past_limit = solution
         if not solution.crosses:
@@ -362,3 +363,13 @@ class Path:
         solves = self.corrector.solves - self._solves_before
         self._solves_before = self.corrector.solves
         return PathPoint.of(self._curve, solution, scale, switches, solves, events, far_side)
+
+
+@Loop
+def _senses(start: Any, after: Any, point: Any, direction: Any, scale: Any) -> tuple[bool, bool]:
+    """Whether a scaled direction goes on along the path, and away from the point before."""
+    along = away = 0.0
+    for i in range(len(scale)):
+        along += direction[i] * after[i] / scale[i]
+        away += direction[i] * (point[i] - start[i]) / scale[i]
+    return along > 0, away > 0

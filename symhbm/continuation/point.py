@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import ContactSprings, HarmonicBalance
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
@@ -77,7 +77,7 @@ class PathPoint(NamedTuple):
     resonances_below: tuple[int, ...] | None
     solves: int
     events: tuple[Event, ...] = ()
-    springs: ContactSprings | None = None
+    springs: FloatArray | None = None
 
     @classmethod
     def of(
@@ -96,10 +96,11 @@ class PathPoint(NamedTuple):
         """
         far_side = far_side or solution
         scale_there = curve.scale(solution.point)
-        after, length = _by_arc_length(far_side.direction, scale, scale_there)
-        before = after
+        before = after = np.empty(len(scale))
+        length = _by_arc_length(far_side.direction, scale, scale_there, after)
         if far_side is not solution:
-            before, _ = _by_arc_length(solution.direction, scale, scale_there)
+            before = np.empty(len(scale))
+            _by_arc_length(solution.direction, scale, scale_there, before)
         return cls(
             state=solution.point,
             scale=scale_there,
@@ -128,13 +129,16 @@ class PathPoint(NamedTuple):
 
 
 @Loop
-def _by_arc_length(direction: Any, scale: Any, scale_there: Any) -> Any:
-    """Derivative by the arc length at a point, from a direction in other units, and its length."""
-    result, square = np.empty(len(direction)), 0.0
+def _by_arc_length(direction: Any, scale: Any, scale_there: Any, result: Any) -> float:
+    """Write a derivative by the arc length at a point, from a direction in other units.
+
+    Gives the length of that direction.
+    """
+    square = 0.0
     for i in range(len(direction)):
         result[i] = direction[i] * scale[i]
         square += (result[i] / scale_there[i]) ** 2
     length = math.sqrt(square)
     for i in range(len(direction)):
         result[i] /= length
-    return result, length
+    return length

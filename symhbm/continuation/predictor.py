@@ -24,24 +24,26 @@ class Predictor(NamedTuple):
     @classmethod
     def through(cls, before: PathPoint, point: PathPoint) -> "Predictor":
         """The predictor at a ``point``, from that point and the one ``before`` it."""
-        result = cls.straight(len(point.state))
-        if not point.events:
-            _through(before.state, before.after, point.state, point.after, point.scale, *result)
+        if point.events:
+            return cls.straight(len(point.state))
+        result = cls(*np.empty((2, len(point.state))))
+        between = before.state, before.after, point.state, point.after
+        _through(*between, point.scale, *result)
         return result
 
     def at(self, point: PathPoint, length: float) -> FloatArray:
         """Unknowns and parameter at an arc length beyond the point."""
-        return _at(point.state, point.after, self.second, self.third, length)
+        result = np.empty(len(point.state))
+        _at(point.state, point.after, self.second, self.third, length, result)
+        return result
 
 
 @Loop
-def _at(state: Any, after: Any, second: Any, third: Any, length: float) -> Any:
-    """The cubic at an arc length, from its value and derivatives."""
-    result = np.empty(len(state))
+def _at(state: Any, after: Any, second: Any, third: Any, length: float, result: Any) -> None:
+    """Write the cubic at an arc length, from its value and derivatives."""
     for i in range(len(state)):
         curved = second[i] + length / 3 * third[i]
         result[i] = state[i] + length * (after[i] + length / 2 * curved)
-    return result
 
 
 @Loop
@@ -57,6 +59,7 @@ def _through(
         square_of_chord += ((last[i] - first[i]) / scale[i]) ** 2
         square_of_tangent += (leaving[i] / scale[i]) ** 2
     if square_of_chord == 0.0:
+        second[:] = third[:] = 0.0
         return
     size = math.sqrt(square_of_tangent)
     for i in range(len(scale)):

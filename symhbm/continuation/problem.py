@@ -1,14 +1,17 @@
 """Continuation problems: the balance along one moving parameter."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation, HarmonicBalance
-from symhbm.numerics import FloatArray, length_of
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop
 
 WEAKEST = 0.1
 """Smallest share of the response to which the distance of a harmonic is relative."""
@@ -22,9 +25,10 @@ class ContinuationProblem(ABC):
     the parameter are relative to its value, but to no less than ``smallest``. ``angles`` names the
     solver where the switching angles are unknowns too, None where they are located.
     ``machine_code`` tells whether that evaluates the equations, None where this process has it.
-    ``driven`` tells that a force drives the motion, at a given frequency: resonances may lie
-    between two points, and Newton's method finds a solution without a neighbouring one. The first
-    unknowns are the coefficients of the motion; where they are not all, the class tells more.
+    ``peaked`` tells whether maxima of its amplitudes are looked for. ``driven`` tells that a force
+    drives the motion, at a given frequency: resonances may lie between two points, and Newton's
+    method finds a solution without a neighbouring one. The first unknowns are the coefficients of
+    the motion; where they are not all, the class tells more.
     """
 
     problem: HarmonicBalance
@@ -32,6 +36,7 @@ class ContinuationProblem(ABC):
     smallest: float = 0.0
     angles: str | None = None
     machine_code: bool | None = None
+    peaked: bool = True
     driven: bool = True
 
     @property
@@ -81,8 +86,7 @@ class ContinuationProblem(ABC):
         The norm of the response for all its coefficients, the value of the parameter for itself.
         """
         scale = np.empty(len(point))
-        scale[:] = length_of(point[:-1]) or 1.0
-        scale[-1] = max(abs(point[-1]), self.smallest) or 1.0
+        _write_scale(point, self.smallest, scale)
         return scale
 
     def distance(self, point: FloatArray, other: FloatArray, scale: FloatArray) -> float:
@@ -90,12 +94,36 @@ class ContinuationProblem(ABC):
 
         All arrays (n_unknowns + 1,).
         """
-        problem = self.problem
-        difference = problem.layout.coefficients((point - other)[:-1] / scale[:-1])
-        level = problem.layout.coefficients(point[:-1] / scale[:-1])
-        strength = np.linalg.norm(level, axis=0) @ problem.basis.same_harmonic
-        difference = np.linalg.norm(difference, axis=0) / np.clip(strength, WEAKEST, 1.0)
-        return float(np.hypot(np.linalg.norm(difference), (point - other)[-1] / scale[-1]))
+        return _distance(point, other, scale, self.problem.basis.same_harmonic)
+
+
+@Loop
+def _write_scale(point: Any, smallest: float, scale: Any) -> None:
+    """Write the norm of all but the last component for each of them, and the last one."""
+    last = len(point) - 1
+    square = 0.0
+    for i in range(last):
+        square += point[i] ** 2
+    scale[:last] = math.sqrt(square) if square > 0 else 1.0
+    value = max(abs(point[last]), smallest)
+    scale[last] = value if value > 0 else 1.0
+
+
+@Loop
+def _distance(point: Any, other: Any, scale: Any, same_harmonic: Any) -> float:
+    """Distance of two points, that of each harmonic relative to its share of the response."""
+    size, last = len(same_harmonic), len(point) - 1
+    apart, level = np.zeros(size), np.zeros(size)
+    for i in range(last):
+        apart[i % size] += ((point[i] - other[i]) / scale[i]) ** 2
+        level[i % size] += (point[i] / scale[i]) ** 2
+    total = ((point[last] - other[last]) / scale[last]) ** 2
+    for k in range(size):
+        strength = 0.0
+        for m in range(size):
+            strength += same_harmonic[k, m] * math.sqrt(level[m])
+        total += apart[k] / min(max(strength, WEAKEST), 1.0) ** 2
+    return math.sqrt(total)
 
 
 class FrequencyProblem(ContinuationProblem):

@@ -36,14 +36,14 @@ class ResonanceCount:
             return None
         problem, frequency = self._curve.at(value)
         springs = contact_springs(problem, unknowns, frequency, states)
-        return self._below(problem, frequency, springs.stiffness)
+        return self._below(problem, frequency, by_row(problem, springs[0]))
 
     def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:
-        """The same under one harmonic, from the springs (m^2) of each contact [N/m]."""
+        """The same from the springs (n_harmonics, m^2 of each contact) [N/m]."""
         problem, frequency = self._curve.at(value)
         if problem.n_dof > LARGEST_SIZE:
             return None
-        return self._below(problem, frequency, by_row(problem, springs[None]))
+        return self._below(problem, frequency, by_row(problem, springs))
 
     def _below(
         self, problem: HarmonicBalance, frequency: float, springs: FloatArray

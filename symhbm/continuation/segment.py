@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import NewtonResult
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 
 _ACROSS = 0.5
@@ -30,7 +30,7 @@ _CLOSE = 0.01
 """Share of the segment within which the tangent of a neighbour predicts better than the cubic."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, slots=True)
 class PathState:
     """One solution or several, with the tangent along the path, both (..., n_unknowns + 1)."""
 
@@ -185,8 +185,19 @@ class Segment:
         """
         ends = [array[None] for array in (self.left.state, self.right.state, *self._slopes)]
         values, rates = np.empty((2, 1, len(share), len(self.scale)))
-        interpolation.interpolate(*ends, share, values, rates)
+        interpolation.interpolate(*ends, share, values)
+        interpolation.differentiate(*ends, share, rates)
         return values[0], rates[0]
+
+    def at_value(self, value: float) -> tuple[float, FloatArray]:
+        """Where the parameter of the cubic has a value between its ends: share and state."""
+        ends = float(self.left.state[-1]) - value, float(self.right.state[-1]) - value
+        slopes = float(self._slopes[0][-1]), float(self._slopes[1][-1])
+        guess = np.empty(len(self.scale))
+        share = first_zero(*ends, slopes)
+        _at(self.left.state, self.right.state, *self._slopes, share, guess)
+        guess[-1] = value
+        return share, guess
 
     def solve(
         self,
@@ -211,17 +222,17 @@ class Segment:
         if share in (0.0, 1.0):
             end = self.right if share else self.left
             return self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
-        left, right = self.left.state, self.right.state
-        if neighbour is not None and abs(share - neighbour[0]) < _CLOSE:
-            near, distance = neighbour[1], (share - neighbour[0]) * self.length
-            step = distance / ahead(near.direction, self.normal, self.scale)
-            guess = near.state + step * near.direction
+        guess, anchor = np.empty((2, len(self.scale)))
+        close = neighbour is not None and abs(share - neighbour[0]) < _CLOSE
+        if neighbour is not None and close:
+            distance, near = (share - neighbour[0]) * self.length, neighbour[1]
+            _beside(near.state, near.direction, self.normal, self.scale, distance, guess)
         else:
-            guess = self.interpolate(np.array([share]))[0][0]
+            _at(self.left.state, self.right.state, *self._slopes, share, guess)
         if self.curve.single_valued:
-            low, high = sorted((left[-1], right[-1]))
+            low, high = sorted((self.left.state[-1], self.right.state[-1]))
             guess[-1] = min(max(guess[-1], low), high)
-        anchor = left + share * self.length * self.normal * self.scale
+        _along(self.left.state, self.normal, self.scale, share * self.length, anchor)
         plane = Hyperplane(anchor, self.scale, self.normal)
         solution = self.corrector.correct(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
@@ -238,7 +249,8 @@ class Segment:
         solution = self.solve(share, precision=1e-6)
         if solution is not None or not self.curve.single_valued:
             return solution
-        (guess, *_), _ = self.interpolate(np.array([share]))
+        guess = np.empty(len(self.scale))
+        _at(self.left.state, self.right.state, *self._slopes, share, guess)
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         if not low < guess[-1] < high:
             guess[-1] = (low + high) / 2
@@ -263,6 +275,30 @@ class Segment:
         low, high = sorted((self.left.state[-1], self.right.state[-1]))
         beyond = max(low - solution.point[-1], solution.point[-1] - high)
         return beyond <= _ROUND_OFF * self.scale[-1] and not solution.crosses
+
+
+@Loop
+def _at(left: Any, right: Any, first: Any, last: Any, share: float, result: Any) -> None:
+    """Write the cubic at a share of a segment."""
+    for k in range(len(left)):
+        result[k] = interpolation.cubic_at(left[k], right[k], (first[k], last[k]), share)
+
+
+@Loop
+def _beside(
+    state: Any, direction: Any, normal: Any, scale: Any, distance: float, result: Any
+) -> None:
+    """Write what the tangent of a solution predicts at a distance along a normal."""
+    step = distance / ahead(direction, normal, scale)
+    for k in range(len(state)):
+        result[k] = state[k] + step * direction[k]
+
+
+@Loop
+def _along(start: Any, normal: Any, scale: Any, distance: float, result: Any) -> None:
+    """Write the point at a distance from a start along a scaled normal."""
+    for k in range(len(start)):
+        result[k] = start[k] + distance * normal[k] * scale[k]
 
 
 def is_beyond(margins: FloatArray, switches: NDArray[np.bool_], tolerance: float) -> bool:

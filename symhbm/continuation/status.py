@@ -35,6 +35,11 @@ class Status(StrEnum):
         "proof that there is none between them; try a band around the values where you expect one, "
         "other modes, or a wider band of amplitudes"
     )
+    MODE_TURNED_BACK = (
+        "the amplitude turned back at a fold and came back to its smallest value, as the motion "
+        "passed to other degrees of freedom or harmonics; the points are valid; try another degree "
+        "of freedom that tells the amplitude, or fewer harmonics"
+    )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "
         "which this path does not visit; the points are valid; try a wider band, at whose ends "

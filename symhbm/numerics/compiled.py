@@ -9,7 +9,6 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.numerics.arrays import FloatArray
-from symhbm.numerics.linear_algebra import DENSE_LIMIT
 
 _MOST = 32
 """Points that one call evaluates: more take no less time for each."""
@@ -80,11 +79,11 @@ class Compiled:
 
 
 class Assembly:
-    """Matrices of one sparsity from their stored entries: full up to a size, sparse above."""
+    """Matrices of one sparsity from their stored entries, full or sparse."""
 
-    def __init__(self, sparsity: ca.Sparsity):
+    def __init__(self, sparsity: ca.Sparsity, as_full: bool):
         self._shape = n_rows, n_columns = sparsity.shape
-        self._full = max(self._shape) <= DENSE_LIMIT
+        self._full = as_full
         self._rows = np.array(sparsity.row(), dtype=np.int32)
         self._starts = np.array(sparsity.colind(), dtype=np.int32)
         self._flat = np.repeat(np.arange(n_columns), np.diff(self._starts)) * n_rows + self._rows

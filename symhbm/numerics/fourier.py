@@ -113,7 +113,12 @@ class FourierBasis:
 
     def component(self, harmonic: int, sine: bool = False) -> int:
         """Position of the cosine (or sine) of ``harmonic`` among the components."""
-        return int(np.flatnonzero((self.order == harmonic) & (self.is_sine == sine))[0])
+        return self._places[harmonic, bool(sine)]
+
+    @cached_property
+    def _places(self) -> dict[tuple[int, bool], int]:
+        names = zip(self.order.tolist(), self.is_sine.tolist(), strict=True)
+        return {name: place for place, name in enumerate(names)}
 
     def by_harmonic(self, coefficients: FloatArray) -> list[FloatArray]:
         """Of coefficients (..., n_components) those of each harmonic, (..., 1 or 2)."""

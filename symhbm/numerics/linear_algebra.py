@@ -1,5 +1,6 @@
 """Linear algebra of dense and sparse Jacobians: borders, factors, signs of determinants."""
 
+from functools import partial
 from math import sqrt
 from typing import Any
 
@@ -16,6 +17,13 @@ _DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=
 (_ZHETRF,) = get_lapack_funcs(("hetrf",), dtype=np.complex128)
 DENSE_LIMIT = 500
 """Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
+
+_ALWAYS_FULL = 150
+"""Unknowns up to which that holds whatever the entries."""
+_FILLED = 0.08
+"""Share of entries from which on it holds up to that limit."""
+_SMALL = 20_000
+"""Entries of a full matrix whose product with a vector takes less time than a sparse one's call."""
 
 
 def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
@@ -53,6 +61,18 @@ def by_size(matrix: Any) -> Any:
 def full(matrix: Any) -> FloatArray:
     """The matrix as an array."""
     return matrix.toarray(order="F") if sp.issparse(matrix) else matrix
+
+
+def is_full(size: int, n_entries: int) -> bool:
+    """Whether a square matrix is factorised faster as a full one."""
+    dense = size <= _ALWAYS_FULL or n_entries > _FILLED * size**2
+    return size <= DENSE_LIMIT and dense
+
+
+def compact(matrix: Any) -> Any:
+    """A sparse matrix in the form whose products with vectors are faster: full up to a size."""
+    rows, columns = matrix.shape
+    return matrix.toarray() if rows * columns <= _SMALL else matrix
 
 
 def length_of(vector: FloatArray) -> float:
@@ -100,11 +120,7 @@ class Factorisation:
             if info != 0:
                 return
             parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
-            # One column at a time: OpenBLAS starts threads for several, and waits for them longer
-            # than such a matrix takes, the more so on a busy machine.
-            self._solve = lambda right: np.array(
-                [_DGETRS(lu, pivot, column)[0] for column in np.atleast_2d(right.T)]
-            ).T.reshape(right.shape)
+            self._solve = partial(_solve_columns, lu, pivot)
         if np.all(np.isfinite(pivots)):
             self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
 
@@ -114,6 +130,18 @@ class Factorisation:
             return None
         solution = self._solve(right)
         return solution if np.all(np.isfinite(solution)) else None
+
+
+def _solve_columns(lu: FloatArray, pivot: NDArray, right: FloatArray) -> FloatArray:
+    """Solution from factors, one column at a time.
+
+    OpenBLAS starts threads for several, and waits for them longer than such a matrix takes, the
+    more so on a busy machine.
+    """
+    solution = np.array(right, order="F")
+    for column in np.atleast_2d(solution.T):
+        _DGETRS(lu, pivot, column, overwrite_b=True)
+    return solution
 
 
 def _parity(permutation: np.ndarray) -> int:

@@ -17,6 +17,7 @@ from symhbm.continuation import (
     FrequencyProblem,
     ParameterProblem,
     Status,
+    by_machine_code,
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
@@ -220,6 +221,8 @@ class _Curve:
         )
         table |= {name: np.array(count) for name, count in counts.items()}
         harmonics = np.array(self._problem(self.highest_level).harmonics)
+        evaluated = by_machine_code(self.refinement.equations(0)) if self.parts else -1
+        table |= dict(by_machine_code=np.array(evaluated, dtype=np.int8))
         table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
         return points | peaks | table
 

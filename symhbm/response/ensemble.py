@@ -4,6 +4,7 @@ import hashlib
 import math
 import pickle
 import queue
+import sys
 import threading
 import time
 import uuid
@@ -15,6 +16,7 @@ from typing import Any
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import Table
+from symhbm.numerics.loops import told_of_compiling
 from symhbm.response.curve import compute_curve, continuation_problem_of
 from symhbm.results import Request, Sweep, tables
 from symhbm.workers import at_work, progress_bar, warn_of_executor
@@ -58,7 +60,12 @@ def compute(
         failed = isinstance(outcome, str)
         return tables.encode(tables.failed(blank(), outcome)) if failed else outcome
 
-    with progress_bar("curve", progress, sweep.size, len(done)) as bar:
+    def tell() -> None:
+        if progress:
+            print("symhbm: compiling loops, once after installing", file=sys.stderr)
+
+    bar_of_curves = progress_bar("curve", progress, sweep.size, len(done))
+    with told_of_compiling(tell), bar_of_curves as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
         for finished in _outcomes(problem, sweep, request, numbers, executor):
             bar.update(len(finished))

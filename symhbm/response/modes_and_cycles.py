@@ -10,11 +10,11 @@ from typing import Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
-from symhbm.response.unforced import check_modes, mode_problem
+from symhbm.response.unforced import with_cycle_dof, with_dof
 from symhbm.results import (
     Request,
     Sweep,
@@ -33,7 +33,7 @@ def nonlinear_modes(
     problem: HarmonicBalance,
     mode: int = 0,
     amplitude: tuple[float, float] = (1e-6, 1e-2),
-    dof: Place = 0,
+    dof: Place | None = 0,
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
@@ -58,7 +58,8 @@ def nonlinear_modes(
     amplitude
         Smallest and largest amplitude [m]: that of the first harmonic at ``dof``.
     dof
-        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``.
+        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
+        None for the one that moves most in the linear mode of the first parameter set.
     at : (n,), ascending
         Amplitudes [m] of a grid; ``amplitude`` then is a dimension, and ``solution`` another: where
         the amplitude turns back along the mode, there are several. By default the result holds the
@@ -129,10 +130,9 @@ def nonlinear_modes(
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
         nodal_diameter=_nodal_diameter(nodal_diameter),
-        dof=_number_of(problem, dof),
+        dof=None if dof is None else problem.model.number_of(dof),
     )
-    curve, _ = mode_problem(_first(problem, sweep), request)
-    check_mean(curve.problem)
+    request = with_dof(_first(problem, sweep), request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
 
 
@@ -145,7 +145,7 @@ def limit_cycles(
     *,
     mode: int | Sequence[int] = 0,
     amplitude: tuple[float, float] = (1e-6, 1.0),
-    dof: Place = 0,
+    dof: Place | None = None,
     nodal_diameter: int | None = None,
     contact: int | None = None,
     blade: int | None = None,
@@ -180,7 +180,8 @@ def limit_cycles(
         Smallest and largest amplitude [m] that they are looked for at: that of the first harmonic
         at ``dof``. A branch that leaves it ends there.
     dof
-        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``.
+        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
+        by default the one that moves most in the first of these modes.
     nodal_diameter
         Of a disk of equal sectors the wave of the cycles, as in `symhbm.nonlinear_modes`.
     contact, blade
@@ -267,10 +268,10 @@ def limit_cycles(
         unforced="limit cycle",
         mode=_modes(mode),
         nodal_diameter=wave,
-        dof=_number_of(problem, dof),
+        dof=None if dof is None else problem.model.number_of(dof),
         amplitudes=amplitudes,
     )
-    check_mean(check_modes(_first(problem, sweep), request))
+    request = with_cycle_dof(_first(problem, sweep), request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
 
 
@@ -329,10 +330,3 @@ def _first(problem: HarmonicBalance, sweep: Sweep) -> HarmonicBalance:
     """The problem of the first parameter set."""
     first = sweep.chosen(0)
     return problem.with_parameters(**first) if first else problem
-
-
-def _number_of(problem: HarmonicBalance, dof: Place) -> int:
-    """The number of a degree of freedom that tells an amplitude."""
-    if isinstance(dof, str):
-        return problem.model.number_of(dof)
-    return check.integer("dof", dof, 0, problem.model.n_whole - 1)

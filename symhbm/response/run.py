@@ -16,7 +16,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import Table, check
+from symhbm.numerics import Table, check, on_one_thread
 from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
 from symhbm.results import DatasetParts, Request, Sweep, schema, tables
@@ -37,6 +37,7 @@ from symhbm.results.archive import (
 from symhbm.workers import check_executor
 
 
+@on_one_thread
 def run(
     problem: HarmonicBalance,
     sweep: Sweep,
@@ -86,7 +87,7 @@ def _blank(problem: HarmonicBalance, request: Request) -> Callable[[], Table]:
 def _left_out(problem: HarmonicBalance, request: Request, call: DatasetParts) -> list[str]:
     """Names of results that are not kept; KeyError for names to keep that there are not."""
     whole = blank_curve(problem, request)
-    names = [tables.name_of(key, request) for key in whole if key != "harmonics"]
+    names = [tables.name_of(key, request) for key in whole if key not in tables.NO_VARIABLES]
     allowed = dict.fromkeys([*names, *call.coordinates, *call.variables])
     for name in request.keep or ():
         check.known(name, allowed, "variable to keep")

@@ -269,8 +269,7 @@ def with_provenance(
         if problem.excitation.amplitude:
             global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"
     if request:
-        by = "machine code" if request.machine_code else "the virtual machine of CasADi"
-        global_attributes[EVALUATED_BY] = by
+        global_attributes |= evaluated_by([request.machine_code])
         global_attributes["followed"] = json.dumps(request.to_json(problem.harmonics))
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy
@@ -284,6 +283,17 @@ def with_provenance(
         global_attributes[LARGEST_OF] = told + beside
     sizes = model.n_dof, model.n_contacts, harmonics or problem.harmonics
     return DatasetParts(variables, coordinates, global_attributes, sizes)
+
+
+def evaluated_by(by_machine_code: Iterable[int]) -> dict[str, str]:
+    """The attribute that tells what evaluated curves: 1 for machine code, 0 without, -1 for none.
+
+    It may be both, as workers on other machines may have no compiler. Empty for no curves.
+    """
+    words = {1: "machine code", 0: "the virtual machine of CasADi"}
+    found = {int(each) for each in by_machine_code}
+    by = [text for state, text in words.items() if state in found]
+    return {EVALUATED_BY: " and ".join(by)} if by else {}
 
 
 @cache

@@ -11,10 +11,10 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.description import Description, records_of, records_of_problem
-from symhbm.results.provenance import DatasetParts, with_provenance
+from symhbm.results.provenance import DatasetParts, evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
-from symhbm.results.tables import name_of
+from symhbm.results.tables import NO_VARIABLES, name_of
 from symhbm.results.variables import (
     OF_UNFORCED,
     SLOPES,
@@ -148,7 +148,7 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
     variables: dict[str, tuple] = {}
     for key, stacked in results.items():
         name = name_of(key, request)
-        if key == "harmonics" or (key == "value" and request.at is not None):
+        if key in NO_VARIABLES or (key == "value" and request.at is not None):
             continue
         prefix = key.partition("_")[0]
         axis = prefix if prefix in ("peak", "event") else along
@@ -161,6 +161,7 @@ def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) ->
     harmonics = max(results["harmonics"], key=lambda row: row.max()).tolist()
     if harmonics != problem["harmonics"]:
         attributes = attributes | {"problem": json.dumps(problem | {"harmonics": harmonics})}
+    attributes = attributes | evaluated_by(results.get("by_machine_code", ()))
     coordinates = dict(call.coordinates)
     if request.at is None:
         coordinates[request.name] = variables.pop(request.name)

@@ -3,7 +3,8 @@
 A table holds the arrays of a curve by the names of the dataset. Those of points, peaks and events
 have the point, peak or event as their first axis; points on a grid where the curve may fold have
 the solution as the second. ``value`` is the moving parameter, ``harmonics`` are those of the
-coefficients; counts and the status are single numbers and a text.
+coefficients; counts and the status are single numbers and a text. ``by_machine_code`` is 1 for a
+curve that machine code evaluated, 0 for others, and -1 for one that was not computed.
 """
 
 import json
@@ -23,6 +24,9 @@ _MOVING = ("value", "event_value", "peak_value", "fold_value")
 """Arrays that hold the moving parameter."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
+NO_VARIABLES = ("harmonics", "by_machine_code")
+"""Arrays that are no variables of the dataset, but told by its coordinates and attributes."""
+
 Encoded = tuple[str, bytes]
 """Layout and bytes of a table, see `encode`."""
 Layout = dict[str, tuple[np.dtype, tuple[int, ...]]]
@@ -38,7 +42,7 @@ def reduced(curve: Table, request: Request) -> Table:
     """The curve with what the request keeps, its single numbers, and what tells valid points."""
     if request.keep is None:
         return curve
-    kept = {*request.keep, *_VALIDITY, "harmonics"}
+    kept = {*request.keep, *_VALIDITY, *NO_VARIABLES}
     return {
         key: array
         for key, array in curve.items()

@@ -8,15 +8,17 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, contacts, own  # noqa: E402
+from tests.benchmarks import comparison, contacts, own, structures  # noqa: E402
 from tests.benchmarks.table import machine, write  # noqa: E402
 
 MEASUREMENTS = {
     "blade": comparison.blade,
     "ring": comparison.ring,
+    "opening": comparison.opening,
     "contacts": contacts.contacts,
     "penalty": contacts.penalty,
     "step": own.step,
+    "structures": structures.structures,
     "ensemble": own.ensemble,
     "processes": own.processes,
     "growth": own.growth,

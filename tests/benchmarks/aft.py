@@ -1,17 +1,20 @@
 """Harmonic balance over samples (alternating frequency and time), compiled by numba.
 
 The dry friction elements are marched over samples, the Jacobian is that of the marching. For models
-with constant normal loads and friction alone, without harmonic 0.
+with friction alone: under constant normal loads without harmonic 0, under varying ones with it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 import symhbm as sh
 from symhbm.model import force_coefficients
-from tests.benchmarks.marching import Friction, add_friction, friction_tables
+from tests.benchmarks.marching import Friction, add_friction, tables_of
+from tests.benchmarks.pressing import Pressed, add_pressed, samples_of
+
+PRESSED = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
 
 
 class System(NamedTuple):
@@ -25,34 +28,52 @@ class System(NamedTuple):
     order: np.ndarray
     force: np.ndarray
     friction: Friction
+    pressed: Pressed
 
 
 def system_of(problem: sh.HarmonicBalance, samples: int) -> System:
     """The equations of a problem, its friction marched over so many samples of a period."""
-    model, order = problem.model, np.repeat(np.array(problem.harmonics), 2)
-    if order[0] == 0 or not model.unique:
-        raise ValueError("expected friction alone and no harmonic 0")
+    model, basis = problem.model, problem.basis
+    (dofs, given), pressed = (
+        _contacts(model, law, names)
+        for law, names in (
+            (sh.Coulomb, ("contact_stiffness", "friction_coefficient", "normal_load")),
+            (sh.VariableLoadFriction, PRESSED),
+        )
+    )
+    if len(given) + len(pressed[1]) != model.n_contacts or (len(given) and basis.order[0] == 0):
+        raise ValueError("expected friction alone, without harmonic 0 under constant loads")
     mass, damping, stiffness = (
         np.asarray(matrix.todense())
         for matrix in (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
     )
     row, column = np.nonzero(abs(mass) + abs(damping) + abs(stiffness))
-    force = force_coefficients(problem.excitation, model.n_dof, problem.basis)
-    dofs = np.array([(*contact, -1)[:2] for contact in model.contacts])
-    limit = model.friction_coefficient * model.normal_load
-    friction = Friction(
-        dofs, np.asarray(model.contact_stiffness), limit, *friction_tables(order, samples)
-    )
+    force = force_coefficients(problem.excitation, model.n_dof, basis)
+    tables = tables_of(basis, samples)
+    friction = Friction(dofs[:, 0], given[:, 0].copy(), given[:, 1] * given[:, 2], *tables)
     return System(
         row,
         column,
         mass[row, column],
         damping[row, column],
         stiffness[row, column],
-        order.astype(float),
+        basis.order.astype(float),
         force.ravel(),
         friction,
+        Pressed(*pressed, samples_of(basis, samples)),
     )
+
+
+def _contacts(model: Any, law: type, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Ends (n, m, 2) of the displacements of a law's contacts, and their values (n, p)."""
+    groups = [group for group in model.groups if type(group.law) is law]
+    ends = [
+        [(*model.row_ends[row], -1)[:2] for row in rows] for group in groups for rows in group.rows
+    ]
+    values = [np.transpose([model.values_of(group)[name] for name in names]) for group in groups]
+    n_rows = len(law.directions)  # type: ignore[attr-defined]
+    dofs = np.array(ends, dtype=int).reshape(-1, n_rows, 2)
+    return dofs, np.concatenate([np.empty((0, len(names))), *values])
 
 
 @njit
@@ -64,7 +85,12 @@ def evaluate(system, point, matrix):
     for entry in range(len(system.row)):
         i, j = system.row[entry] * size, system.column[entry] * size
         mass, damping = system.mass[entry], system.damping[entry]
-        for c in range(0, size, 2):
+        first = 0
+        if system.order[0] == 0:
+            first = 1
+            matrix[i, j] += system.stiffness[entry]
+            residual[i] += system.stiffness[entry] * point[j]
+        for c in range(first, size, 2):
             n = system.order[c]
             direct = system.stiffness[entry] - (n * omega) ** 2 * mass
             across = n * omega * damping
@@ -79,6 +105,7 @@ def evaluate(system, point, matrix):
             matrix[i + c, -1] += slope * a + n * damping * b
             matrix[i + c + 1, -1] += slope * b - n * damping * a
     add_friction(system.friction, point, residual, matrix)
+    add_pressed(system.pressed, point, residual, matrix)
     return residual
 
 

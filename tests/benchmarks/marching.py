@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from symhbm.numerics import FourierBasis
+
 
 class Friction(NamedTuple):
     """Contacts and tables of the samples.
@@ -23,13 +25,13 @@ class Friction(NamedTuple):
     products: np.ndarray
 
 
-def friction_tables(order: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """``at_sample``, ``sums`` and ``products`` of cosines and sines in turn of these orders."""
-    angle = np.outer(np.arange(samples) * (2 * np.pi / samples), order)
-    at_sample = np.where(np.arange(len(order)) % 2 == 0, np.cos(angle), np.sin(angle))
-    sums = np.zeros((samples + 1, len(order)))
+def tables_of(basis: FourierBasis, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``at_sample``, ``sums`` and ``products`` of the functions of a basis."""
+    at_sample = basis.values(2 * np.pi * np.arange(samples) / samples)
+    size = at_sample.shape[1]
+    sums = np.zeros((samples + 1, size))
     sums[1:] = np.cumsum(at_sample, axis=0)
-    products = np.zeros((samples + 1, len(order), len(order)))
+    products = np.zeros((samples + 1, size, size))
     products[1:] = np.cumsum(at_sample[:, :, None] * at_sample[:, None, :], axis=0)
     return at_sample, sums, products
 
@@ -90,17 +92,18 @@ def add_friction(friction, point, residual, matrix):
         slope *= 2 * friction.stiffness[contact] / samples
         force *= 2 / samples
         force += np.dot(slope, q)
-        _add(first, first, 1.0, slope, matrix)
+        add_block(first, first, 1.0, slope, matrix)
         residual[first * size : (first + 1) * size] += force
         if second >= 0:
-            _add(second, second, 1.0, slope, matrix)
-            _add(first, second, -1.0, slope, matrix)
-            _add(second, first, -1.0, slope, matrix)
+            add_block(second, second, 1.0, slope, matrix)
+            add_block(first, second, -1.0, slope, matrix)
+            add_block(second, first, -1.0, slope, matrix)
             residual[second * size : (second + 1) * size] -= force
 
 
 @njit
-def _add(row, column, sign, slope, matrix):
+def add_block(row, column, sign, slope, matrix):
+    """Add a matrix to the block of two degrees of freedom."""
     size = len(slope)
     for a in range(size):
         for b in range(size):

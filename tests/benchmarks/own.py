@@ -11,8 +11,6 @@ import numpy as np
 from scipy.linalg import lu_factor
 
 import symhbm as sh
-from symhbm.continuation.correctors.bordered_system import point_system
-from symhbm.numerics import Compiled, to_machine_code
 from tests.benchmarks.clock import cpu, repeated, take_turns
 from tests.benchmarks.problems import (
     BLADE_BAND,
@@ -24,6 +22,7 @@ from tests.benchmarks.problems import (
     ring,
 )
 from tests.benchmarks.programs import MissingError, evaluated_by, optional
+from tests.benchmarks.structures import least_of
 from tests.benchmarks.table import Table, ratio, seconds
 
 N_SAMPLES, N_SHARED = 16, 64
@@ -97,7 +96,7 @@ def ensemble() -> list[Table]:
     names = {"machine code": True, "the virtual machine of CasADi": False}
     programs = {name: evaluated(machine_code) for name, machine_code in names.items()}
     timed = take_turns(programs, rounds=RUNS)
-    least = _least(mistuned(13))
+    least = least_of(mistuned(13))
     header = ["equations by", "curves per second and core", "curve / L"]
     header += ["points", "peaks", "events", "linear solves", "complete"]
     caption = (
@@ -116,21 +115,6 @@ def ensemble() -> list[Table]:
         shown = [f"{mean:.1f}" for mean in means]
         table.rows.append([*row, *shown, f"{complete} of {N_SAMPLES}"])
     return [table]
-
-
-def _least(problem: sh.HarmonicBalance) -> float:
-    """Seconds of one residual with its Jacobian as machine code, and of one factorisation."""
-    equations, arguments = problem.compiled
-    system = point_system(equations)
-    evaluation = Compiled((to_machine_code([system]) or (system,))[0])
-    size = problem.n_unknowns + 1
-    rng = np.random.default_rng(0)
-    evaluation.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
-    evaluation.inputs[1][:] = np.append(1e-4 * rng.random(size - 1), 1300.0)
-    evaluation.inputs[-1][:] = 1e-4, 1300.0
-    square = np.eye(size) + rng.random((size, size))
-    lapack = repeated(lambda: lu_factor(square, check_finite=False))
-    return repeated(evaluation.run) + lapack
 
 
 def processes() -> list[Table]:

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from symhbm.numerics import FourierBasis
+from tests.benchmarks.marching import add_block, tables_of
 
 APART, UP, DOWN, CLOSED, LOW, HIGH = range(6)
 """Apart, pushed by either wall, and at rest since one of the three."""
@@ -30,13 +31,19 @@ class Samples(NamedTuple):
 
 def samples_of(basis: FourierBasis, samples: int) -> Samples:
     """Tables of the samples of a period."""
-    functions = basis.values(2 * np.pi * np.arange(samples) / samples)
-    products = functions[:, :, None] * functions[:, None, :]
-    sums = [
-        np.concatenate([np.zeros((1, *each.shape[1:])), each.cumsum(axis=0)])
-        for each in (functions, products)
-    ]
-    return Samples(functions, *sums, basis.norm * (2 * np.pi / samples))
+    return Samples(*tables_of(basis, samples), basis.norm * (2 * np.pi / samples))
+
+
+class Pressed(NamedTuple):
+    """Contacts of a structure.
+
+    ``dofs`` (n_contacts, 2, 2) are the ends of the tangential and the normal displacement, the
+    second -1 for the ground; ``values`` (n_contacts, 4): ``k_t``, ``k_n``, ``mu`` and ``N0``.
+    """
+
+    dofs: np.ndarray
+    values: np.ndarray
+    samples: Samples
 
 
 @njit
@@ -144,3 +151,34 @@ def by_runs(samples, motions, values, force, slope):
             slope[j, a] *= norm[a]
             slope[j, size + a] *= norm[a]
         force[j] += slope[j] @ motions[j]
+
+
+@njit
+def add_pressed(pressed, point, residual, matrix):
+    """Add the forces and their derivatives by the unknowns, without what the equilibrium holds."""
+    n, size = len(pressed.values), len(pressed.samples.norm)
+    motions = np.zeros((n, 2 * size))
+    for j in range(n):
+        for k in range(2):
+            first, second = pressed.dofs[j, k]
+            motion = motions[j, k * size : (k + 1) * size]
+            motion += point[first * size : (first + 1) * size]
+            if second >= 0:
+                motion -= point[second * size : (second + 1) * size]
+    force, slope = np.empty((n, 2 * size)), np.empty((n, 2 * size, 2 * size))
+    by_runs(pressed.samples, motions, pressed.values, force, slope)
+    for j in range(n):
+        force[j, size] -= pressed.values[j, 3]
+        for k in range(2):
+            of_row = slice(k * size, (k + 1) * size)
+            for end in range(2):
+                row, sign = pressed.dofs[j, k, end], 1.0 - 2.0 * end
+                if row < 0:
+                    continue
+                residual[row * size : (row + 1) * size] += sign * force[j, of_row]
+                for m in range(2):
+                    block = slope[j, of_row, m * size : (m + 1) * size]
+                    for other in range(2):
+                        column = pressed.dofs[j, m, other]
+                        if column >= 0:
+                            add_block(row, column, sign * (1.0 - 2.0 * other), block, matrix)

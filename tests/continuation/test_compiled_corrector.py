@@ -14,7 +14,7 @@ from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, newton_graph
 from symhbm.continuation.correctors.bordered_system import point_system
 from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
-from symhbm.continuation.events.resonances import modes
+from symhbm.continuation.events.modes import modes
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.segment import PathState

@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.events import resonances
+from symhbm.continuation.events import modes, resonances
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import ResonanceCount
@@ -204,9 +204,34 @@ def test_points_of_a_path_count_the_modes_they_have(name):
     for point in branch.points:
         problem, omega = curve.at(point.value)
         friction = problem.locate(point.unknowns, omega, point.switches)
-        natural_modes = resonances.modes(curve, point.unknowns, point.value, friction.switches)
+        natural_modes = modes.modes(curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
-        assert point.resonances_below == tuple(np.count_nonzero(natural_modes.detuning < 0, axis=1))
+        harmonics = [n for n in problem.harmonics if n > 0]
+        below = natural_modes.exciting[natural_modes.detuning < 0]
+        counted = tuple(np.count_nonzero(below == n * omega) for n in harmonics)
+        assert point.resonances_below == counted
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_some_modes_are_those_of_all(name, monkeypatch):
+    curve, band = CURVES[name]()
+    unknowns, value = np.zeros(curve.problem.n_unknowns), band[0]
+    unknowns[-1] = 1e-6
+    value *= TURN if isinstance(curve, FrequencyProblem) else 1.0
+    held = np.zeros(len(curve.evaluate(unknowns, value).states.switches), dtype=bool)
+    harmonics = [n for n in curve.problem.harmonics if n > 0]
+    every = modes.modes(curve, unknowns, value, held)
+    last = curve.problem.n_dof
+    for few in (modes._FEW, 0):
+        monkeypatch.setattr(modes, "_FEW", few)
+        for first in (0, last - 1):
+            some = modes.modes(curve, unknowns, value, held, None, [(first, last)] * len(harmonics))
+            assert every is not None
+            assert some is not None
+            number = np.tile(np.arange(last), len(harmonics))
+            for one, other in zip(some, every, strict=True):
+                expected = other[number >= first]
+                np.testing.assert_allclose(one, expected, rtol=1e-9, atol=1e-9 * abs(value))
 
 
 @pytest.mark.parametrize("name", CURVES)

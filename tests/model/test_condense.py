@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
-from symhbm.continuation.events.resonances import LARGEST_SIZE
+from symhbm.continuation.resonance_count import LARGEST_SIZE
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 
 BAND = (7.0, 12.5)
@@ -277,7 +277,7 @@ def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     assert len(expected) == 3
     np.testing.assert_allclose(response.peak_frequency, expected, rtol=1e-9)
     assert LARGEST_SIZE > 1
-    monkeypatch.setattr("symhbm.continuation.events.resonances.LARGEST_SIZE", 0)
+    monkeypatch.setattr("symhbm.continuation.events.modes.LARGEST_SIZE", 0)
     assert sh.frf(condensed, (2, 8), progress=False).n_peaks == 0
 
 

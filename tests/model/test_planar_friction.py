@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.model.contacts.planar import batch
 from symhbm.numerics import FourierBasis
+from tests.stored.problems import case
 
 # Every first use compiles the loops for a minute; the examples of a property are not to blame.
 QUIET = settings(max_examples=30, deadline=None, derandomize=True)
@@ -545,6 +546,31 @@ def test_from_response_to_archive(kind, tmp_path):
     assert verified.energy_error.max() < 1e-9
     for name in ("open_fraction", "slip_distance", "largest_normal_force"):
         assert np.isfinite(response[name].values).all()
+
+
+@pytest.mark.parametrize("number", [4, 34])
+def test_slopes_at_onsets_are_those_of_slip(number):
+    """On the side where the contact slips, whatever round-off says of the margin there."""
+    problem, band, _ = case("contacts that open", number)
+    path = sh.frf(problem, band, progress=False)
+    events = [*zip(path.event_frequency.values, path.event_kind.values, strict=True)]
+    beside = {f: f * (1 + (1e-9 if kind == "onset of slip" else -1e-9)) for f, kind in events}
+    grid = sh.frf(problem, band, at=sorted(beside.values()), progress=False)
+    points = path.swap_dims(point="frequency")
+    for frequency, kind in events:
+        name = "amplitude_slope" if kind == "onset of slip" else "amplitude_slope_before"
+        slope = points[name].sel(frequency=frequency).values
+        near = grid.amplitude_slope.sel(frequency=beside[frequency]).values
+        np.testing.assert_allclose(slope, near, rtol=0, atol=1e-3 * np.abs(near).max())
+
+
+def test_no_peak_where_slip_ends_on_a_flank():
+    """A wrong slope before the end of slip made it a corner."""
+    problem, _, _ = case("contacts that open", 34)
+    response = sh.frf(problem, (33.45057, 36.45057), at=np.linspace(34.9, 35, 21), progress=False)
+    assert response.event_kind.values.tolist() == ["end of slip"]
+    assert (response.amplitude.isel(dof=0).diff("frequency") < 0).all()
+    assert response.n_peaks == 0
 
 
 def test_path_in_a_parameter():

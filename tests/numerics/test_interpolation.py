@@ -13,7 +13,7 @@ from symhbm.numerics.interpolation import (
     cubic_top,
     first_zero,
 )
-from symhbm.numerics.loops.interpolation import amplitude_at, interpolate
+from symhbm.numerics.loops.interpolation import amplitude_at, differentiate, interpolate
 
 
 def test_against_scipy():
@@ -67,9 +67,11 @@ def test_many_pairs_at_once():
     left, right, first, last = rng.normal(size=(4, 6, 5))
     share = np.array([0.0, 0.2, 1.0])
     ends = left[:, None], right[:, None], (first[:, None], last[:, None]), share[:, None]
-    for loop in (interpolate, interpolate.__wrapped__):
+    for compiled in (True, False):
         values, rates = np.empty((2, 6, 3, 4))
-        loop(left, right, first, last, share, values, rates)
+        for loop, result in ((interpolate, values), (differentiate, rates)):
+            run = loop if compiled else loop.__wrapped__
+            run(left, right, first, last, share, result)
         np.testing.assert_allclose(values, cubic(*ends)[..., :4], rtol=1e-13, atol=1e-15)
         np.testing.assert_allclose(rates, cubic_slope(*ends)[..., :4], rtol=1e-13, atol=1e-14)
 

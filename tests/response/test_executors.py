@@ -5,6 +5,7 @@ import signal
 import threading
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import nullcontext
 from functools import cache
 from multiprocessing import get_context
 
@@ -13,6 +14,8 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from symhbm.continuation.correctors import compiled as compiled_corrector
+from symhbm.numerics import machine_code
 from symhbm.response import ensemble
 
 DISK = sh.bladed_disk(
@@ -174,23 +177,31 @@ def test_an_executor_that_closes_on_the_way(monkeypatch):
         xr.testing.assert_identical(call(executor=executor), expected())
 
 
-class _Unwilling(ThreadPoolExecutor):
-    """An executor that loses every third task."""
+class _Unwilling:
+    """An executor that loses every third task, unless it is willing."""
 
-    lost = 0
+    lost, willing = 0, False
 
     def submit(self, fn, /, *args, **kwargs):
         self.lost += 1
-        if self.lost % 3:
+        if self.willing or self.lost % 3:
             return super().submit(fn, *args, **kwargs)
         future: Future = Future()
         future.set_exception(OSError("connection lost"))
         return future
 
 
+class _UnwillingThreads(_Unwilling, ThreadPoolExecutor):
+    pass
+
+
+class _UnwillingProcesses(_Unwilling, ProcessPoolExecutor):
+    pass
+
+
 def test_tasks_that_are_lost():
     with (
-        _Unwilling(2) as executor,
+        _UnwillingThreads(2) as executor,
         pytest.warns(RuntimeWarning, match="OSError connection lost") as told,
     ):
         xr.testing.assert_identical(call(executor=executor), expected())
@@ -280,3 +291,85 @@ def test_a_cluster_that_loses_workers():
         client.register_plugin(Fatal())
         with pytest.warns(RuntimeWarning, match="KilledWorker"):
             xr.testing.assert_identical(call(executor=executor), expected())
+
+
+def mistuned(harmonics):
+    """Curves of mistuned rings, on whole paths."""
+
+    def curves(executor, archive=None):
+        problem = sh.HarmonicBalance(DISK, sh.EngineOrder(1), harmonics)
+        draws = sh.mistuning.uniform(
+            problem, n_samples=6, seed=2, contact_stiffness=0.2, normal_load=0.3, mass=0.02
+        )
+        options = dict(executor=executor, archive=archive, progress=False)
+        return sh.frf(problem, BAND, over=draws, **options)
+
+    return curves
+
+
+ENSEMBLES = {"one harmonic": mistuned((1,)), "several harmonics": mistuned((1, 3))}
+BY, VIRTUAL = "equations_evaluated_by", "the virtual machine of CasADi"
+
+
+@cache
+def in_this_process(ensemble):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(machine_code.COMPILER, "")
+        compiled_corrector._programs.cache_clear()
+        return ENSEMBLES[ensemble](None)
+
+
+@pytest.fixture
+def often(monkeypatch, tmp_path):
+    """Each structure becomes machine code at its first curve, as it does after many."""
+    monkeypatch.setattr(compiled_corrector, "_OFTEN", 1)
+    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    compiled_corrector._programs.cache_clear()
+    yield
+    compiled_corrector._programs.cache_clear()
+
+
+@pytest.mark.parametrize("compiler", ["with", "without"])
+@pytest.mark.parametrize(
+    "pool",
+    [nullcontext, lambda: ThreadPoolExecutor(3), lambda: processes("spawn")],
+    ids=["none", "threads", "processes"],
+)
+@pytest.mark.usefixtures("often")
+def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeypatch):
+    if compiler == "without":
+        monkeypatch.setenv(machine_code.COMPILER, "")
+    elif machine_code.compiler() is None:
+        pytest.skip("no compiler of C")
+    expected = {name: in_this_process(name) for name in ENSEMBLES}
+    compiled_corrector._programs.cache_clear()
+    with pool() as executor:
+        for name, curves in ENSEMBLES.items():
+            found = curves(executor)
+            made = compiler == "with" and name == "one harmonic"
+            assert found.attrs[BY] == ("machine code" if made else VIRTUAL)
+            xr.testing.assert_identical(found.assign_attrs({BY: VIRTUAL}), expected[name])
+
+
+def without_compiler():
+    """As on another machine."""
+    os.environ[machine_code.COMPILER] = ""
+
+
+@pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+@pytest.mark.usefixtures("often")
+def test_results_tell_of_workers_without_a_compiler(tmp_path):
+    expected, curves = in_this_process("one harmonic"), ENSEMBLES["one harmonic"]
+    compiled_corrector._programs.cache_clear()
+    assert curves(None).attrs[BY] == "machine code"
+    with _UnwillingProcesses(1, get_context("spawn"), without_compiler) as executor:
+        executor.willing = True
+        xr.testing.assert_identical(curves(executor), expected)
+        with curves(executor, tmp_path / "x.nc") as archive:
+            xr.testing.assert_identical(archive, expected)
+        executor.willing = False
+        with pytest.warns(RuntimeWarning, match="OSError connection lost"):
+            both, archive = curves(executor), curves(executor, tmp_path / "y.nc")
+    for result in (both, archive):
+        assert result.attrs[BY] == f"machine code and {VIRTUAL}"
+    archive.close()

@@ -412,8 +412,8 @@ def test_several_modes():
     matrices = np.eye(2), -2.0 * np.eye(2), np.array([[2e4, -1e4], [-1e4, 3e4]])
     values = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
     model = sh.Model(*matrices, contacts=[(0,), (1,)], **values)
-    both = cycles(model, mode=(0, 1))
-    alone = [cycles(model, mode=mode) for mode in (0, 1)]
+    both = cycles(model, mode=(0, 1), dof=0)
+    alone = [cycles(model, mode=mode, dof=0) for mode in (0, 1)]
     assert [one.sizes["point"] for one in alone] == [2, 2]
     amplitudes = np.sort(np.concatenate([one.amplitude for one in alone]))
     np.testing.assert_allclose(both.amplitude, amplitudes, rtol=1e-10)

@@ -313,7 +313,8 @@ def test_bad_input_is_named():
             (pair, 0),
             dict(dof=1),
         ),
-        ("dof=1", (problem,), dict(dof=1)),
+        ("degree of freedom=1: expected", (problem,), dict(dof=1)),
+        ("degree of freedom=-1", (problem,), dict(dof=-1)),
         ("dof=.*right interface", (sector,), dict(dof=disk.n_whole - 1, nodal_diameter=1)),
         ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
         ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
@@ -369,6 +370,20 @@ def test_frequency_that_falls_to_zero_ends_the_path():
         modes(problem, amplitude=(1e-6, 1e-1), throw=True)
 
 
+def test_amplitude_that_turns_back_to_its_start_is_told():
+    """The third harmonic takes over, in the second mode, and the first one vanishes."""
+    hard = sh.SmoothLaw(lambda y, v, p: p["k"] * y**3, {"k": (1e10, "N/m^3")}, [(0,)])
+    model = sh.Model(np.eye(2), np.eye(2), [[2e4, -1e4], [-1e4, 2e4]], contacts={"hard": hard})
+    with pytest.warns(RuntimeWarning, match="turned back at a fold"):
+        path = modes(sh.HarmonicBalance(model, harmonics=(1, 3)))
+    assert "fold" in path.event_kind
+    assert path.amplitude[-1] == path.amplitude[0]
+    share = np.abs(path.coefficient.sel(harmonic=3)).max(("dof", "component"))
+    assert share[-1] > 10 * np.abs(path.coefficient.sel(harmonic=1, dof=0)[-1]).max()
+    with_the_first_alone = modes(sh.HarmonicBalance(model))
+    assert with_the_first_alone.status.item() == sh.Status.REACHED_END
+
+
 def test_sweep_is_archived_and_goes_on(tmp_path):
     problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
     loads, target = [1.0, 2.0, 3.0], tmp_path / "modes.nc"
@@ -414,3 +429,33 @@ def test_other_verbs_refuse_modes():
     for verb in (sh.verify, sh.plot.response, sh.statistics.envelope):
         with pytest.raises(ValueError, match="responses to a force"):
             verb(path)
+
+
+def test_degree_of_freedom_that_moves_most():
+    pair = sh.Model(np.eye(2), np.eye(2), [[1e4, -1e3], [-1e3, 2e4]])
+    for mode in (0, 1):
+        problem = sh.HarmonicBalance(pair)
+        most, given = (modes(problem, mode, (1e-6, 1e-5), dof) for dof in (None, mode))
+        np.testing.assert_array_equal(most.coefficient, given.coefficient)
+        assert most.attrs["followed"] == given.attrs["followed"]
+    disk = with_friction(random_disk(5, cartesian=False))
+    path = modes(sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-6, 1e-5), None, nodal_diameter=1)
+    size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
+    assert size.max() == pytest.approx(1e-6, rel=1e-12)
+
+
+def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
+    stiffness = 2e4 * np.eye(12) - 1e4 * (np.eye(12, k=1) + np.eye(12, k=-1))
+    rubs = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3.0)
+    whole = sh.Model(np.eye(12), 0.5 * np.eye(12), stiffness, contacts=[(9,)], **rubs)
+    reduced = sh.craig_bampton(whole, 11, (1, 40), dofs=[9])  # as many modes as there are
+    found = []
+    for model in (whole, reduced):
+        problem = sh.HarmonicBalance(model, harmonics=(1, 3))
+        found.append(modes(problem, 0, (1e-6, 1e-2), 9, at=[1e-5, 1e-3, 5e-3]))
+    for name in ("frequency", "damping_ratio", "modal_amplitude"):
+        np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
+    small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))
+    gone = next(dof for dof in range(12) if dof not in small.model.kept)
+    with pytest.raises(ValueError, match=f"dof={gone}: expected a degree of freedom that is kept"):
+        modes(small, dof=gone)

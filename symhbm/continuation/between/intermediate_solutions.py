@@ -8,7 +8,6 @@ less accurate one of both: the tolerances are aims, and no bounds.
 
 import math
 from collections.abc import Sequence
-from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +31,7 @@ from symhbm.continuation.segment import (
     is_beyond,
     measure,
 )
-from symhbm.numerics import FloatArray, cubic, largest_displacement
+from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.numerics.loops import Loop, interpolation
 
 TOLERANCE = 0.005
@@ -50,12 +49,19 @@ _BATCH_SIZE = 2**16
 
 
 class _Ends(NamedTuple):
-    """Two neighbouring solutions after a path point, and whether each is a smooth fold."""
+    """Neighbouring solutions after path points ``number`` (n,), and which are smooth folds (n, 2).
 
-    number: int
+    Of one segment alone, without the first axis.
+    """
+
+    number: Any
     left: PathState
     right: PathState
-    folds: tuple[bool, bool] = (False, False)
+    folds: Any
+
+    def take(self, index: Any) -> "_Ends":
+        """Those of one segment or of some."""
+        return _Ends(*(part[index] for part in self))
 
 
 def is_smooth_fold(point: PathPoint) -> bool:
@@ -74,56 +80,67 @@ def solved_between(
     """
     solutions: dict[int, list[tuple[PathState, int]]] = {}
     passed: dict[int, float] = {}
+    if len(points) < 2:
+        return solutions, passed
     segments = _segments(points)
     size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
     for depth in range(_MAX_DEPTH + 1):
         halves = []
-        batches = [segments[i : i + size] for i in range(0, len(segments), size)]
-        estimates = [_needed_shares(batch, corrector, per_dof) for batch in batches]
-        for segment, (share, hides) in zip(segments, chain.from_iterable(estimates), strict=True):
-            number, solves_before = segment.number, corrector.solves
-            if hides and depth > 0:
-                ends = float(segment.left.state[-1]), float(segment.right.state[-1])
-                passed[number] = ends[ends[0] == points[number].value]
-            if not share or depth == _MAX_DEPTH:
-                continue
-            middle, leaves = _solution(segment, corrector, points[number].switches, share)
-            if middle is not None and leaves:
-                passed[number] = float(middle.state[-1])
-            elif middle is not None:
-                solution = middle, corrector.solves - solves_before
-                solutions.setdefault(number, []).append(solution)
-                halves.append(segment._replace(right=middle, folds=(segment.folds[0], False)))
-                halves.append(segment._replace(left=middle, folds=(False, segment.folds[1])))
-        segments = halves
+        for begin in range(0, len(segments.number), size):
+            batch = segments.take(slice(begin, begin + size))
+            shares, hides = _needed_shares(batch, corrector, per_dof)
+            for k in np.flatnonzero((shares > 0) | hides).tolist():
+                segment, share = batch.take(k), float(shares[k])
+                number, solves_before = int(segment.number), corrector.solves
+                if hides[k] and depth > 0:
+                    ends = float(segment.left.state[-1]), float(segment.right.state[-1])
+                    passed[number] = ends[ends[0] == points[number].value]
+                if not share or depth == _MAX_DEPTH:
+                    continue
+                middle, leaves = _solution(segment, corrector, points[number].switches, share)
+                if middle is not None and leaves:
+                    passed[number] = float(middle.state[-1])
+                elif middle is not None:
+                    solution = middle, corrector.solves - solves_before
+                    solutions.setdefault(number, []).append(solution)
+                    folds = segment.folds.tolist()
+                    halves.append(segment._replace(right=middle, folds=(folds[0], False)))
+                    halves.append(segment._replace(left=middle, folds=(False, folds[1])))
+        if not halves:
+            break
+        numbers, left, right, smooth = zip(*halves, strict=True)
+        first, last = (PathState.stacked(side) for side in (left, right))
+        segments = _Ends(np.array(numbers), first, last, np.array(smooth))
     for number, several in solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
     return solutions, passed
 
 
-def _segments(points: Sequence[PathPoint]) -> list[_Ends]:
+def _segments(points: Sequence[PathPoint]) -> _Ends:
     """The segments of finite length and bounded amplification."""
-    segments = []
-    for i, (point, following) in enumerate(pairwise(points)):
-        unbounded = max(point.amplification, following.amplification) > UNBOUNDED_AMPLIFICATION
-        if not unbounded and point.value != following.value:
-            ends = PathState(point.state, point.after), PathState(following.state, following.before)
-            segments.append(_Ends(i, *ends, (is_smooth_fold(point), is_smooth_fold(following))))
-    return segments
+    names = ("state", "before", "after", "amplification")
+    state, before, after, amplification = (
+        np.array([getattr(point, name) for point in points]) for name in names
+    )
+    folds = np.array([bool(point.events) and is_smooth_fold(point) for point in points])
+    unbounded = amplification > UNBOUNDED_AMPLIFICATION
+    number = np.flatnonzero(~(unbounded[:-1] | unbounded[1:]) & (state[:-1, -1] != state[1:, -1]))
+    right = number + 1
+    ends = PathState(state[number], after[number]), PathState(state[right], before[right])
+    return _Ends(number, *ends, np.stack([folds[number], folds[right]], axis=1))
 
 
 def _needed_shares(
-    segments: list[_Ends], corrector: Corrector, per_dof: bool
-) -> list[tuple[float, bool]]:
-    """The share of each segment at which a solution is needed, 0 where none is.
+    segments: _Ends, corrector: Corrector, per_dof: bool
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The share (n,) of each segment at which a solution is needed, 0 where none is.
 
     Where the response is single-valued, it is one of the parameter interval. Also whether slopes
-    at both ends tell of a maximum in between.
+    at both ends tell of a maximum in between (n,).
     """
     problem, single_valued = corrector.curve.problem, corrector.curve.single_valued
-    ends = [segment.left for segment in segments], [segment.right for segment in segments]
-    left, right = (Slopes.of(problem, PathState.stacked(side)) for side in ends)
+    left, right = (Slopes.of(problem, side) for side in (segments.left, segments.right))
     scale = np.array([corrector.curve.scale(state) for state in left.state])
     measured = measure(single_valued, left, right, scale)
     tangents = [(measured.left, measured.right)]
@@ -132,16 +149,16 @@ def _needed_shares(
         width = (right.state - left.state)[:, -1:]
         first, last = (width * at.direction / at.direction[:, -1:] for at in (left, right))
         tangents.append((first, last))
-    states, rates = np.empty((2, len(segments), len(_SHARES), left.state.shape[1]))
-    folds = np.array([segment.folds for segment in segments])
-    worst = np.zeros((2, len(segments)))
+    n = len(segments.number)
+    states = np.empty((n, len(_SHARES), left.state.shape[1]))
+    worst = np.zeros((2, n))
     for pair in tangents:
-        interpolation.interpolate(left.state, right.state, *pair, _SHARES, states, rates)
+        interpolation.interpolate(left.state, right.state, *pair, _SHARES, states)
         expected = _amplitude(problem, states[..., : problem.n_unknowns])
         sides = ((at.state, at.direction, at.amplitude, at.slope) for at in (left, right))
-        _largest_error(*sides, folds, states, expected, per_dof, *worst)
+        _largest_error(*sides, segments.folds, states, expected, per_dof, *worst)
     hides = np.any(_rises(left, 1, per_dof) & _rises(right, -1, per_dof), axis=1)
-    return list(zip(worst[1].tolist(), hides.tolist(), strict=True))
+    return worst[1], hides
 
 
 @Loop
@@ -235,14 +252,15 @@ def _solution_at_value(
     """The solution at a share of the parameter interval, contacts free where one changes."""
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
-    over = (width * end.direction / end.direction[-1] for end in (left, right))
-    guess = cubic(left.state, right.state, tuple(over), share)
-    scale, value = curve.scale(guess), float(guess[-1])
+    value = float(left.state[-1] + share * width)
+    between = Segment(corrector, left, right, switches)
+    along, guess = between.at_value(value)
+    scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
     corrected = corrector.correct(guess, scale, plane, switches)
     if corrected is None:
-        # Where the path bends sharply over the parameter, it is predicted along its length.
-        near = Segment(corrector, left, right, switches).solve(share)
+        # Where the path bends sharply over the parameter, the solution across it is close.
+        near = between.solve(along)
         if near is not None:
             start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
             corrected = corrector.correct(start, scale, plane, switches)

@@ -48,11 +48,11 @@ def find_missed_events(
     missed: dict[int, float] = {}
     whole: list[Segments[PathState]] = []
     for _ in range(_MAX_DEPTH):
-        divided, dividing_shares, middles = [], [], []
+        divided, middles = [], []
         for batch in segments.batches(max(_BATCH_SIZE // size, 1)):
             measured = measure(curve.single_valued, batch.left, batch.right, batch.scale)
             shares = _doubtful_shares(problem, batch, measured, estimates)
-            stays = np.ones(len(shares), dtype=bool)
+            parents = []
             for k in np.flatnonzero(shares).tolist():
                 if int(batch.number[k]) in missed:
                     continue
@@ -61,16 +61,16 @@ def find_missed_events(
                 if middle is not None and segment.other_states:
                     missed[int(batch.number[k])] = float(middle.state[-1])
                 elif middle is not None:
-                    stays[k] = False
-                    divided.append(batch.take([k]))
-                    dividing_shares.append(shares[k])
+                    parents.append(k)
                     middles.append(middle)
-            whole.append(batch.take(stays))
-        if not divided:
+            whole.append(batch.take(np.delete(np.arange(len(shares)), parents)))
+            divided.append((batch.take(parents), shares[parents]))
+        if not middles:
             return missed, Segments.joined([segments.take(slice(0)), *whole])
+        parts, dividing = zip(*divided, strict=True)
         middle = PathState.stacked(middles)
         scale = np.array([curve.scale(state) for state in middle.state])
-        segments = Segments.joined(divided).divided(np.array(dividing_shares), middle, scale)
+        segments = Segments.joined(parts).divided(np.concatenate(dividing), middle, scale)
     return missed, Segments.joined([*whole, segments])
 
 
@@ -112,8 +112,8 @@ def _doubtful_shares(
     """Shares (n,) of the segments at which a contact may pass its limit, 0 where none may."""
     ends = segments.left.state, segments.right.state, measured.left, measured.right
     shape = len(segments.number), len(_SHARES)
-    motions, rates = np.empty((2, *shape, problem.n_unknowns))
-    interpolation.interpolate(*ends, _SHARES, motions, rates)
+    motions = np.empty((*shape, problem.n_unknowns))
+    interpolation.interpolate(*ends, _SHARES, motions)
     by_row = np.linalg.norm(_motion_errors(problem, segments, measured), axis=-1)
     sizes = problem.contacts.sizes_at_switches(by_row)
     error = np.where(segments.switches, -sizes, sizes)[:, None] * _ERROR_PROFILE[:, None]
@@ -156,13 +156,11 @@ def _motion_errors(
     """Error bounds of interpolated relative motions, (n, n_rows, n_components) [m]."""
     around = segments.before, segments.left, segments.right, segments.after
     states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
-    n = problem.n_unknowns
-    values, rates = (
-        tuple(np.ascontiguousarray(problem.layout.relative(array[:, :n])) for array in arrays)
-        for arrays in (states, directions)
-    )
-    error = np.empty(values[0].shape)
-    flat = [tuple(array.reshape(len(error), -1) for array in each) for each in (values, rates)]
+    stacked = np.array([*states, *directions])[..., : problem.n_unknowns]
+    relative = np.ascontiguousarray(problem.layout.relative(stacked.reshape(-1, stacked.shape[-1])))
+    error = np.empty((len(segments.number), *relative.shape[1:]))
+    of_each = tuple(relative.reshape(8, len(error), -1))
     metric = measured.normal, measured.length, segments.scale
-    value_errors(states, directions, *flat, *metric, error.reshape(len(error), -1))
+    flat = error.reshape(len(error), -1)
+    value_errors(states, directions, of_each[:4], of_each[4:], *metric, flat)
     return error

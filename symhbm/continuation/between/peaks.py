@@ -65,7 +65,8 @@ def locate_peaks(
 ) -> LocatedPeaks:
     """Peaks between the first and the last of ``points``: of the largest response, or ``per_dof``.
 
-    ``ignore_states`` accepts contacts that seem to be in another state in between.
+    ``ignore_states`` accepts contacts that seem to be in another state in between. Of a curve that
+    is not ``peaked`` they are all that is looked for.
     """
     if len(points) < 2:
         return LocatedPeaks([], {}, 0, {})
@@ -84,6 +85,8 @@ def locate_peaks(
         maxima.other_states |= missed
         left, right = (Slopes.of(problem, at) for at in (divided.left, divided.right))
         segments = divided.with_ends(left, right)
+    if not corrector.curve.peaked:
+        return LocatedPeaks([], {}, 0, maxima.other_states)
     located = maxima.between(segments)
     between = {}
     for i, maxima_between in located.items():

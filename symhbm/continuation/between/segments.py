@@ -74,9 +74,11 @@ class Segments(NamedTuple, Generic[At]):
 
     def segment(self, index: int, corrector: Corrector, measured: Measure) -> Segment:
         """One segment, with a corrector."""
-        ends = self.left[index].bare(), self.right[index].bare()
+        left, right = (
+            PathState(e.state[index], e.direction[index]) for e in (self.left, self.right)
+        )
         given = self.switches[index], self.scale[index], measured.take(index)
-        return Segment(corrector, *ends, *given)
+        return Segment(corrector, left, right, *given)
 
     def with_ends(self, left: Other, right: Other) -> "Segments[Other]":
         """The same with other descriptions of their ends."""

@@ -71,9 +71,9 @@ def estimate_slopes(
         states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
         slope_errors(states, directions, measured.normal, measured.length, scale, error)
     motions, rates = np.empty((2, n, n_shares, problem.n_unknowns))
-    interpolation.interpolate(
-        left.state, right.state, measured.left, measured.right, _SHARES, motions, rates
-    )
+    ends = left.state, right.state, measured.left, measured.right
+    interpolation.interpolate(*ends, _SHARES, motions)
+    interpolation.differentiate(*ends, _SHARES, rates)
     amplitudes, inside = amplitude_and_slope(problem, motions, rates)
     ends = (left.amplitude, right.amplitude), (left.slope, right.slope)
     slopes = np.empty((n, _N_SLOPES, n_dof))

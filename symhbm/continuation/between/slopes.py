@@ -52,7 +52,7 @@ def _of_one_harmonic(motions: Any, derivatives: Any, amplitude: Any, slope: Any)
         amplitude[i], slope[i] = size, projection / size if size > 0 else 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, slots=True)
 class Slopes(PathState):
     """Solutions with the amplitudes of all DOFs and their slopes along the path, (..., n_dof)."""
 

@@ -1,6 +1,6 @@
 """Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
-from symhbm.continuation.correctors.compiled import corrector_of, prepare
+from symhbm.continuation.correctors.compiled import by_machine_code, corrector_of, prepare
 from symhbm.continuation.correctors.constraints import (
     BEYOND,
     ON_LIMIT,
@@ -26,6 +26,7 @@ __all__ = [
     "Corrector",
     "Hyperplane",
     "StepwiseCorrector",
+    "by_machine_code",
     "corrector_of",
     "crossed",
     "prepare",

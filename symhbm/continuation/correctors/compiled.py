@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import ContactSprings, DynamicStiffness, Equations, by_row
+from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
 from symhbm.continuation.correctors.constraints import (
     AtLimit,
@@ -61,7 +61,7 @@ class CompiledCorrector(Corrector):
         """As `Corrector.correct`."""
         _, start, normal, anchor, limit, imposed, settings = self._correct.inputs
         start[:], imposed[:] = guess, switches
-        settings[:] = scale[0], scale[-1], precision, radius
+        settings[0], settings[1], settings[2], settings[3] = scale[0], scale[-1], precision, radius
         limit[:] = 0.0
         if isinstance(constraint, Hyperplane):
             normal[:], anchor[:] = constraint.normal, constraint.anchor
@@ -73,7 +73,8 @@ class CompiledCorrector(Corrector):
         except RuntimeError:
             self.solves += 1
             return None
-        point, direction, (status, solves), values = self._correct.outputs
+        point, direction, progress, values = self._correct.outputs
+        status, solves = progress.tolist()
         self.solves += int(solves)
         if status != DONE:
             return None
@@ -108,23 +109,18 @@ class CompiledCorrector(Corrector):
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
-        margins, rate = of_contacts[:n], of_contacts[end:]
-        both = of_contacts[n:end].reshape(2, 1, -1)
-        springs = ContactSprings(*(by_row(self.curve.problem, part) for part in both))
-        sign = 1 if direction[-1] >= 0 else -1
-        at_contacts = margins, rate, crosses > 0
-        resonances_below = (
-            (int(below) // 2,) if below >= 0 else self._count.below_with(both[0, 0], point[-1])
-        )
+        springs = of_contacts[n:end].reshape(2, 1, -1)
         return Corrected(
             point,
             direction,
-            sign,
+            1 if direction[-1] >= 0 else -1,
             norm,
             amplification,
             error,
-            *at_contacts,
-            resonances_below,
+            of_contacts[:n],
+            of_contacts[end:],
+            crosses > 0,
+            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[0], point[-1]),
             springs,
         )
 
@@ -163,6 +159,14 @@ def prepare(
     return programs.prepare(count, announce)
 
 
+def by_machine_code(curve: ContinuationProblem) -> bool:
+    """Whether machine code evaluates a curve in this process, as far as that is compiled."""
+    if not is_compiled(curve):
+        return False
+    programs = _programs(curve.problem.compiled[0], curve.problem.structure)
+    return programs.functions(curve.machine_code) is not programs.interpreted
+
+
 @lru_cache(maxsize=32)
 def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
     return _Programs(point_system(equations, structure))
@@ -173,7 +177,7 @@ class _Programs:
 
     def __init__(self, system: ca.Function):
         self._system = system
-        self._interpreted = correction(system), tangent(system)
+        self.interpreted = correction(system), tangent(system)
         self._machine_code: _Functions | None = None
         self._looked: set[bool] = set()
         self._uses = 0
@@ -185,8 +189,8 @@ class _Programs:
             if as_machine_code:
                 self._look(True)
             if as_machine_code is False:
-                return self._interpreted
-            return self._machine_code or self._interpreted
+                return self.interpreted
+            return self._machine_code or self.interpreted
 
     def prepare(self, count: int, announce: Callable[[], None]) -> bool:
         """Whether there is machine code: from another process, or because many curves use it."""
@@ -203,6 +207,6 @@ class _Programs:
 
     def _made(self, make: bool, announce: Callable[[], None]) -> _Functions | None:
         if is_generated(self._system):
-            return to_machine_code(self._interpreted, make, announce)  # type: ignore[return-value]
+            return to_machine_code(self.interpreted, make, announce)  # type: ignore[return-value]
         made = to_machine_code([self._system], make, announce)
         return None if made is None else (correction(made[0]), tangent(made[0]))

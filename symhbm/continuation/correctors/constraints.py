@@ -1,14 +1,14 @@
 """Constraints that close the system of a path point: a hyperplane or a contact limit."""
 
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+import math
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symhbm.balance import ContactSprings, Evaluation
+from symhbm.balance import Evaluation
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop
 
 ON_LIMIT = 1e-9
 """Margin up to which contacts are on their limits, and change state together."""
@@ -24,8 +24,7 @@ class Constraint(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Hyperplane:
+class Hyperplane(NamedTuple):
     """The plane through ``anchor`` with the scaled ``normal``, all (n_unknowns + 1,)."""
 
     anchor: FloatArray
@@ -37,8 +36,7 @@ class Hyperplane:
         return float(np.dot(self.normal, (point - self.anchor) / self.scale)), self.normal
 
 
-@dataclass(frozen=True)
-class AtLimit:
+class AtLimit(NamedTuple):
     """The limit of one switch, numbered ``contact`` among those of all contacts."""
 
     curve: ContinuationProblem
@@ -62,7 +60,8 @@ class Corrected(NamedTuple):
     ``crosses`` tells whether one is beyond the limit of its held state;
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
-    were not counted; ``springs`` are those of the contacts in this motion where they are known.
+    were not counted; ``springs`` are those of the contacts in this motion where they are known, as
+    of `contact_springs`.
     """
 
     point: FloatArray
@@ -75,17 +74,21 @@ class Corrected(NamedTuple):
     rate: FloatArray
     crosses: bool
     resonances_below: tuple[int, ...] | None
-    springs: ContactSprings | None = None
+    springs: FloatArray | None = None
 
     def turned(self) -> "Corrected":
         """The same point with the opposite tangent."""
         return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
 
 
-def crossed(margins: FloatArray, switches: NDArray[np.bool_]) -> NDArray[np.bool_]:
+@Loop
+def crossed(margins: Any, switches: Any) -> Any:
     """Which switches are beyond the limit of their held state ``switches``, all (n_switches,)."""
-    beyond = np.where(switches, margins < -BEYOND, margins > BEYOND)
-    return beyond & np.isfinite(margins)
+    result = np.empty(len(margins), dtype=np.bool_)
+    for i in range(len(margins)):
+        outward = -margins[i] if switches[i] else margins[i]
+        result[i] = BEYOND < outward < math.inf
+    return result
 
 
 def unit_parameter(size: int) -> FloatArray:

@@ -10,7 +10,8 @@ from symhbm.continuation.events.corners import (
     turns_back,
 )
 from symhbm.continuation.events.folds import find_folds
-from symhbm.continuation.events.resonances import Reduced, ResonanceFinder, reduced
+from symhbm.continuation.events.modes import Reduced, reduced
+from symhbm.continuation.events.resonances import ResonanceFinder
 
 __all__ = [
     "BEYOND_CORNER",

@@ -14,11 +14,10 @@ from symhbm.continuation.correctors import (
     Corrector,
     Hyperplane,
     crossed,
-    unit_parameter,
 )
 from symhbm.continuation.point import PathPoint
-from symhbm.numerics import FloatArray, cubic, cubic_top, first_zero
-from symhbm.numerics.loops import Loop
+from symhbm.numerics import FloatArray, cubic_top, first_zero
+from symhbm.numerics.loops import Loop, interpolation
 
 _MAX_REFINEMENTS = 8
 _PRECISION = 1e-8
@@ -43,20 +42,22 @@ def first_limit(
     ``orientation`` is the sign of tangents along the path. Returns the solution and which switches
     change state there (n_switches,), None if limits can be told apart only over a shorter step.
     """
+    single_valued = corrector.curve.single_valued
+    of_base = base.state, base.after, base.switches, base.margins, base.rate
     for _ in range(1 + len(base.margins)):
-        contacts = np.flatnonzero(crossed(past_limit.margins, base.switches)).tolist()
-        for contact in contacts:
-            first, last = base.margins[contact], past_limit.margins[contact]
-            # A contact that starts on its limit and is beyond it again slipped, or stuck, for a
-            # part of the step only: the limit at the start is not the one to solve for.
-            if not BEYOND < abs(first) < np.inf or first * last > 0:
-                return None
         ahead = past_limit if past_limit.sign == orientation else past_limit.turned()
-        step = _StepCubic(base, ahead, scale, corrector.curve.single_valued)
-        share, contact = min((step.limit(contact), contact) for contact in contacts)
+        of_ahead = ahead.point, ahead.direction, ahead.margins, ahead.rate
+        normal, guess = np.empty((2, len(scale)))
+        contact, length = _first_limit(of_base, of_ahead, scale, single_valued, normal, guess)
+        if contact < 0:
+            return None
         limit = AtLimit(corrector.curve, contact, scale)
-        solution = corrector.correct(step.state(share), scale, limit, base.switches, _PRECISION)
-        if solution is None or not step.contains(solution.point):
+        solution = corrector.correct(guess, scale, limit, base.switches, _PRECISION)
+        if solution is None:
+            return None
+        share = normal.dot((solution.point - base.state) / scale) / length
+        forward = (solution.point[-1] - base.value) * base.after[-1] > 0
+        if not 0 < share < _LARGEST_SHARE or not (forward or not single_valued):
             return None
         if not solution.crosses:
             at_limit = np.abs(solution.margins) <= ON_LIMIT
@@ -65,48 +66,57 @@ def first_limit(
     return None
 
 
-class _StepCubic:
-    """Cubics of state and slip margins over one step, from their values and rates at both ends."""
+@Loop
+def _first_limit(
+    base: Any, ahead: Any, scale: Any, single_valued: bool, normal: Any, guess: Any
+) -> tuple[int, float]:
+    """Number of the switch that reaches its limit first, -1 if limits cannot be told apart.
 
-    def __init__(
-        self, base: PathPoint, ahead: Corrected, scale: FloatArray, single_valued: bool
-    ) -> None:
-        self._base, self._ahead, self._scale = base, ahead, scale
-        chord = ahead.point - base.state
-        tangent, tangent_ahead = base.after / scale, ahead.direction
-        normal = tangent
-        self._single_valued = single_valued
-        if single_valued and normal.dot(tangent_ahead) < _SHARP:
-            # Along a path that turns back on itself, only the parameter increases throughout.
-            normal = np.copysign(unit_parameter(len(chord)), tangent[-1])
-        self._normal = normal
-        self._length = float(normal.dot(chord / scale))
-        advances = float(normal.dot(tangent)), float(normal.dot(tangent_ahead))
-        self._slopes, self._steps = (chord, chord), None
-        if min(advances) >= _FLAT:
-            first, last = self._steps = self._length / advances[0], self._length / advances[1]
-            self._slopes = first * base.after, last * tangent_ahead * scale
-
-    def contains(self, point: FloatArray) -> bool:
-        """Whether a point of the path lies within the step."""
-        share = self._normal.dot((point - self._base.state) / self._scale) / self._length
-        forward = (point[-1] - self._base.value) * self._base.after[-1] > 0
-        return bool(0 < share < _LARGEST_SHARE and (forward or not self._single_valued))
-
-    def state(self, share: float) -> FloatArray:
-        """The state at a share of the step."""
-        return cubic(self._base.state, self._ahead.point, self._slopes, share)
-
-    def limit(self, contact: int) -> float:
-        """Share of the step at which a contact, beyond its limit at the end, first reaches it."""
-        margins = self._base.margins, self._ahead.margins
-        start, end = (float(margin[contact]) for margin in margins)
+    State and margins are cubics over the step from ``base`` (state, derivative, states and margins
+    of switches and their rates) to ``ahead`` (state, scaled direction, margins, rates). Writes the
+    ``normal`` that measures the step and the ``guess`` of the state at the limit; returns the
+    length of the step along that normal, too.
+    """
+    state, after, switches, margins, rate = base
+    point, direction, margins_ahead, rate_ahead = ahead
+    last = len(scale) - 1
+    advance = 0.0
+    for i in range(last + 1):
+        normal[i] = after[i] / scale[i]
+        advance += normal[i] * direction[i]
+    if single_valued and advance < _SHARP:
+        # Along a path that turns back on itself, only the parameter increases throughout.
+        normal[:last] = 0.0
+        normal[last] = math.copysign(1.0, after[last])
+    length = along = along_ahead = 0.0
+    for i in range(last + 1):
+        length += normal[i] * (point[i] - state[i]) / scale[i]
+        along += normal[i] * after[i] / scale[i]
+        along_ahead += normal[i] * direction[i]
+    bends = min(along, along_ahead) >= _FLAT
+    from_base, to_ahead = (length / along, length / along_ahead) if bends else (1.0, 1.0)
+    beyond = crossed(margins_ahead, switches)
+    first, share = -1, math.inf
+    for contact in range(len(margins)):
+        if not beyond[contact]:
+            continue
+        start, end = margins[contact], margins_ahead[contact]
+        # A contact that starts on its limit and is beyond it again slipped, or stuck, for a
+        # part of the step only: the limit at the start is not the one to solve for.
+        if not BEYOND < abs(start) < math.inf or start * end > 0:
+            return -1, length
         slopes = end - start, end - start
-        if self._steps is not None:
-            first, last = self._steps
-            rates = float(self._base.rate[contact]), float(self._ahead.rate[contact])
-            slopes = first * rates[0], last * rates[1]
-        return first_zero(start, end, slopes)
+        if bends:
+            slopes = from_base * rate[contact], to_ahead * rate_ahead[contact]
+        reached = first_zero(start, end, slopes)
+        if reached < share:
+            first, share = contact, reached
+    for i in range(last + 1):
+        slopes = point[i] - state[i], point[i] - state[i]
+        if bends:
+            slopes = from_base * after[i], to_ahead * direction[i] * scale[i]
+        guess[i] = interpolation.cubic_at(state[i], point[i], slopes, share)
+    return first, length
 
 
 def brief_crossing(

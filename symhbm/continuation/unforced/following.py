@@ -51,6 +51,7 @@ def follow_mode(
     points, status = branch.points, branch.status
     if points and curve.frequency(points[-1].unknowns) < _NEAR * curve.lowest:
         status = Status.NO_FREQUENCY
+    status = Status.MODE_TURNED_BACK if status == Status.TURNED_BACK else status
     points = _filled(corrector, _with_turns(corrector, curve.damping_place, points))
     return replace(branch, points=points, status=status)
 

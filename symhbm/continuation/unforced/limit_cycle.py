@@ -19,6 +19,8 @@ class LimitCycleProblem(UnforcedProblem):
     ``problem`` has no force that oscillates, as `symhbm.balance.unforced` gives it.
     """
 
+    peaked = False
+
     def __init__(
         self,
         problem: HarmonicBalance,

@@ -39,10 +39,11 @@ _MAX_REDUCTIONS = 12
 class LinearMode(NamedTuple):
     """A mode of small motions: its ``frequency`` [rad/s], ``shape`` (n_dof,) and where it rests.
 
-    The shape is ``a - i b`` of the unknown degrees of freedom, 1 at that which tells the amplitude;
-    ``rest`` (n_coefficients,) [m] holds the static displacements.
+    The shape is ``a - i b`` of the unknown degrees of freedom, 1 at ``dof``, which tells the
+    amplitude; ``rest`` (n_coefficients,) [m] holds the static displacements.
     """
 
+    dof: int
     frequency: float
     shape: ComplexArray
     rest: FloatArray
@@ -56,29 +57,30 @@ class LinearMode(NamedTuple):
 
 
 def linear_mode(
-    problem: HarmonicBalance, mode: int, dof: int, numbers: Sequence[int] | None = None
+    problem: HarmonicBalance, mode: int, dof: int | None, numbers: Sequence[int] | None = None
 ) -> LinearMode:
     """A mode of an unforced problem about its rest, contacts as they are there: stuck, or open.
 
     ``mode`` counts from the lowest; ``dof`` is the unknown degree of freedom that tells the
-    amplitude; ``numbers`` are those that the user gives the unknown ones.
+    amplitude, None for the one that moves most; ``numbers`` are those that the user gives the
+    unknown ones.
 
     Raises ValueError for a mode that there is not, that is repeated, that nothing holds, or in
     which that degree of freedom does not move.
     """
     numbers = range(problem.n_dof) if numbers is None else numbers
     frequency, found = 1.0, None
-    rest = position_at_rest(problem, frequency)
     for _ in range(_ROUNDS):
+        rest = position_at_rest(problem, frequency)
         natural, shapes = _modes_about(problem, rest, frequency, mode + 2)
         if mode >= len(natural):
             raise ValueError(f"mode={mode}: expected a number from 0 to {len(natural) - 1}")
         before, frequency = frequency, float(natural[mode])
-        found = natural, shapes
+        found = natural, shapes, rest
         if not frequency > 0 or abs(frequency - before) <= _SETTLED * frequency:
             break
     assert found is not None
-    natural, shapes = found
+    natural, shapes, rest = found
     if not frequency > _NO_STIFFNESS * _high_frequency(problem):
         raise ValueError(
             f"mode={mode}: expected a mode that stiffness holds, the frequency of this one is 0"
@@ -88,12 +90,13 @@ def linear_mode(
         raise ValueError(f"mode={mode}: {_repeated(problem)}")
     shape = shapes[:, mode]
     size, largest = np.abs(shape), int(np.argmax(np.abs(shape)))
+    dof = largest if dof is None else dof
     if size[dof] < _STILL * size[largest]:
         raise ValueError(
             f"dof={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this one "
             f"does not; {numbers[largest]} moves most"
         )
-    return LinearMode(frequency, np.asarray(shape / shape[dof], dtype=complex), rest)
+    return LinearMode(dof, frequency, np.asarray(shape / shape[dof], dtype=complex), rest)
 
 
 def _repeated(problem: HarmonicBalance) -> str:

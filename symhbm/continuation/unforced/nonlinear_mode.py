@@ -24,6 +24,7 @@ class NonlinearModeProblem(UnforcedProblem):
     of the first harmonic of the unknown degree of freedom ``dof``, whose motion in it is a cosine.
     """
 
+    peaked = False  # the amplitude is what moves
     more = (1.0,)
     """A damping ratio is as much as the same relative change of the frequency."""
 
@@ -66,6 +67,8 @@ class NonlinearModeProblem(UnforcedProblem):
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """The phase, and the amplitude of the cosine."""
         amplitude = 10.0**value
+        if not 0 < amplitude < np.inf:
+            raise ArithmeticError(f"no mode has the amplitude {amplitude:g} m")
         slope = np.log(10.0) * amplitude
         return [
             Condition(self.phase, 0.0, 0.0, amplitude),

@@ -5,6 +5,10 @@ from typing import Any
 
 from symhbm.numerics.loops.loop import Loop
 
+_CLOSE = 1e-9
+"""Change of a share at which a search ends: it converges quadratically."""
+_MAX_STEPS = 60
+"""Most steps of a search: bisection alone takes fewer."""
 _MONOTONE = 3.0
 """Largest slope at an end over the mean slope of a monotone cubic."""
 _LOWEST = 1e-3
@@ -32,19 +36,81 @@ cubic_at, cubic_slope_at = Loop(cubic), Loop(cubic_slope)
 
 
 @Loop
-def interpolate(
-    left: Any, right: Any, first: Any, last: Any, shares: Any, values: Any, rates: Any
-) -> None:
-    """Write `cubic` and `cubic_slope` of several pairs of points at the same ``shares`` (s,).
+def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
+    """Share at which a cubic that rises first and falls last is largest, and its value there."""
+    cube, square, slope = _powers(left, right, slopes)
+    root = math.sqrt(square**2 - 3 * cube * slope)
+    # Of two forms of the same zero, the one without a difference of large numbers.
+    above, below = (root + square, -3 * cube) if square > 0 else (slope, root - square)
+    if below == 0:
+        return 0.0, left  # flat to round-off
+    share = above / below
+    return share, left + share * (slope + share * (square + share * cube))
 
-    Points ``left`` and ``right`` and slopes ``first`` and ``last`` are (n, m). ``values`` and
-    ``rates`` (n, s, k) are of their first k components.
+
+@Loop
+def first_zero(left: float, right: float, slopes: tuple[float, float]) -> float:
+    """Share at which a cubic first vanishes whose values at both ends have opposite signs."""
+    cube, square, slope = _powers(left, right, slopes)
+    low, high = 0.0, 1.0
+    for turn in _turns(cube, square, slope):
+        # The cubic is monotone between its turning points.
+        if low < turn < high:
+            at = left + turn * (slope + turn * (square + turn * cube))
+            low, high = (turn, high) if at * left > 0 else (low, turn)
+    share = (low + high) / 2
+    for _ in range(_MAX_STEPS):
+        at = left + share * (slope + share * (square + share * cube))
+        low, high = (share, high) if at * left > 0 else (low, share)
+        rate = slope + share * (2 * square + share * 3 * cube)
+        trial = share - at / rate if rate != 0 else low
+        share, last = (trial if low < trial < high else (low + high) / 2), share
+        if abs(share - last) < _CLOSE:
+            break
+    return share
+
+
+@Loop
+def _powers(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float, float]:
+    """Coefficients of a cubic by the share: of its third, second and first power."""
+    first, last = slopes
+    rise = right - left
+    return first + last - 2 * rise, 3 * rise - 2 * first - last, first
+
+
+@Loop
+def _turns(cube: float, square: float, slope: float) -> tuple[float, float]:
+    """Shares at which the derivative of a cubic vanishes, ascending; NaN for those it has not."""
+    root = square**2 - 3 * cube * slope
+    if root <= 0:
+        return math.nan, math.nan
+    larger = -square - math.copysign(math.sqrt(root), square)
+    one = larger / (3 * cube) if cube != 0 else math.nan
+    other = slope / larger if larger != 0 else math.nan
+    return (other, one) if other < one else (one, other)
+
+
+@Loop
+def interpolate(left: Any, right: Any, first: Any, last: Any, shares: Any, values: Any) -> None:
+    """Write `cubic` of several pairs of points at the same ``shares`` (s,).
+
+    Points ``left`` and ``right`` and slopes ``first`` and ``last`` are (n, m), ``values``
+    (n, s, k) of their first k components.
     """
     for i in range(len(values)):
         for h in range(len(shares)):
             for k in range(values.shape[2]):
                 slopes = first[i, k], last[i, k]
                 values[i, h, k] = cubic_at(left[i, k], right[i, k], slopes, shares[h])
+
+
+@Loop
+def differentiate(left: Any, right: Any, first: Any, last: Any, shares: Any, rates: Any) -> None:
+    """Write `cubic_slope` of the same."""
+    for i in range(len(rates)):
+        for h in range(len(shares)):
+            for k in range(rates.shape[2]):
+                slopes = first[i, k], last[i, k]
                 rates[i, h, k] = cubic_slope_at(left[i, k], right[i, k], slopes, shares[h])
 
 

@@ -8,8 +8,8 @@ others, so that each is kept for the sources of all.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,10 +19,12 @@ class Loop:
     """A function that is compiled when it is called first, on its own or by another one."""
 
     _sources: ClassVar[set[str]] = set()
+    _functions: ClassVar[set[Callable[..., Any]]] = set()
 
     def __init__(self, function: Callable[..., Any]):
         self._function = function
         self._sources.add(function.__code__.co_filename)
+        self._functions.add(function)
         update_wrapper(self, function)
 
     @cached_property
@@ -56,6 +58,28 @@ class Loop:
     def __call__(self, *arguments: Any) -> Any:
         """The result of the function."""
         return self._compiled(*arguments)
+
+
+@contextmanager
+def told_of_compiling(tell: Callable[[], None]) -> Iterator[None]:
+    """A context that calls ``tell`` once in front of the first loop that it has to compile."""
+    try:
+        from numba.core import event
+    except ImportError:
+        yield
+        return
+    first = cache(tell)
+
+    class Listener(event.Listener):
+        def on_start(self, event: Any) -> None:
+            if event.data["dispatcher"].py_func in Loop._functions:
+                first()
+
+        def on_end(self, event: Any) -> None:
+            """Nothing is to be said."""
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
 
 
 @cache

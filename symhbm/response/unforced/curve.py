@@ -68,7 +68,8 @@ class UnforcedCurve:
         for name, values in self.own(at_events).items():
             table[f"event_{name}"] = values
         table |= {name: np.array(count) for name, count in counts.items()}
-        table |= dict(harmonics=np.array(self.problem.harmonics))
+        by_machine_code = np.array(-1 if branch is None else 0, dtype=np.int8)
+        table |= dict(harmonics=np.array(self.problem.harmonics), by_machine_code=by_machine_code)
         return points | table | dict(status=np.array(str(self.status(points)), dtype=object))
 
     def status(self, points: Table) -> Status:

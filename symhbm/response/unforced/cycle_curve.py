@@ -1,6 +1,7 @@
 """Limit cycles over a parameter, or at the problem's own: the computation for one parameter set."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import Motion, UnforcedCurve
-from symhbm.response.unforced.mode_curve import free_problem
+from symhbm.response.unforced.mode_curve import free_problem, mode_problem, with_dof
 from symhbm.results import Request
 from symhbm.time_domain import cycle_growth_rate, verdict
 
@@ -92,12 +93,17 @@ def blank_cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
     return CycleCurve(request, _Search(problem, request).curve, None).table()
 
 
-def check_modes(problem: HarmonicBalance, request: Request) -> HarmonicBalance:
-    """The problem without a force; raises as `mode_problem` for modes that cannot be searched."""
-    search = _Search(problem, request)
-    for mode in search.modes:
-        linear_mode(search.problem, mode, search.dof, search.numbers)
-    return search.problem
+def with_cycle_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """As `with_dof`, of the first mode; raises for all of them."""
+    first, *others = _modes(request)
+    told = with_dof(problem, replace(request, mode=first))
+    for mode in others:
+        mode_problem(problem, replace(told, mode=mode))
+    return replace(told, mode=request.mode)
+
+
+def _modes(request: Request) -> list[int]:
+    return np.atleast_1d(np.array(request.mode)).tolist()
 
 
 def _nominal(problem: HarmonicBalance, request: Request) -> list[float]:
@@ -113,7 +119,7 @@ class _Search:
     def __init__(self, problem: HarmonicBalance, request: Request):
         self.request = request
         self.problem, self.dof, self.numbers = free_problem(problem, request)
-        self.modes = np.atleast_1d(np.array(request.mode)).tolist()
+        assert self.dof is not None
         size, phase = first_harmonic(self.problem, self.dof)
         name = None if request.name == "amplitude" else request.name
         smallest = 0.0 if name is None else _SMALLEST * max(map(abs, request.band))
@@ -123,7 +129,10 @@ class _Search:
 
     def alone(self) -> Cycles:
         """The cycles at the parameters of the problem, by the logarithms of their amplitudes."""
-        curve, modes = self.curve, [self._followed(self.problem, mode) for mode in self.modes]
+        curve, modes = (
+            self.curve,
+            [self._followed(self.problem, mode) for mode in _modes(self.request)],
+        )
         cycles = [
             cycle._replace(value=float(np.log10(curve.amplitude(cycle.unknowns))))
             for cycle in self._on(modes, 0.0)
@@ -136,7 +145,7 @@ class _Search:
         """The cycles at a value of the parameter, none where the problem has no such modes."""
         try:
             problem = self.curve.problem_at(value)
-            modes = [self._followed(problem, mode) for mode in self.modes]
+            modes = [self._followed(problem, mode) for mode in _modes(self.request)]
         except (ArithmeticError, ValueError):
             return []
         return self._on(modes, value)
@@ -145,7 +154,7 @@ class _Search:
         assert self.request.amplitudes is not None
         low, high = np.log10(self.request.amplitudes).tolist()
         linear = linear_mode(problem, mode, self.dof, self.numbers)
-        curve = NonlinearModeProblem(problem, self.dof)
+        curve = NonlinearModeProblem(problem, linear.dof)
         return follow_mode(curve, linear, (low, high), self.request.max_points)
 
     def _on(self, modes: list[Branch], value: float) -> list[Cycle]:

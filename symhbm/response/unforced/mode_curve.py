@@ -1,17 +1,17 @@
 """One nonlinear mode over its amplitude: the computation for one parameter set."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, check_mass, unforced
+from symhbm.balance import HarmonicBalance, check_mass, check_mean, unforced
 from symhbm.continuation.unforced import (
     LinearMode,
     NonlinearModeProblem,
     follow_mode,
     linear_mode,
 )
-from symhbm.model.cyclic import Sector
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.results import Request
@@ -53,30 +53,48 @@ def mode_problem(
 ) -> tuple[NonlinearModeProblem, LinearMode]:
     """The equations of a nonlinear mode, and the linear one that it starts from.
 
-    Raises TypeError or ValueError for a structure without a mass matrix, without such a wave or
-    such a mode.
+    Without a degree of freedom that tells the amplitude it is the one that moves most. Raises
+    TypeError or ValueError for a structure without a mass matrix, such a wave or such a mode.
     """
     alone, dof, numbers = free_problem(problem, request)
     assert isinstance(request.mode, int)
-    return NonlinearModeProblem(alone, dof), linear_mode(alone, request.mode, dof, numbers)
+    linear = linear_mode(alone, request.mode, dof, numbers)
+    return NonlinearModeProblem(alone, linear.dof), linear
 
 
-def free_problem(problem: HarmonicBalance, request: Request) -> tuple[HarmonicBalance, int, list]:
-    """The problem without a force, and the unknown degree of freedom that tells amplitudes.
+def free_problem(
+    problem: HarmonicBalance, request: Request
+) -> tuple[HarmonicBalance, int | None, list[int]]:
+    """The problem without a force, and the unknown degree of freedom that tells amplitudes, if any.
 
     And the numbers that the user gives all unknown ones. Raises as `mode_problem`, but for modes.
     """
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
-    assert request.dof is not None
-    numbers = [*range(alone.n_dof)]
-    if isinstance(problem.model, Sector):
-        numbers = problem.model.interfaces.others.tolist()
-    # Of a ring of sectors, all move alike.
-    own = request.dof if isinstance(problem.model, Sector) else request.dof % alone.n_dof
-    if own not in numbers:
+    numbers, own = _numbers(alone), request.dof
+    if own is not None and alone.symmetry is not None:
+        own %= alone.n_dof  # all sectors move alike
+    if own is not None and own not in numbers:
         raise ValueError(
-            f"dof={own}: expected a degree of freedom that is not at the right interface of the "
-            "sector; its twin at the left one moves as much"
+            f"dof={own}: expected a degree of freedom that is kept; those at the right interface "
+            "of a sector are not, their twins at the left one move as much"
         )
-    return alone, numbers.index(own), numbers
+    return alone, None if own is None else numbers.index(own), numbers
+
+
+def _numbers(problem: HarmonicBalance) -> list[int]:
+    """Numbers that the user gives the unknown degrees of freedom."""
+    kept = problem.model.kept
+    return [*range(problem.n_dof)] if kept is None else kept.tolist()
+
+
+def with_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """The request with the degree of freedom that moves most, where it tells none.
+
+    Raises as `mode_problem`.
+    """
+    curve, linear = mode_problem(problem, request)
+    check_mean(curve.problem)
+    if request.dof is not None:
+        return request
+    return replace(request, dof=_numbers(curve.problem)[linear.dof])

@@ -1,7 +1,8 @@
 """`synthesised_response`: the response to a force near a resonance, from one nonlinear mode."""
 
 from collections.abc import Iterable
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, matrices_in
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem
-from symhbm.model import Excitation, check_excitation
+from symhbm.model import Excitation, Matrices, check_excitation
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import (
     RADIANS,
@@ -136,14 +137,21 @@ class _Response(NamedTuple):
     unknowns: FloatArray
 
 
+@dataclass(frozen=True)
 class _Synthesis:
     """Responses of a ``driven`` problem from the motions of one mode."""
 
-    def __init__(self, curve: NonlinearModeProblem, driven: HarmonicBalance):
-        self.curve, self.driven = curve, driven
-        self._mass, self._damping, _ = matrices_in(curve.problem, 1)
-        force = driven.force(1.0)
-        self._force = self._first(force.ravel())
+    curve: NonlinearModeProblem
+    driven: HarmonicBalance
+
+    @cached_property
+    def _matrices(self) -> Matrices:
+        return matrices_in(self.curve.problem, 1)
+
+    @cached_property
+    def _force(self) -> ComplexArray:
+        """``a - i b`` of the first harmonic of the force, (n_dof,) [N]."""
+        return self._first(self.driven.force(1.0).ravel())
 
     def _first(self, unknowns: FloatArray) -> ComplexArray:
         """``a - i b`` of the first harmonic of coefficients, (n_dof,)."""
@@ -154,8 +162,9 @@ class _Synthesis:
         """The modal balance as a polynomial of the frequency, and the force on the mode."""
         frequency, ratio = self.curve.frequency(unknowns), self.curve.damping_ratio(unknowns)
         shape = self._first(unknowns[: self.driven.n_unknowns])
-        mass = (shape.conj() @ (self._mass @ shape)).real
-        damping = shape.conj() @ (self._damping @ shape)
+        mass_matrix, damping_matrix, _ = self._matrices
+        mass = (shape.conj() @ (mass_matrix @ shape)).real
+        damping = shape.conj() @ (damping_matrix @ shape)
         at_mode = mass * frequency**2 * (1 + 2j * ratio) - 1j * damping * frequency
         return np.array([-mass, 1j * damping, at_mode], dtype=complex), complex(
             shape.conj() @ self._force

@@ -14,7 +14,7 @@ from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
 from symhbm.results.blocks import block_shape, consecutive_blocks
-from symhbm.results.provenance import SPEED_ORDER, SPEEDS, DatasetParts
+from symhbm.results.provenance import SPEED_ORDER, SPEEDS, DatasetParts, evaluated_by
 from symhbm.results.tables import Layout
 from symhbm.workers import progress_bar
 
@@ -104,13 +104,14 @@ def _fill(
         target.delncattr(name)
     target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
     with progress_bar("curve", progress, store.n_sets, label="archive") as bar:
-        first = 0
+        first, by_machine_code = 0, set[int]()
         for slab in consecutive_blocks(sweep.shape, n_sets):
             sizes = tuple(extent.stop - extent.start for extent in slab)
             rows = store.read(first, first + math.prod(sizes) - 1)
             first += len(rows)
             decoded = (tables.decode(*encoded) for _, encoded in rows)
             stacked = tables.stack(decoded, len(rows), layout)
+            by_machine_code.update(stacked.get("by_machine_code", np.empty(0)).tolist())
             for name in names:
                 values = stacked[keys[name]]
                 if name in SPEEDS:
@@ -121,6 +122,7 @@ def _fill(
                         values = values.astype(np.int8)
                     target[name][(*slab, ...)] = values
             bar.update(len(rows))
+    target.setncatts(evaluated_by(by_machine_code))
 
 
 def _create(

@@ -16,6 +16,7 @@ from symhbm.model.contacts.coulomb.limit import limit_moves, limit_slopes
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.model.contacts.coulomb.moving_angles import moving_angles
 from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
+from symhbm.model.contacts.coulomb.ranges import range_margins
 from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
 from symhbm.model.contacts.history import History
@@ -23,8 +24,6 @@ from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Valu
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
-_SAMPLES = 16
-"""Angles per period of the highest harmonic at which the range of a motion is taken."""
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
 
@@ -216,14 +215,7 @@ class Coulomb(ContactLaw):
         values: Values,
     ) -> FloatArray:
         """The logarithm of half the range of the motion, over samples of it."""
-        if basis.has_one_harmonic and basis.n_components == 2:
-            size = np.hypot(motion[:, 0], motion[:, 1])
-        else:
-            count = _SAMPLES * basis.highest
-            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
-            size = np.ptp(history, axis=-1) / 2
-        with np.errstate(divide="ignore"):
-            return np.log(np.maximum(size[:, None] + error, 0.0))
+        return range_margins(basis, motion, error)
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """All angles under one harmonic."""
@@ -379,14 +371,7 @@ class SampledCoulomb(Coulomb):
         values: Values,
     ) -> FloatArray:
         """The logarithm of half the range of the motion, over samples of it."""
-        if basis.has_one_harmonic and basis.n_components == 2:
-            size = np.hypot(motion[:, 0], motion[:, 1])
-        else:
-            count = _SAMPLES * basis.highest
-            history = motion @ basis.values(2 * np.pi * np.arange(count) / count).T
-            size = np.ptp(history, axis=-1) / 2
-        with np.errstate(divide="ignore"):
-            return np.log(np.maximum(size[:, None] + error, 0.0))
+        return range_margins(basis, motion, error)
 
     def event_graph(self, basis: FourierBasis) -> None:
         """None: samples are marched step by step."""

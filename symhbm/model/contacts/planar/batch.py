@@ -13,7 +13,7 @@ import numpy as np
 
 from symhbm.model.contacts.planar.collocation import EXCESS, STAGES, WEIGHT
 from symhbm.model.contacts.planar.march import BEGIN, END, KIND, NODE, SLIP, STICK
-from symhbm.model.contacts.planar.period import MOVES, RESTS, period
+from symhbm.model.contacts.planar.period import BEGINS, MOVES, RESTS, period
 from symhbm.model.contacts.planar.rest import resting_place, weights_of
 from symhbm.model.contacts.planar.series import (
     bounds_of,
@@ -188,10 +188,10 @@ def locate(
     As `period` says it: ``most`` pieces of one do not suffice, or no march ends where it began.
 
     ``motions`` (n, m K), coefficients of the displacements; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, or `ASKED`. Written
-    are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the normal force
-    (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their ``slopes``
-    (n, q, P + 1 + K), and ``figures`` (n, 6).
+    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, 1 for slip, or
+    `ASKED`. Written are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the
+    normal force (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their
+    ``slopes`` (n, q, P + 1 + K), and ``figures`` (n, 6).
     """
     size, highest = len(order), int(order[len(order) - 1])
     variable = motions.shape[1] == 3 * size
@@ -202,7 +202,7 @@ def locate(
     closed = np.empty((2, 2 * highest + 4))
     angles, place, sides = np.empty(3), np.empty(3), np.empty((3, 8))
     place_slopes, jacobian = np.empty((3, n)), np.empty((2 * size, n))
-    coefficients = np.empty(2 * size)
+    at_rest, coefficients = np.empty((2 * size, n)), np.empty(2 * size)
     pieces, nodes = np.empty((most, 7)), np.empty((most * STAGES, 8))
     turns, edges = np.empty((most * STAGES, 2, n + 2)), np.empty((most, 2, n + 2))
     starts = np.empty((2, n + 2))
@@ -265,19 +265,27 @@ def locate(
         if count < 0:
             return count
         jacobian[:], coefficients[:] = 0.0, 0.0
+        moves = kind in (MOVES, BEGINS)
         if kind == RESTS:
             resting(order, place_slopes, jacobian)
-        elif kind == MOVES:
+        elif moves:
             opens = n_closed >= 0
             moving(
                 waves, order, is_sine, norm, variable, opens, pieces, count, nodes, coefficients,
                 jacobian, turns, edges, starts,
             )  # fmt: skip
+        if kind == BEGINS:  # the derivatives are those of slip, the force is still that of stick
+            resting(order, place_slopes, at_rest)
+            for i in range(2 * size):
+                coefficients[i] = 0.0
+                for k in range(n):
+                    coefficients[i] += at_rest[i, k] * variables[k]
+            kind, count = RESTS, 0
         left = events[j, events.shape[1] - 2 * size :]
         for i in range(2 * size):
             arrays.copy(jacobian[i], events[j, i * n : (i + 1) * n])
             left[i] = 0.0
-            if kind == MOVES:
+            if moves:
                 # Near the onset of slip the product of derivatives and variables has lost digits.
                 product = 0.0
                 for k in range(n):

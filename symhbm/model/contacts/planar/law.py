@@ -209,7 +209,7 @@ class PlanarFriction(NormalLaw):
         that its slip takes too many steps.
         """
         n, given = len(motion), self.physical(frequency, values)
-        imposed = np.full(n, -1) if held is None else np.where(held[:, batch.SLIPS], -1, 0)
+        imposed = np.full(n, -1) if held is None else held[:, batch.SLIPS].astype(int)
         written = events, margins, slopes, figures = self._arrays(basis, n)
         motion = np.ascontiguousarray(motion)
         self._march(batch.locate, basis, motion, given, imposed, *written)

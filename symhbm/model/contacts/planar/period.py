@@ -25,12 +25,14 @@ from symhbm.model.contacts.planar.march import (
 from symhbm.model.contacts.planar.series import bounds_of, motion_at
 from symhbm.numerics.loops import Loop
 
-NEVER, RESTS, MOVES = range(3)
-"""Whether a contact never touches, sticks all the time, or slips or opens."""
+NEVER, RESTS, MOVES, BEGINS = range(4)
+"""Whether a contact never touches, sticks all the time, slips or opens, or just begins to slip."""
 TOO_MANY, UNSETTLED = -1, -2
 """Numbers of pieces that say what failed."""
 _NO_SLIP = 1e-13
 """How much a resting place may be asked for, relative to the limit: less is no slip."""
+_LEAST_SLIP = 1e-9
+"""How much it is asked for by the least slip whose derivatives have digits."""
 _LAPS = 200
 _SETTLED = 1e-14
 """Change of the position of the slider, relative to motion and limit, that is round-off."""
@@ -84,18 +86,24 @@ def period(
 ) -> Any:
     """Write the pieces of one period of a contact: what it does, and how many there are.
 
-    ``held`` is 0 for a contact that is to stick; ``closed`` (2, n) tells the intervals [rad] in
-    which it is closed, ``n_closed`` their number (-1: always), ``place`` (3) the resting place of
-    the slider. The result is one of the kinds, and the number of pieces: `TOO_MANY` where they are
-    more than the arrays hold, `UNSETTLED` where no march ends where it began.
+    ``held`` is 0 for a contact that is to stick, 1 for one that is to slip; ``closed`` (2, n) tells
+    the intervals [rad] in which it is closed, ``n_closed`` their number (-1: always), ``place`` (3)
+    the resting place of the slider. The result is one of the kinds, and the number of pieces:
+    `TOO_MANY` where they are more than the arrays hold, `UNSETTLED` where no march ends where it
+    began. A contact that is to slip and is at its limit but for round-off rests; its pieces are
+    those of the least slip, whose limit is in ``waves`` then.
     """
     bounds, at, q = np.empty((2, 4)), np.empty((3, 3)), np.empty(2)
     transfer, step = np.empty((2, 3)), np.empty(2)
     bounds_of(waves, bounds)
     if n_closed == 0 or bounds[1, 0] == 0:
         return NEVER, 0
-    tiny = _NO_SLIP * bounds[1, 0]
-    if held == 0 or (n_closed < 0 and (place[2] <= tiny or bounds[0, 0] == 0)):
+    tiny, least = _NO_SLIP * bounds[1, 0], _LEAST_SLIP * bounds[1, 0]
+    begins = held == 1 and n_closed < 0 and bounds[0, 0] > 0 and abs(place[2]) < least
+    if begins:
+        waves[2, 0, 0] -= least - place[2]
+        bounds_of(waves, bounds)
+    elif held == 0 or (n_closed < 0 and (place[2] <= tiny or bounds[0, 0] == 0)):
         return RESTS, 0
     if n_closed > 0:
         count, n_nodes = 0, 0
@@ -138,4 +146,4 @@ def period(
         before = change
     else:
         return MOVES, UNSETTLED
-    return MOVES, count
+    return BEGINS if begins else MOVES, count

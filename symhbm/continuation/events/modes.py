@@ -1,0 +1,259 @@
+"""Modes of a structure with its contacts as springs: natural frequencies, widths, excitation."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, eigh
+
+from symhbm.balance import HarmonicBalance, by_row, contact_springs
+from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.resonance_count import LARGEST_SIZE, structure_matrices
+from symhbm.model import weighted
+from symhbm.numerics import FloatArray, length_of
+from symhbm.numerics.loops import Loop
+
+_NOT_EXCITED = 1e-9
+"""Resonant response, relative to the response, up to which a mode counts as not excited."""
+_FEW = 40
+"""Degrees of freedom up to which all modes take no longer than some of them."""
+
+
+class Modes(NamedTuple):
+    """Modes at one point in the order of their frequencies, harmonic by harmonic, arrays (n,).
+
+    ``exciting``, the exciting frequency [rad/s]; ``detuning``, the natural less the exciting
+    frequency [rad/s]; ``width``, the half width of the resonance [rad/s]; ``excited``, whether a
+    force or the slip of a contact excites the mode; ``near``, whether the values are those of the
+    mode and not bounds for a mode far away.
+    """
+
+    exciting: FloatArray
+    detuning: FloatArray
+    width: FloatArray
+    excited: NDArray[np.bool_]
+    near: NDArray[np.bool_]
+
+
+def modes(
+    curve: ContinuationProblem,
+    unknowns: FloatArray,
+    value: float,
+    switches: NDArray[np.bool_],
+    springs: FloatArray | None = None,
+    wanted: Sequence[tuple[int, int]] | None = None,
+) -> Modes | None:
+    """Modes of the structure at a point of a curve, None for one too large or without inertia.
+
+    ``springs`` are those of the contacts there, as of `contact_springs`, by default in their states
+    ``switches``. Of a structure with matrices those ``wanted`` by harmonic, from a first to before
+    a last one; all by default.
+    """
+    problem, frequency = curve.at(value)
+    if problem.n_dof > LARGEST_SIZE:
+        return None
+    size = length_of(unknowns)
+    limit = _largest_contact_force(problem, size, bool(switches.any()))
+    harmonics = [n for n in problem.harmonics if n > 0]
+    wanted = wanted or [(0, problem.n_dof)] * len(harmonics)
+    if springs is None:
+        states = problem.locate(unknowns, frequency, switches)
+        springs = contact_springs(problem, unknowns, frequency, states)
+    rows = (by_row(problem, part) for part in springs)
+    by_harmonic = []
+    for n, some, *contacts in zip(harmonics, wanted, *rows, strict=True):
+        if not problem.model.has_matrices:
+            found = _without_matrices(problem, n, frequency, contacts, size, limit)
+            if found is None:
+                return None
+        elif some[0] == some[1]:
+            continue
+        else:
+            try:
+                structure = reduced(problem, n)
+            except np.linalg.LinAlgError:
+                return None  # without inertia there are no coordinates of unit mass
+            at = structure, n * frequency, *contacts
+            found = _with_matrices(at, some, _columns(problem, n), size, limit)
+        by_harmonic.append((np.full(len(found[0]), n * frequency), *found))
+    if not by_harmonic:
+        return None
+    if len(by_harmonic) == 1:
+        return Modes(*by_harmonic[0])
+    return Modes(*map(np.concatenate, zip(*by_harmonic, strict=True)))
+
+
+def _without_matrices(
+    problem: HarmonicBalance,
+    harmonic: int,
+    frequency: float,
+    contacts: Sequence[FloatArray],
+    size: float,
+    limit: FloatArray,
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]] | None:
+    """The same as the structure itself tells its modes, None if it does not."""
+    near_modes = problem.model.modes_near(harmonic, frequency, *contacts)
+    if near_modes is None:
+        return None
+    detuning, width, near, shapes = near_modes
+    force = problem.force(frequency)[:, _columns(problem, harmonic)] @ [1, -1j]
+    natural = (harmonic * frequency + detuning)[near]
+    contact_motion = problem.model.directions_in(harmonic) @ shapes
+    modal_force = _modal_force(shapes.conj().T @ force, contact_motion, limit)
+    motion = np.linalg.norm(shapes, axis=0)
+    excited = np.ones(len(width), dtype=bool)
+    excited[near] = _excited(modal_force * motion, natural, width[near], size)
+    return detuning, width, excited, near
+
+
+def _largest_contact_force(problem: HarmonicBalance, size: float, switched: bool) -> FloatArray:
+    """Bound of the contact forces in other harmonics (n_rows,) [N], 0 where none slips."""
+    result = np.zeros(problem.layout.n_rows)
+    for group in problem.contacts.groups:
+        largest = group.law.largest_force(problem.contacts.values_of(group), size, switched)
+        result[group.rows] += largest[:, None]
+    return result
+
+
+def _modal_force(by_force: NDArray, contact_motion: NDArray, limit: FloatArray) -> FloatArray:
+    """Force on modes of unit mass: the exciting one, or the bound from contacts where it is 0."""
+    return np.abs(by_force) if by_force.any() else limit @ np.abs(contact_motion)
+
+
+def _excited(
+    modal_force: FloatArray, natural: FloatArray, width: FloatArray, size: float
+) -> NDArray[np.bool_]:
+    """Whether the resonant response to a modal force, times the motion of the mode, matters."""
+    return modal_force > _NOT_EXCITED * size * natural * np.maximum(width, 1e-12 * natural)
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """Matrices, contact directions and force in coordinates of unit mass.
+
+    ``inverse`` transforms to these coordinates: ``inverse @ mass @ inverse^H`` is the unit matrix.
+    ``bounded`` tells whether contacts have a largest stiffness, ``stuck_springs``. ``rows`` are
+    those of all other matrices, one below the other: damping, adjoints of directions, of
+    ``inverse`` and of the force.
+    """
+
+    stiffness: NDArray
+    damping: NDArray
+    springs: NDArray
+    force: NDArray
+    stuck_springs: FloatArray
+    inverse: NDArray
+    bounded: bool
+    rows: NDArray
+
+    @cached_property
+    def stiffest(self) -> float:
+        """The highest natural frequency with all contacts stuck [rad/s]; infinite without bound."""
+        if not self.bounded:
+            return np.inf
+        stuck = self.stiffness + (self.springs * self.stuck_springs) @ self.springs.conj().T
+        return float(np.sqrt(np.linalg.eigvalsh(stuck)[-1]))
+
+
+def reduced(problem: HarmonicBalance, harmonic: int) -> Reduced:
+    """The structure as one harmonic moves it, in coordinates of unit mass.
+
+    Raises LinAlgError where a motion has no inertia. One sector of a symmetric structure has
+    Hermitian matrices, those of its wave around the disk.
+    """
+    symmetry = problem.symmetry
+    return _reduced(problem, 0 if symmetry is None else symmetry.wave(harmonic))
+
+
+@lru_cache(maxsize=32)
+def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
+    mass, *matrices, directions = structure_matrices(problem, wave)
+    # A triangular solve with several right-hand sides would start threads in LAPACK.
+    inverse = np.linalg.inv(cholesky(mass, lower=True))
+
+    def scaled(matrix: NDArray) -> NDArray:
+        return inverse @ matrix
+
+    damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
+    shape = problem.model.felt_shape(problem.excitation, problem.basis)[: problem.n_dof]
+    springs = scaled(directions.conj().T)
+    force = scaled(problem.excitation.amplitude * shape)
+    stuck_springs = problem.model.stuck_springs
+    if problem.symmetry is not None:
+        stuck_springs = stuck_springs[problem.model.rows_of(problem.symmetry.contacts)]
+    bounded = problem.model.bounded
+    rows = np.vstack([damping, *(part.conj().T for part in (springs, inverse, force))])
+    return Reduced(stiffness, damping, springs, force, stuck_springs, inverse, bounded, rows)
+
+
+def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
+    return [problem.basis.component(harmonic, sine) for sine in (False, True)]
+
+
+def _with_matrices(
+    at: tuple[Any, ...],
+    wanted: tuple[int, int],
+    columns: list[int],
+    size: float,
+    limit: FloatArray,
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Detuning, half widths [rad/s] and whether modes are excited and near, in one harmonic.
+
+    ``at`` has the structure, the frequency of the harmonic, springs and losses of contacts.
+    """
+    structure, frequency, spring, loss = at
+    springs = structure.springs
+    n, m = springs.shape
+    stiffness = structure.stiffness + weighted(springs, spring) @ springs.conj().T
+    if n <= _FEW:
+        squares, shapes = np.linalg.eigh(stiffness)
+        squares, shapes = squares[slice(*wanted)], shapes[:, slice(*wanted)]
+    else:
+        some: Any = dict(subset_by_index=[wanted[0], wanted[1] - 1], driver="evr")
+        squares, shapes = eigh(stiffness, check_finite=False, **some)
+    seen = structure.rows @ shapes
+    damped, contacts, whole = seen[:n], seen[n : n + m], seen[n + m : 2 * n + m]
+    cosine, sine = (seen[2 * n + m + column] for column in columns)
+    lossy = weighted(contacts.T, loss / frequency).T
+    detuning, width = np.empty((2, len(squares)))
+    excited = np.empty(len(squares), dtype=np.bool_)
+    parts = shapes, damped, contacts, lossy, whole
+    seen_at = *map(np.ascontiguousarray, parts), cosine, sine
+    _write_modes(squares, seen_at, frequency, size, limit, detuning, width, excited)
+    return detuning, width, excited, np.ones(len(squares), dtype=bool)
+
+
+@Loop
+def _write_modes(
+    squares: Any,
+    seen: Any,
+    frequency: float,
+    size: float,
+    limit: Any,
+    detuning: Any,
+    width: Any,
+    excited: Any,
+) -> None:
+    """Write what `_with_matrices` returns, from what all modes look like in each matrix."""
+    shapes, damped, contacts, lossy, whole, cosine, sine = seen
+    driven = False
+    for j in range(len(squares)):
+        driven = driven or cosine[j] != 0 or sine[j] != 0
+    for j in range(len(squares)):
+        natural = math.sqrt(max(squares[j], 1e-300))
+        loss = motion = pushed = 0.0
+        for i in range(len(shapes)):
+            loss += (np.conj(shapes[i, j]) * damped[i, j]).real
+            motion += abs(whole[i, j]) ** 2
+        for i in range(len(contacts)):
+            loss += (np.conj(contacts[i, j]) * lossy[i, j]).real
+            pushed += limit[i] * abs(contacts[i, j])
+        force = abs(cosine[j] + 1j * sine[j]) if driven else pushed
+        detuning[j], width[j] = natural - frequency, loss / 2
+        resonant = force * math.sqrt(motion)
+        least = _NOT_EXCITED * size * natural * max(width[j], 1e-12 * natural)
+        excited[j] = resonant > least
