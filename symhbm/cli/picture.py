@@ -16,7 +16,7 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
 
 _FIRST = (
-    *("response", "envelope", "disk", "blades", "nonlinear-modes"),
+    *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
     *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"),
 )
 """The order in which kinds are listed; others follow by name."""
@@ -87,6 +87,8 @@ def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
 def _natural_kind(dataset: xr.Dataset) -> str:
     if Description(dataset).unforced == "nonlinear mode":
         return "nonlinear-modes"
+    if Description(dataset).unforced == "limit cycle":
+        return "limit-cycles"
     if "friction_force" in dataset.variables:
         return "hysteresis"
     if "followed" not in dataset.attrs:

@@ -453,7 +453,7 @@ def test_responses_under_negative_damping_may_be_several():
         ((), dict(mode=1), ValueError, "mode=1"),
         ((), dict(mode=(0, 0)), ValueError, "different"),
         ((), dict(mode="first"), (TypeError, ValueError), "mode"),
-        ((), dict(dof=1), ValueError, "dof=1"),
+        ((), dict(dof=1), ValueError, "degree of freedom=1"),
         ((), dict(nodal_diameter=1), ValueError, "nodal_diameter=1"),
         ((), dict(stability=1), (TypeError, ValueError), "stability"),
         (("damping", (-3, 0)), dict(over={"damping": [1.0]}), ValueError, "damping"),
