@@ -37,7 +37,7 @@ class _Kind(click.ParamType):
 @click.option(
     "--kind",
     type=_Kind(),
-    help="What to draw. By default hysteresis for a motion in time, nonlinear-modes for modes, "
+    help="What to draw. By default hysteresis for a motion in time, nonlinear-modes and limit-cycles for those, "
     "envelope for an ensemble, disk for one point of a disk, else response.",
 )
 @select_option
