@@ -201,8 +201,8 @@ def limit_cycles(
     attribute ``searched`` tells where cycles were looked for. At the problem's own parameters
     points are cycles, the smallest first; there may be none. Over a parameter ``cycle_branch``
     numbers connected branches, events are those of contacts and ``fold``, where two cycles meet,
-    and ``fold_<parameter>`` is the value at the first one from the smallest amplitude on: beyond it
-    contacts do not hold the motion; NaN where no fold was found.
+    and ``fold_<parameter>`` is the value at the one beyond which no cycle was found: contacts do
+    not hold there what damping drives. NaN where no fold is the last one.
 
     Raises
     ------

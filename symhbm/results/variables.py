@@ -273,7 +273,7 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
     parameter = records[name.removeprefix(prefix)]
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
     suffixes["minimum_"] = " at the minimum"
-    suffixes["fold_"] = " where two limit cycles meet; beyond it contacts do not hold the motion"
+    suffixes["fold_"] = " where two limit cycles meet, beyond which none was found"
     if isinstance(parameter, Variable):
         return parameter._replace(long_name=parameter.long_name + suffixes[prefix])
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])

@@ -78,7 +78,7 @@ def test_cycles_over_the_damping_meet_at_the_fold():
     assert found.event_damping.item() == found.fold_damping.item()
     assert found.event_amplitude.item() == pytest.approx(most.x, rel=1e-6)
     assert found.fold_damping.units == "N s m-1"
-    assert "beyond it contacts do not hold" in found.fold_damping.long_name
+    assert "beyond which none was found" in found.fold_damping.long_name
     assert found.amplitude[0].item() == pytest.approx(1.5e-4, rel=1e-12)
     assert found.amplitude[-1].item() == pytest.approx(1.0, rel=1e-6)
     slips = found.amplitude.values > 1.5e-4 * (1 + 1e-9)
@@ -281,6 +281,28 @@ def test_cycles_are_exact_motions(structure, coarse, harmonics, error):
 def largest(run, linear):
     """Largest displacement of the first degree of freedom over a march."""
     return np.abs(run.cells.evaluate(linear, np.linspace(0, 2 * np.pi, 4001))[0][:, 0]).max()
+
+
+def test_contacts_open_along_a_branch():
+    found = cycles(shroud(-1.0), "friction_coefficient", (0.05, 1.0), harmonics=range(6))
+    assert found.status == "the end of the band was reached"
+    kinds = found.event_kind.values.tolist()
+    assert "onset of opening" in kinds
+    assert kinds.count("fold") == 2
+    for name in ("friction_coefficient", "amplitude", "frequency"):
+        assert np.isfinite(found[f"event_{name}"]).all()
+    value = found.event_friction_coefficient.values[kinds.index("onset of opening")]
+    on = found.cycle_branch.values == 1
+    opens, amplitude = found.contact_state.values[on, 0] == 2, found.amplitude.values[on]
+    assert (opens == (np.arange(len(opens)) >= np.argmax(opens))).all()
+    assert found.friction_coefficient.values[on][np.argmax(opens)] == pytest.approx(value, rel=1e-9)
+    assert (np.diff(amplitude[: np.argmax(opens)]) > 0).all()
+    # One more pair of cycles between the folds; the low cycle goes on beyond both of them.
+    grid = cycles(
+        shroud(-1.0), "friction_coefficient", (0.05, 1.0), [0.087, 0.131, 0.133], harmonics=range(6)
+    )
+    assert grid.n_solutions.values.tolist() == [2, 4, 2]
+    assert np.isnan(found.fold_friction_coefficient)
 
 
 # Disks

@@ -21,6 +21,8 @@ from symhbm.numerics import FloatArray, on_one_thread
 
 _NO_DAMPING = 1e-11
 """Damping ratio that is 0 but for round-off."""
+_ROUND_OFF = 1e-9
+"""Share of the largest value of a parameter by which two values are the same."""
 _SAME = 1e-6
 """Distance of two cycles, relative, that are one."""
 _AT_END = 1.1
@@ -65,9 +67,18 @@ class Cycles:
 
     @property
     def fold(self) -> float:
-        """Value of the parameter at the first fold from the smallest amplitude on, NaN without."""
-        folds = (p.value for p in self.points if any(e.kind == EventKind.FOLD for e in p.events))
-        return next(folds, np.nan)
+        """Value of the parameter at the fold beyond which there is no cycle, NaN without.
+
+        Of two such folds, below all cycles and above, it is that at the first one on its branch.
+        """
+        values = np.array([point.value for point in self.points])
+        for point in self.points:
+            past = values - point.value
+            past = np.sign(past) * (np.abs(past) > _ROUND_OFF * np.abs(values).max())
+            is_fold = any(event.kind == EventKind.FOLD for event in point.events)
+            if is_fold and abs(past.min(initial=0.0) + past.max(initial=0.0)) == 1:
+                return point.value
+        return np.nan
 
     def at(self, value: float) -> list[tuple[PathState | None, int]]:
         """Cycles at a value of the parameter, each with the linear solves it took."""
