@@ -458,6 +458,15 @@ def test_responses_under_negative_damping_may_be_several():
     assert sh.HarmonicBalance(turns, sh.PointForce()).single_valued
 
 
+def test_what_takes_no_negative_damping_says_so():
+    chain = sh.Model(np.eye(3), -0.1 * np.eye(3), 1e4 * np.diag([2.0, 2.0, 1.0]))
+    with pytest.raises(ValueError, match="gives energy to no motion"):
+        sh.condense(chain, sh.PointForce(), frequency=(10, 30), dofs=[0], progress=False)
+    problem = sh.HarmonicBalance(blade(0.5), sh.PointForce())
+    with pytest.raises(ValueError, match="values must stay >= 0"):
+        sh.mistuning.uniform(problem, 5, seed=1, damping=1.5)
+
+
 @pytest.mark.parametrize(
     ("given", "options", "error", "words"),
     [
