@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -299,9 +300,15 @@ class HarmonicBalance:
         # Sector by sector, as they were set.
         compared = {*self.model.contact_parameters, "force_amplitude"}
         may_differ = self.symmetry is not None and not {*values} <= compared
-        if may_differ and other.equal_sectors != self.symmetry:
+        if may_differ and self._lagging(other.equal_sectors, bool(of_force)) != self.symmetry:
             raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
         return other
+
+    def _lagging(self, symmetry: Symmetry | None, forced: bool) -> Symmetry | None:
+        """A symmetry in the wave of this problem, unless a change of the force determines that."""
+        if symmetry is None or self.symmetry is None or forced:
+            return symmetry
+        return replace(symmetry, lag=self.symmetry.lag)
 
     def with_harmonics(self, harmonics: tuple[int, ...]) -> "HarmonicBalance":
         """Copy with other harmonics, compiled once for all copies of this problem."""
@@ -346,6 +353,11 @@ class HarmonicBalance:
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
         return self._copy(symmetry=symmetry)
 
+    @cached_property
+    def whole(self) -> "HarmonicBalance":
+        """Balance of all sectors, of a problem of one of them; else the problem itself."""
+        return self if self.symmetry is None else self._copy(symmetry=None)
+
     def located(self) -> "HarmonicBalance":
         """The same problem with located events."""
         return self._copy(samples=None)
@@ -371,9 +383,17 @@ class HarmonicBalance:
         """Whether there is one response at every frequency.
 
         With constant normal loads and dissipative damping friction responses are unique; other
-        contact laws may make several.
+        contact laws, and damping that is negative, may make several.
         """
-        return not self.many_valued_laws()
+        return not self.may_fold()
+
+    def may_fold(self, names: Iterable[str] = (), values: Iterable[float] = ()) -> bool:
+        """Whether there may be several responses, whatever the values of some parameters are.
+
+        ``values`` are those of damping among them.
+        """
+        gives = min(values, default=0.0) < 0 or not self.model.dissipates(self.harmonics)
+        return gives or bool(self.many_valued_laws(names))
 
     def many_valued_laws(self, names: Iterable[str] = ()) -> str:
         """Contact laws that make several responses, whatever the values of some parameters are."""

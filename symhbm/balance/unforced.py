@@ -84,8 +84,8 @@ class SustainedMotion:
         equations = problem.compiled[0]
         functions = _FUNCTIONS.setdefault(equations, [])
         if not functions:  # the sparsity is that of the structure, and the same for its copies
-            functions.append(_function(self._momentum, equations.assemble.as_full))
-        self._force, self._assemble = functions[0]
+            functions.append(_function(self._momentum))
+        self._force, self._assemblies = functions[0]
 
     def __call__(
         self, free: Evaluation, unknowns: FloatArray, frequency: float, damping_ratio: float
@@ -95,12 +95,13 @@ class SustainedMotion:
         ``free`` are those without it, at ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s].
         """
         at = unknowns, frequency, damping_ratio, self._momentum.data
+        assemble = self._assemblies[sp.issparse(free.jacobian)]
         force, size, jacobian, by_frequency, by_damping = self._force(*at)
         with_force = replace(
             free,
             residual=free.residual - force,
             magnitude=free.magnitude + float(size[0]),
-            jacobian=free.jacobian - self._assemble(jacobian),
+            jacobian=free.jacobian - assemble(jacobian),
             by_parameter=free.by_parameter - by_frequency,
         )
         return with_force, -by_damping
@@ -114,11 +115,13 @@ class SustainedMotion:
         return float(np.sqrt(max(unknowns @ (self.inertia @ unknowns), 0.0)))
 
 
-_FUNCTIONS: WeakKeyDictionary[Equations, list[tuple[Compiled, Assembly]]] = WeakKeyDictionary()
+_Sustain = tuple[Compiled, tuple[Assembly, Assembly]]
+"""What evaluates the force, and makes its Jacobian a full or a sparse matrix."""
+_FUNCTIONS: WeakKeyDictionary[Equations, list[_Sustain]] = WeakKeyDictionary()
 """What evaluates the force on each structure."""
 
 
-def _function(momentum: Any, as_full: bool) -> tuple[Compiled, Assembly]:
+def _function(momentum: Any) -> _Sustain:
     """The force, the size of its largest terms and its derivatives, from entries of a matrix."""
     unknowns, entries = ca.SX.sym("unknowns", momentum.shape[1]), ca.SX.sym("m", momentum.nnz)
     omega, ratio = ca.SX.sym("omega"), ca.SX.sym("damping_ratio")
@@ -129,7 +132,9 @@ def _function(momentum: Any, as_full: bool) -> tuple[Compiled, Assembly]:
     slopes = [ca.densify(ca.jacobian(force, variable)) for variable in (omega, ratio)]
     inputs = [unknowns, omega, ratio, entries]
     outputs = [ca.densify(force), size, factor * matrix, *slopes]
-    return Compiled(ca.Function("sustain", inputs, outputs)), Assembly(matrix.sparsity(), as_full)
+    pattern = matrix.sparsity()
+    assemblies = Assembly(pattern, as_full=True), Assembly(pattern, as_full=False)
+    return Compiled(ca.Function("sustain", inputs, outputs)), assemblies
 
 
 def matrices_in(problem: HarmonicBalance, harmonic: int) -> Matrices:

@@ -47,7 +47,14 @@ def _computed(dataset: xr.Dataset) -> Lines:
         subject = subject if kind is None else f"{kind} over its {along}"
         ends = Description(dataset).request.get("band") or _ends(band, finite)
         text = f"{subject} from {short(ends[0])} to {short(ends[1])} {unit}".rstrip()
-        text += ", along the path" if on_path else f", at {count(finite.size, 'value')}"
+        alone = kind == "limit cycle" and along == "amplitude"
+        text += (
+            ", searched"
+            if alone
+            else ", along the path"
+            if on_path
+            else f", at {count(finite.size, 'value')}"
+        )
         if along not in dataset.variables:
             text = f"{subject} from {short(ends[0])} to {short(ends[1])} Hz, its peaks alone"
         elif not band.ndim:

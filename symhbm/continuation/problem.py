@@ -168,7 +168,7 @@ class ParameterProblem(ContinuationProblem):
         self.name = name = problem.parameter_name(name)
         self.frequency = frequency
         self.smallest = smallest
-        self.single_valued = not problem.many_valued_laws([name])
+        self.single_valued = not problem.may_fold([name])
         self._is_force = name == "force_amplitude"
         nominal = np.asarray(problem.parameters[name], dtype=float)
         chosen = np.ones(nominal.shape) if index is None else np.zeros(nominal.shape)

@@ -30,6 +30,11 @@ class Status(StrEnum):
         "the frequency of the mode falls to 0: nothing holds it at the last amplitude; the points "
         "before are valid; end the band of amplitudes there"
     )
+    NO_CYCLES = (
+        "no limit cycle was found at the values of the parameter that were searched, which is no "
+        "proof that there is none between them; try a band around the values where you expect one, "
+        "other modes, or a wider band of amplitudes"
+    )
     MODE_TURNED_BACK = (
         "the amplitude turned back at a fold and came back to its smallest value, as the motion "
         "passed to other degrees of freedom or harmonics; the points are valid; try another degree "

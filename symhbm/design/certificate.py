@@ -75,7 +75,8 @@ def certificate(
     )
     if not unique:
         sentences.append(
-            "Not proved: that cubic springs make no larger response that this path does not visit."
+            "Not proved: that contacts or negative damping make no larger response that this path "
+            "does not visit."
         )
     if active is not None and not are_flat(active.maxima):
         sentences += _active_maxima(search_result, n_cases)

@@ -56,6 +56,21 @@ def check_semidefinite(mass: Any) -> None:
         )
 
 
+def dissipates(damping: Any) -> bool:
+    """Whether a sparse damping matrix gives energy to no motion, but for round-off."""
+    part = (damping + damping.conj().T).tocsc() / 2
+    part.eliminate_zeros()
+    diagonal = part.diagonal().real
+    beside = np.asarray(abs(part).sum(axis=0)).ravel() - np.abs(diagonal)
+    if np.all(diagonal >= beside):
+        return True
+    if np.any(diagonal < 0) or np.any((diagonal == 0) & (beside > 0)):
+        return False
+    moving = np.flatnonzero(diagonal)
+    scale = sp.diags_array(diagonal[moving] ** -0.5)
+    return _is_semidefinite((scale @ part[moving][:, moving] @ scale).tocsc())
+
+
 def _is_semidefinite(scaled: Any) -> bool:
     """Whether a symmetric sparse matrix with a diagonal of ones is, but for round-off."""
     size = scaled.shape[0]

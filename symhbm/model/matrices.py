@@ -49,7 +49,7 @@ class Model(PolynomialStructure):
     Raises
     ------
     TypeError, ValueError
-        If a matrix is not square, real and finite, if damping or stiffness have a negative diagonal
+        If a matrix is not square, real and finite, if stiffness has a negative diagonal
         entry, if a contact joins a degree of freedom to itself or to one that does not exist, is a
         list of numbers, which may be degrees of freedom or weights, or lacks a parameter, or if one
         of friction is negative; for a mass matrix that is not symmetric or not positive
@@ -61,6 +61,9 @@ class Model(PolynomialStructure):
     by `frf`, `follow` and `solve`. `periodic_motion`, `condense` and bands found from natural
     frequencies need a positive definite mass matrix, and refuse others; ``stability`` is unknown
     without.
+
+    Damping may be negative, as that of air that drives a blade. Responses then need be neither
+    unique nor stable; `limit_cycles` gives the motions without a force.
 
     Each contact has one direction and slips by itself. Two of them along two axes of one place are
     no contact with planar friction: under a motion at 45 degrees to both, they begin to slip at
@@ -246,7 +249,7 @@ def matrix_of(name: str, value: Any, size: int | None) -> Any:
     matrix.sum_duplicates()
     matrix.data.setflags(write=False)
     diagonal = matrix.diagonal()
-    if np.any(diagonal < 0):
+    if name != "damping_matrix" and np.any(diagonal < 0):
         i = int(np.argmax(diagonal < 0))
         raise ValueError(f"{name}: expected a diagonal >= 0, entry {i} is {diagonal[i]:g}")
     return matrix

@@ -19,7 +19,7 @@ PARAMETERS = {
         "kg", "mass of the blade", "$m$", "kg", "dof", "positive", "positive", designed=True
     ),
     "damping": Parameter(
-        "N s m-1", "viscous damping of the blade", "$c$", "N s/m", "dof", designed=True
+        "N s m-1", "viscous damping of the blade", "$c$", "N s/m", "dof", "any", "any", True
     ),
     "stiffness": Parameter("N m-1", "stiffness of the blade", "$k$", "N/m", "dof", designed=True),
     **Coulomb.parameters,

@@ -7,7 +7,7 @@ and the ground. Contacts of one law are a group; groups may act side by side on 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Hashable
+from collections.abc import Callable, Collection, Hashable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -24,6 +24,7 @@ from symhbm.model.contacts import (
     weights_of,
 )
 from symhbm.model.excitation import Excitation, check_whole, static_force
+from symhbm.model.mass import dissipates
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -327,6 +328,12 @@ class Structure(ABC):
         """Whether contacts leave responses unique, if damping dissipates."""
         active = [group for group in self.groups if group.law.acts(self.values_of(group)).any()]
         return all(group.law.monotone(self.values_of(group)) for group in active)
+
+    def dissipates(self, harmonics: Sequence[int]) -> bool:
+        """Whether damping gives energy to no motion of some harmonics."""
+        if not self.has_matrices:
+            return True  # condensed: it did
+        return self.of_matrices("dissipates", lambda: dissipates(self.damping_matrix))
 
     @property
     def odd(self) -> bool:

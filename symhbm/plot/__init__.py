@@ -2,6 +2,7 @@
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import response
+from symhbm.plot.cycles import limit_cycles
 from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
@@ -23,6 +24,7 @@ __all__ = [
     "envelope",
     "hysteresis",
     "interference",
+    "limit_cycles",
     "model",
     "nonlinear_modes",
     "normal_force",

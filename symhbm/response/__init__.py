@@ -2,7 +2,7 @@
 
 from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.frf import follow, frf
-from symhbm.response.modes_and_cycles import nonlinear_modes
+from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
 from symhbm.response.other_branches import other_branches
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
@@ -17,6 +17,7 @@ __all__ = [
     "campbell",
     "follow",
     "frf",
+    "limit_cycles",
     "natural_modes",
     "nonlinear_modes",
     "other_branches",

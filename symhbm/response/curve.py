@@ -35,7 +35,12 @@ from symhbm.response.accuracy import (
 )
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.response.events_between import events_between
-from symhbm.response.unforced import blank_mode_curve, mode_curve
+from symhbm.response.unforced import (
+    blank_cycle_curve,
+    blank_mode_curve,
+    cycle_curve,
+    mode_curve,
+)
 from symhbm.results import SLOPES, Request, Sweep, tables
 
 SMALLEST = 1e-3
@@ -48,7 +53,7 @@ _MANY = 500
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The response curve of one problem, or that of motions without a force."""
     if request.unforced is not None:
-        return mode_curve(problem, request)
+        return (mode_curve if request.amplitudes is None else cycle_curve)(problem, request)
     symmetry = symmetry_of(request, problem)
     refinement = _refinement(problem if symmetry is None else problem.of_sector(symmetry), request)
     band = request.unit * request.band[0], request.unit * request.band[1]
@@ -65,7 +70,8 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
     if request.unforced is not None:
-        return blank_mode_curve(problem, request)
+        blank = blank_mode_curve if request.amplitudes is None else blank_cycle_curve
+        return blank(problem, request)
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
     return Curve(request, _refinement(problem, request), None, [], solutions_at).table()
@@ -95,6 +101,8 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
         smallest = SMALLEST * max(abs(value) for value in request.band)
         omega = RADIANS * request.frequency
         equations = ParameterProblem(problem, request.name, omega, request.index, smallest)
+        if request.name == "damping" and min(request.band) < 0:
+            equations.single_valued = False
     equations.angles, equations.machine_code = request.angles, request.machine_code
     return equations
 

@@ -21,6 +21,7 @@ from symhbm.results import (
     Angles,
     Peaks,
     Request,
+    Sweep,
     check_band,
     check_grid,
     check_index,
@@ -283,6 +284,13 @@ def follow(
     return _run(problem, axis, options, over, archive, executor, throw, progress)
 
 
+def _damping_values(axis: dict[str, Any], sweep: Sweep) -> list[float]:
+    """All values of damping that a response is asked for at."""
+    moving = [*axis["band"]] if axis["name"] == "damping" else []
+    swept = sweep.values["damping"].values.ravel().tolist() if "damping" in sweep.values else []
+    return [*moving, *swept]
+
+
 def _run(
     problem: HarmonicBalance,
     axis: dict[str, Any],
@@ -308,7 +316,7 @@ def _run(
     band = axis["band"] if hertz is None else (hertz, hertz)
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
     of_problem = [name for name in moving if name in problem.parameters]
-    may_fold = bool(problem.many_valued_laws(of_problem))
+    may_fold = problem.may_fold(of_problem, _damping_values(axis, sweep))
     accuracy = check_accuracy(problem, accuracy)
     if angles is not None:
         check_angles(problem, angles)

@@ -1,9 +1,9 @@
-"""`nonlinear_modes`: the modes of a structure whose contacts rub and open, over the amplitude."""
+"""`nonlinear_modes` and `limit_cycles`: motions without a force, whose contacts rub and open."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
@@ -14,9 +14,19 @@ from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
-from symhbm.response.unforced import with_dof
-from symhbm.results import Request, check_band, check_grid, check_keep, parse
-from symhbm.workers import check_executor, check_progress
+from symhbm.response.unforced import with_cycle_dof, with_dof
+from symhbm.results import (
+    Request,
+    Sweep,
+    check_band,
+    check_grid,
+    check_index,
+    check_keep,
+    check_parameter,
+    parse,
+)
+from symhbm.time_domain import check_stability
+from symhbm.workers import check_executor
 
 
 def nonlinear_modes(
@@ -108,19 +118,8 @@ def nonlinear_modes(
     >>> modes.damping_ratio.max().values.round(4)
     np.float64(0.1138)
     """
-    check_problem(problem)
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
-    band = check_band("amplitude", amplitude, "positive", " [m]")
-    if band[0] > band[1]:
-        raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")
-    if problem.samples is not None:
-        raise ValueError(f"samples={problem.samples}: expected a problem with located angles")
-    if 1 not in problem.harmonics:
-        raise ValueError(
-            f"harmonics={problem.harmonics}: expected 1 among them, its amplitude is that of modes"
-        )
-    sweep = parse(problem, over)
+    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
+    band = _amplitudes(amplitude)
     request = Request(
         name="amplitude",
         band=band,
@@ -130,11 +129,204 @@ def nonlinear_modes(
         keep=check_keep(keep, False, "amplitude", None),
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
-        nodal_diameter=None
-        if nodal_diameter is None
-        else check.integer("nodal_diameter", nodal_diameter),
+        nodal_diameter=_nodal_diameter(nodal_diameter),
         dof=None if dof is None else problem.model.number_of(dof),
     )
-    first = sweep.chosen(0)
-    request = with_dof(problem.with_parameters(**first) if first else problem, request)
+    request = with_dof(_first(problem, sweep), request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
+
+
+def limit_cycles(
+    problem: HarmonicBalance,
+    parameter: str | None = None,
+    band: tuple[float, float] | None = None,
+    at: ArrayLike | None = None,
+    over: Mapping[str, Any] | xr.Dataset | None = None,
+    *,
+    mode: int | Sequence[int] = 0,
+    amplitude: tuple[float, float] = (1e-6, 1.0),
+    dof: Place | None = None,
+    nodal_diameter: int | None = None,
+    contact: int | None = None,
+    blade: int | None = None,
+    stability: bool | None = None,
+    keep: Iterable[str] | None = None,
+    archive: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    throw: bool = False,
+    progress: bool | None = None,
+    max_points: int = 5000,
+) -> xr.Dataset:
+    """Self-excited periodic motions: negative damping drives them, contacts and damping hold them.
+
+    Parameters
+    ----------
+    problem
+        What vibrates, with damping or the air of `symhbm.Influence` that gives it energy. A force
+        takes no part: what of it oscillates is left out, static loads stay. It may have none,
+        ``HarmonicBalance(model, harmonics=(1, 3, 5))``.
+    parameter, band
+        A named parameter that moves between two values (SI units), for example
+        ``"damping", (-30, 0)``: all branches of cycles that are found are followed over it. By
+        default the cycles are those of the problem's own parameters.
+    at : (n,), ascending
+        Values of a grid of the parameter, which then is a dimension, and ``solution`` another:
+        there may be several cycles or none. By default the result holds points along ``point``.
+    over
+        Named parameters to sweep, as in `symhbm.frf`.
+    mode
+        Number of the mode whose cycles are looked for, from the lowest, 0 first, or several.
+    amplitude
+        Smallest and largest amplitude [m] that they are looked for at: that of the first harmonic
+        at ``dof``. A branch that leaves it ends there.
+    dof
+        The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
+        by default the one that moves most in the first of these modes.
+    nodal_diameter
+        Of a disk of equal sectors the wave of the cycles, as in `symhbm.nonlinear_modes`.
+    contact, blade
+        The one contact or blade whose parameter moves, by default all alike.
+    stability
+        Add ``growth_rate`` and ``stability`` by Floquet multipliers from event to event of the
+        contacts, without that of a shift in time. By default it is told of cycles at the problem's
+        own parameters, of structures with matrices. Of a wave around a ring all its blades are
+        disturbed.
+    keep, archive, executor, throw, progress, max_points
+        As in `symhbm.frf`.
+
+    Returns
+    -------
+    Dataset with ``frequency`` [Hz] and ``amplitude`` [m], of the first harmonic, of each cycle,
+    ``coefficient``, ``largest_displacement`` (dof) and what contacts do, as in `symhbm.frf`. The
+    attribute ``searched`` tells where cycles were looked for. At the problem's own parameters
+    points are cycles, the smallest first; there may be none. Over a parameter ``cycle_branch``
+    numbers connected branches, events are those of contacts and ``fold``, where two cycles meet,
+    and ``fold_<parameter>`` is the value at the one beyond which no cycle was found: contacts do
+    not hold there what damping drives. NaN where no fold is the last one.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, each named with its value and what is allowed, as
+        `symhbm.nonlinear_modes`.
+    ArchiveError, SolveError, KeyboardInterrupt
+        As `symhbm.frf`.
+
+    Warns
+    -----
+    RuntimeWarning
+        If curves are incomplete, with their number and the most common reason: over a parameter
+        also if no cycle was found.
+
+    Notes
+    -----
+    A cycle is a nonlinear mode of damping ratio 0, so that each mode is followed over the amplitude
+    until its damping ratio changes its sign. Motions of several waves or frequencies at once are
+    not periodic and not found.
+
+    Examples
+    --------
+    A blade in an air flow that feeds it. Friction holds it at 0.15 mm; pushed beyond 38 mm it is
+    lost:
+
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=-0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
+    >>> cycles = sh.limit_cycles(problem, progress=False)
+    >>> cycles.amplitude.values.round(6), cycles.stability.values
+    (array([0.000151, 0.038041]), array([1, 0], dtype=int8))
+    >>> over = sh.limit_cycles(problem, "damping", (-30, 0), progress=False)
+    >>> over.fold_damping.values.round(3)  # beyond it friction cannot hold the blade
+    np.float64(-26.317)
+    """
+    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
+    amplitudes = _amplitudes(amplitude)
+    wave = _nodal_diameter(nodal_diameter)
+    axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
+    if parameter is not None:
+        axis = _axis(problem, parameter, band, at, contact, blade)
+        if axis["name"] in sweep.values:
+            raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
+        if wave is not None and axis["index"] is not None:
+            raise ValueError(
+                f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
+                "moves, all sectors move alike in a wave"
+            )
+    elif not (band is at is contact is blade is None):
+        raise ValueError("parameter=None: expected the name of one where band or at is given")
+    if stability is None:
+        stability = parameter is None and problem.model.has_matrices
+    request = Request(
+        **axis,
+        may_fold=True,
+        stability=check_stability(problem, stability),
+        max_points=check.integer("max_points", max_points, minimum=2),
+        keep=check_keep(keep, False, axis["name"], None),
+        unforced="limit cycle",
+        mode=_modes(mode),
+        nodal_diameter=wave,
+        dof=None if dof is None else problem.model.number_of(dof),
+        amplitudes=amplitudes,
+    )
+    request = with_cycle_dof(_first(problem, sweep), request)
+    return reported(run(problem, sweep, request, archive, executor, progress), throw)
+
+
+def _checked(
+    problem: HarmonicBalance, over: Any, executor: Any, throw: bool, progress: bool | None
+) -> tuple[Sweep, bool, bool | None]:
+    """The sweep and flags of a call; raises for a problem whose modes are not known."""
+    check_problem(problem)
+    check_executor(executor)
+    throw, progress = check.flag("throw", throw), check_progress(progress)
+    if problem.samples is not None:
+        raise ValueError(f"samples={problem.samples}: expected a problem with located angles")
+    if 1 not in problem.harmonics:
+        raise ValueError(
+            f"harmonics={problem.harmonics}: expected 1 among them, its amplitude is that of modes"
+        )
+    return parse(problem, over), throw, progress
+
+
+def _amplitudes(amplitude: Any) -> tuple[float, float]:
+    """A band of amplitudes, ascending."""
+    band = check_band("amplitude", amplitude, "positive", " [m]")
+    if band[0] > band[1]:
+        raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")
+    return band
+
+
+def _axis(
+    problem: HarmonicBalance, parameter: str, band: Any, at: Any, contact: Any, blade: Any
+) -> dict[str, Any]:
+    """Fields of the request that tell which parameter moves, and where."""
+    bound = check_parameter(problem, parameter)
+    name = problem.parameter_name(parameter)
+    if name == "force_amplitude":
+        raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
+    edges = check_band("band", band, bound, f" [{problem.model.about(name).units}]")
+    index = check_index(problem, name, contact, blade)
+    return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
+
+
+def _modes(mode: Any) -> int | tuple[int, ...]:
+    """A number of a mode, or several different ones."""
+    if not isinstance(mode, Sequence) or isinstance(mode, str):
+        return check.integer("mode", mode, minimum=0)
+    numbers = tuple(check.integer("mode", number, minimum=0) for number in mode)
+    if not numbers or len({*numbers}) < len(numbers):
+        raise ValueError(f"mode={check.shown(mode)}: expected different numbers of modes")
+    return numbers
+
+
+def _nodal_diameter(given: Any) -> int | None:
+    return None if given is None else check.integer("nodal_diameter", given)
+
+
+def _first(problem: HarmonicBalance, sweep: Sweep) -> HarmonicBalance:
+    """The problem of the first parameter set."""
+    first = sweep.chosen(0)
+    return problem.with_parameters(**first) if first else problem

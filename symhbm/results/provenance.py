@@ -183,6 +183,24 @@ def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coord
     return xr.Coordinates({name: _variable(part) for name, part in parts.items()})
 
 
+def _searched(request: Request) -> str:
+    """Where limit cycles were looked for, and where not."""
+    assert request.amplitudes is not None
+    assert request.mode is not None
+    modes = ", ".join(map(str, np.atleast_1d(request.mode)))
+    low, high = request.amplitudes
+    wave = "" if request.nodal_diameter is None else f" of {request.nodal_diameter} nodal diameters"
+    at = "" if request.name == "amplitude" else (
+        f"; at both ends and in the middle of the band of {request.name} and at its nominal value, "
+        "where none is found there between them, and along the branches found"
+    )  # fmt: skip
+    return (
+        f"modes {modes}{wave}, for amplitudes of {low:g} to {high:g} m of the first harmonic at "
+        f"degree of freedom {request.dof}, where the damping ratio of the nonlinear mode is 0{at}; "
+        "motions that lie on no such mode, and motions of several frequencies, were not looked for"
+    )
+
+
 def with_provenance(
     variables: dict[str, Any],
     coordinates: dict[str, Any],
@@ -246,6 +264,8 @@ def with_provenance(
     if request and request.unforced is not None:
         kind = request.unforced.capitalize()
         global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
+        if request.amplitudes is not None:
+            global_attributes["searched"] = _searched(request)
         if problem.excitation.amplitude:
             global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"
     if request:

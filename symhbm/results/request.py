@@ -19,7 +19,7 @@ OF_PEAKS = ("coefficient", "amplitude", "dof")
 _STABILITY = frozenset({"growth_rate", "stability"})
 _JSON_KEYS = {"per_dof": "each"}
 """Keys of fields in JSON where they differ: those of archives that exist."""
-_OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof")
+_OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof", "amplitudes")
 """Fields that responses to a force do not have, nor their archives."""
 
 
@@ -41,7 +41,8 @@ class Request:
     ``unforced``: what is followed without a force, a key of `symhbm.results.variables.OF_UNFORCED`,
     None for responses. Of a nonlinear mode, ``name`` is ``"amplitude"``, that [m] of the first
     harmonic at the degree of freedom ``dof``; ``mode`` counts from the lowest, in the wave of a
-    ``nodal_diameter`` where there is one.
+    ``nodal_diameter`` where there is one. Of limit cycles, several modes may be searched, over
+    ``amplitudes`` [m]; ``name`` is ``"amplitude"`` where no parameter moves.
     """
 
     name: str
@@ -60,9 +61,10 @@ class Request:
     angles: str | None = None
     machine_code: bool = False
     unforced: str | None = None
-    mode: int | None = None
+    mode: int | tuple[int, ...] | None = None
     nodal_diameter: int | None = None
     dof: int | None = None
+    amplitudes: tuple[float, float] | None = None
 
     @property
     def unit(self) -> float:
@@ -116,8 +118,8 @@ class Request:
         """The request of the entries that `to_json` gives, with values ``at`` a grid."""
         keys = {entry.name: _JSON_KEYS.get(entry.name, entry.name) for entry in fields(cls)}
         values = {name: entries[key] for name, key in keys.items() if key in entries}
-        for name in ("band", "keep"):
-            values[name] = None if values[name] is None else tuple(values[name])
+        for name, value in values.items():
+            values[name] = tuple(value) if isinstance(value, list) else value
         values["at"] = at
         return cls(**values)
 

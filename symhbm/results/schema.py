@@ -131,7 +131,9 @@ def _results(dataset: xr.Dataset) -> list[str]:
         inputs = {moving} if on_grid else set()
     of_laws = [name for name, of in description.records.items() if isinstance(of, Variable)]
     results = [name for name in (*VARIABLES, *of_laws) if name not in inputs]
-    return [*results, f"event_{moving}", f"peak_{moving}", *([] if on_grid else [moving])]
+    of_moving = [f"{prefix}_{moving}" for prefix in ("event", "peak", "fold")]
+    own = [f"event_{name}" for name in OF_UNFORCED.get(description.unforced or "", ())]
+    return [*results, *of_moving, *own, *([] if on_grid else [moving])]
 
 
 def label(call: DatasetParts, sweep: Sweep, request: Request, results: Table) -> xr.Dataset:

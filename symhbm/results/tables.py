@@ -20,7 +20,7 @@ from symhbm.results.request import Request
 
 _VALIDITY = ("value", "n_solutions", "converged", "contact_model_valid", "residual_norm")
 """Variables that tell which points are valid."""
-_MOVING = ("value", "event_value", "peak_value", "branch_value")
+_MOVING = ("value", "event_value", "peak_value", "branch_value", "fold_value")
 """Arrays that hold the moving parameter."""
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 

@@ -149,6 +149,7 @@ VARIABLES = {
     ),
     "n_peaks": Variable((), "1", "peaks found"),
     "n_solutions": Variable((), "1", "solutions at this value on the path, one connected branch"),
+    "cycle_branch": Variable((), "1", "number of the connected branch that the limit cycle is on"),
     "n_events": Variable((), "1", "events of the path"),
     "rejected_steps": Variable((), "1", "steps tried in vain"),
     "linear_solves": Variable((), "1", "linear solves of the curve, peaks and events included"),
@@ -234,6 +235,16 @@ OF_UNFORCED = {
         ),
         "frequency": Variable((), "Hz", "frequency of the nonlinear mode"),
     },
+    "limit cycle": {
+        "amplitude": Variable(
+            (), "m", "amplitude of the first harmonic at the degree of freedom that tells it"
+        ),
+        "frequency": Variable((), "Hz", "frequency of the limit cycle"),
+        "growth_rate": Variable(
+            (), "s-1", "largest real part of the Floquet exponents but that of a shift in time"
+        ),
+        "stability": Variable((), "1", "whether the limit cycle is stable", _STABILITY),
+    },
 }
 """What is followed without a force, and the variables that mean something else there."""
 
@@ -267,10 +278,12 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
         return own
     if name in VARIABLES:
         return VARIABLES[name]
-    prefix = next((p for p in ("event_", "peak_", "minimum_", "branch_") if name.startswith(p)), "")
+    prefixes = "event_", "peak_", "minimum_", "branch_", "fold_"
+    prefix = next((p for p in prefixes if name.startswith(p) and name not in records), "")
     parameter = records[name.removeprefix(prefix)]
     suffixes = {"event_": " at the event", "peak_": " at the peak", "": ""}
     suffixes |= {"minimum_": " at the minimum", "branch_": " where the branch begins"}
+    suffixes["fold_"] = " where two limit cycles meet, beyond which none was found"
     if isinstance(parameter, Variable):
         return parameter._replace(long_name=parameter.long_name + suffixes[prefix])
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])

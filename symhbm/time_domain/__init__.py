@@ -4,7 +4,12 @@ from symhbm.time_domain.exact_motion import ExactMotion
 from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
-from symhbm.time_domain.stability import check_stability, growth_rate, verdict
+from symhbm.time_domain.stability import (
+    check_stability,
+    cycle_growth_rate,
+    growth_rate,
+    verdict,
+)
 from symhbm.time_domain.stability_changes import (
     Change,
     Known,
@@ -19,6 +24,7 @@ __all__ = [
     "Known",
     "check_stability",
     "curved",
+    "cycle_growth_rate",
     "exact_motion_of",
     "growth_rate",
     "held_between",

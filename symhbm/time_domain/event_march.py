@@ -58,7 +58,12 @@ class March:
     jacobian: FloatArray
 
     def multipliers(self, linear: LinearMotion) -> np.ndarray:
-        """Eigenvalues of the derivative, largest first, at given static forces.
+        """Eigenvalues of the derivative, largest first, at given static forces."""
+        values = np.linalg.eigvals(self.perturbed(linear)[1])
+        return values[np.argsort(-np.abs(values))]
+
+    def perturbed(self, linear: LinearMotion) -> tuple[np.ndarray, FloatArray]:
+        """The derivative at given static forces, of the entries of the state that come first.
 
         Static forces of contacts that never slip do not change: each has one more eigenvalue, 1.
         """
@@ -70,8 +75,7 @@ class March:
         # The forces of stuck contacts follow the displacement through their springs alone.
         spring = (linear.contact_stiffness[:, None] * linear.directions)[~self.slipped]
         matrix[:, :n] += self.jacobian[np.ix_(kept, stuck)] @ spring
-        values = np.linalg.eigvals(matrix)
-        return values[np.argsort(-np.abs(values))]
+        return kept, matrix
 
 
 def march(linear: LinearMotion, state: FloatArray, length: float) -> March:

@@ -9,6 +9,7 @@ is integrated from break point to break point, to a tolerance of 1e-11.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import Group, MemorylessLaw, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.event_march import march
+from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, curved, in_plane
 from symhbm.time_domain.normal_springs import STICK
 from symhbm.time_domain.periodic_orbit import state_of
@@ -35,6 +36,8 @@ _TOLERANCE = 1e-11
 """Error of a step of the integrator over the perturbation."""
 _BESIDE = 1e-11
 """Distance [rad] from a break point at which the slopes beside it are taken."""
+_SHORT = 1e-7
+"""Share of a cell over which the friction force is nearly linear."""
 _LEAST_CUBE = 3e4
 """Work of a cell that does not depend on the size of the state."""
 
@@ -54,6 +57,41 @@ def multipliers(
     ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
     smooth laws beside normal loads that move.
     """
+    if in_plane(problem) and moving_loads(problem):
+        planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
+        state = planar.of_active(state_of(problem.located(), unknowns, frequency))
+        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex)
+    found = period_map(problem, frequency, unknowns)
+    values = np.linalg.eigvals(found.matrix) ** found.repeats
+    return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+
+
+class PeriodMap(NamedTuple):
+    """What becomes of a small perturbation after a share ``1 / repeats`` of the period.
+
+    ``matrix`` (n, n) maps states, whose derivative by the angle at the start is ``drift`` (n,).
+    ``turns`` tells that the motion is then the opposite one.
+    """
+
+    matrix: FloatArray
+    drift: FloatArray
+    repeats: int
+    turns: bool
+
+    def across(self) -> NDArray[np.complex128]:
+        """Eigenvalues but that of a shift in time, by which the motion becomes itself.
+
+        They are those of the map between states that differ by no shift: one of a motion without a
+        force is 1, and where another one is as well, none of both has an eigenvector of its own.
+        """
+        direction = self.drift / np.linalg.norm(self.drift)
+        others = scipy.linalg.null_space(direction[None])
+        values = np.linalg.eigvals(others.T @ self.matrix @ others)
+        return (-values if self.turns else values).astype(complex)
+
+
+def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
+    """The map of small perturbations of a solution, as of `multipliers`; no planar friction."""
     if moving_loads(problem):
         return _of_march(problem, frequency, unknowns)
     model = problem.model
@@ -74,8 +112,12 @@ def multipliers(
     variation = np.eye(size)
     for left, right, sticks in zip(edge[:-1], edge[1:], stick, strict=True):
         variation = motion.carry(variation, left, right, sticks)
-    values = np.linalg.eigvals(variation) ** repeats
-    return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+    slope, curvature = (
+        problem.layout.coefficients(unknowns) @ problem.basis.values(0.0, d) for d in (1, 2)
+    )
+    force = np.where(stick[0], motion.spring @ slope, 0.0)
+    drift = np.concatenate([slope, curvature, force])
+    return PeriodMap(variation, drift, repeats, odd and repeats > math.gcd(*problem.harmonics))
 
 
 def moving_loads(problem: HarmonicBalance) -> bool:
@@ -91,22 +133,27 @@ def moving_loads(problem: HarmonicBalance) -> bool:
     )
 
 
-def _of_march(
-    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
-) -> NDArray[np.complex128]:
-    """Multipliers of the exact motion over a period from the state of a solution."""
-    if curved(problem) and not in_plane(problem):
+def _of_march(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
+    """The map along the exact motion over a period from the state of a solution."""
+    if curved(problem):
         raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
-    if in_plane(problem):
-        planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
-        state = planar.of_active(state_of(problem.located(), unknowns, frequency))
-        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex)
     linear = LinearMotion(problem, frequency)
     width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
     if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
     state = linear.of_active(state_of(problem.located(), unknowns, frequency))
-    return march(linear, state, 2 * np.pi).multipliers(linear).astype(complex)
+    run = march(linear, state, 2 * np.pi)
+    kept, matrix = run.perturbed(linear)
+    return PeriodMap(matrix, _drift(linear, run)[kept], 1, False)
+
+
+def _drift(linear: LinearMotion, run: March) -> FloatArray:
+    """Derivative of the state (2 n_dof + n_active,) by the angle, at the start of a march."""
+    cells, first = run.cells, np.zeros(2, dtype=int)
+    width, powers = cells.width[0], cells.displacement[0]
+    friction = cells.inside(linear, first, np.array([0.0, _SHORT]))[2]
+    rates = (friction[1] - friction[0]) / (_SHORT * width)
+    return np.concatenate([powers[1] / width, 2 * powers[2] / width**2, rates])
 
 
 def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:

@@ -16,8 +16,8 @@ from symhbm.model import Structure
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.floquet import moving_loads, multipliers
-from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.floquet import moving_loads, multipliers, period_map
+from symhbm.time_domain.linear_motion import curved, in_plane
 
 NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""
@@ -142,6 +142,62 @@ def _of_whole(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) 
     if problem.structure is None:
         return unknowns
     return problem.structure.with_modes(unknowns, frequency, problem.excitation.amplitude)
+
+
+def cycle_growth_rate(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray, phase: FloatArray
+) -> float:
+    """Largest real part of the Floquet exponents [1/s] of a cycle, but that of a shift in time.
+
+    ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s] are a motion of a problem without a
+    force, ``phase`` (n_unknowns,) the row that tells when its period begins. Of one sector of a
+    ring all other sectors are disturbed as well, by waves of any nodal diameters. NaN for
+    structures as of `growth_rate`, with planar friction, and where few harmonics disagree with the
+    multipliers on which side of a fold the cycle is.
+    """
+    whole = problem.whole
+    if not whole.model.has_matrices or whole.n_unknowns > MANY or in_plane(whole):
+        return np.nan
+    if not all(isinstance(group.law, MemorylessLaw) for group in curved(whole)):
+        return np.nan
+    try:
+        found = period_map(whole, frequency, problem.layout.everywhere(unknowns).ravel())
+        values = found.across()
+        if whole is problem and not _agrees_on_folds(problem, frequency, unknowns, phase, values):
+            return np.nan
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return np.nan
+    largest = max(float(np.abs(values).max(initial=0.0)), np.finfo(float).tiny)
+    return float(found.repeats * np.log(largest) * frequency / (2 * np.pi))
+
+
+def _agrees_on_folds(
+    problem: HarmonicBalance,
+    frequency: float,
+    unknowns: FloatArray,
+    phase: FloatArray,
+    values: NDArray[np.complex128],
+) -> bool:
+    """Whether eigenvalues of a cycle and its balance agree on folds, as of `_agrees`.
+
+    ``w`` and ``v``, the velocity, being the null vectors of the Jacobian, the determinant of
+    perturbations begins with ``lambda w^T D v``, and the derivative of the balance by the frequency
+    is ``D v`` as well: the determinant with that column and the row of the phase has the opposite
+    sign, times that of ``phase @ v``.
+    """
+    evaluation = problem.evaluate(unknowns, frequency)
+    matrix = np.zeros((len(unknowns) + 1,) * 2)
+    matrix[:-1, :-1] = _jacobian(problem, evaluation, frequency)
+    matrix[:-1, -1], matrix[-1, :-1] = evaluation.by_parameter, phase
+    coefficients = problem.layout.coefficients(unknowns)
+    velocity = (coefficients @ problem.basis.derivative_matrix.T).ravel()
+    # Rows and columns of one size: those of the balance are forces.
+    size = np.linalg.norm(matrix, axis=1)
+    matrix /= size[:, None]
+    matrix /= np.linalg.norm(matrix, axis=0)
+    sign = -np.linalg.slogdet(matrix)[0] * np.sign(phase @ velocity)
+    beyond = np.count_nonzero((values.imag == 0) & (values.real > 1))
+    return bool((beyond % 2 == 0) == (sign > 0))
 
 
 def _agrees(jacobian: FloatArray, values: NDArray[np.complex128]) -> bool:

@@ -572,16 +572,9 @@ def test_every_file_of_verbs_is_a_command():
 
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
-    expected = ["response", "envelope", "disk", "blades", "nonlinear-modes"]
-    expected += [
-        "hysteresis",
-        "normal-force",
-        "states",
-        "stick-map",
-        "contact-map",
-        "model",
-        "phase",
-    ]
+    expected = ["response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"]
+    expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
+    expected += ["phase"]
     assert kinds() == expected
     monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
     monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])

@@ -37,8 +37,9 @@ class _Kind(click.ParamType):
 @click.option(
     "--kind",
     type=_Kind(),
-    help="What to draw. By default hysteresis for a motion in time, envelope for an ensemble, "
-    "disk for one point of a disk, else response.",
+    help="What to draw. By default hysteresis for a motion in time, nonlinear-modes and "
+    "limit-cycles for those, envelope for an ensemble, disk for one point of a disk, "
+    "else response.",
 )
 @select_option
 @click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")

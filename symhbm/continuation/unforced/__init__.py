@@ -1,5 +1,12 @@
 """Motions that no force drives: nonlinear modes and limit cycles, whose frequency is unknown."""
 
+from symhbm.continuation.unforced.cycles import (
+    Cycle,
+    Cycles,
+    cycles_of_mode,
+    follow_cycles,
+    settled,
+)
 from symhbm.continuation.unforced.following import follow_mode
 from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
 from symhbm.continuation.unforced.linear_modes import LinearMode, linear_mode, mode_start
@@ -8,18 +15,25 @@ from symhbm.continuation.unforced.problem import (
     Balanced,
     Condition,
     UnforcedProblem,
+    first_harmonic,
     phase_of,
 )
 
 __all__ = [
     "Balanced",
     "Condition",
+    "Cycle",
+    "Cycles",
     "LimitCycleProblem",
     "LinearMode",
     "NonlinearModeProblem",
     "UnforcedProblem",
+    "cycles_of_mode",
+    "first_harmonic",
+    "follow_cycles",
     "follow_mode",
     "linear_mode",
     "mode_start",
     "phase_of",
+    "settled",
 ]

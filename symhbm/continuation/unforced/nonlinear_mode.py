@@ -8,7 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance, SustainedMotion
-from symhbm.continuation.unforced.problem import Balanced, Condition, UnforcedProblem
+from symhbm.continuation.unforced.problem import (
+    Balanced,
+    Condition,
+    UnforcedProblem,
+    first_harmonic,
+)
 from symhbm.numerics import FloatArray
 
 
@@ -24,10 +29,7 @@ class NonlinearModeProblem(UnforcedProblem):
     """A damping ratio is as much as the same relative change of the frequency."""
 
     def __init__(self, problem: HarmonicBalance, dof: int):
-        size, basis = problem.basis.n_components, problem.basis
-        self._cosine, phase = np.zeros((2, problem.n_unknowns))
-        self._cosine[dof * size + basis.component(1)] = 1.0
-        phase[dof * size + basis.component(1, sine=True)] = 1.0
+        self._cosine, phase = first_harmonic(problem, dof)
         super().__init__(problem, phase)
         self._sustained = SustainedMotion(problem)
 

@@ -177,6 +177,14 @@ class UnforcedProblem(ContinuationProblem):
         return float(np.hypot(of_motion, length_of(rest)))
 
 
+def first_harmonic(problem: HarmonicBalance, dof: int) -> FloatArray:
+    """Rows (2, n_coefficients) that tell cosine and sine of the first harmonic at ``dof``."""
+    rows = np.zeros((2, problem.n_unknowns))
+    for row, sine in zip(rows, (False, True), strict=True):
+        row[dof * problem.basis.n_components + problem.basis.component(1, sine=sine)] = 1.0
+    return rows
+
+
 def phase_of(problem: HarmonicBalance, motion: FloatArray) -> FloatArray:
     """Phase row (n_coefficients,) by which motions begin as ``motion`` (n_coefficients,) does.
 

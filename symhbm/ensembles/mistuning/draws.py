@@ -206,7 +206,9 @@ def _spread(
     size = nominal.size
     width = check.one_or_each(name, spread, size, "blade or contact", "non-negative")
     lowest = 1 - distribution.reach * width
-    bound = "positive" if about.deviation else about.bound
+    # Damping may be negative, but a scatter that changes its sign is hardly meant.
+    signed = about.bound == "any" and about.per == "dof"
+    bound = "positive" if about.deviation else "non-negative" if signed else about.bound
     low = lowest <= 0 if bound == "positive" else lowest < 0
     if bound != "any" and np.any(low):
         least = "> 0" if bound == "positive" else ">= 0"

@@ -149,6 +149,10 @@ def condense(
     stability, progress = check.flag("stability", stability), check_progress(progress)
     if tolerance is not None:
         tolerance = check.scalar("tolerance", tolerance, "positive")
+    if not model.dissipates(basis.harmonics):
+        raise ValueError(
+            "model: expected damping that gives energy to no motion; symhbm.craig_bampton takes it"
+        )
     excitations = _excitations(model, excitation)
     masters, rows = _watched(model, dofs), np.zeros(0, dtype=np.intp)
     structure = model

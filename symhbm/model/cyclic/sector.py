@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -32,6 +32,8 @@ from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 LARGEST = 300
 """Degrees of freedom of a sector that is balanced as it is: larger ones are condensed."""
+_NO_WORK = 1e-12
+"""Imaginary part of the stiffness of air in a wave, over its size, that is round-off."""
 
 
 class Sector(PolynomialStructure):
@@ -308,6 +310,15 @@ class Sector(PolynomialStructure):
                 found["stiffness_matrix"] = found["stiffness_matrix"] + stiffness * along
             self._waves[n] = Matrices(**found)
         return self._waves[n]
+
+    def dissipates(self, harmonics: Sequence[int]) -> bool:
+        """Whether damping and air give energy to no motion of the waves of some harmonics."""
+        for influence in self.influences:
+            for wave in {n * (self.order or 0) % self.n_sectors for n in harmonics}:
+                damping, stiffness = influence.in_wave(wave, self.n_sectors)
+                if damping.real < 0 or abs(stiffness.imag) > _NO_WORK * abs(stiffness):
+                    return False
+        return True
 
     def _wave_of(self, nodal_diameter: int | None) -> int:
         if nodal_diameter is None:

@@ -1,12 +1,12 @@
 """One curve of motions that no force drives as plain arrays, with what all of them have."""
 
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Branch, Event, Status
+from symhbm.continuation import Event, Status
 from symhbm.continuation.unforced import UnforcedProblem
 from symhbm.numerics import RADIANS, FloatArray, Table
 from symhbm.response.describe import describe_each, unsolved
@@ -23,20 +23,19 @@ class Motion(NamedTuple):
 
 
 class UnforcedCurve:
-    """The motions along a ``branch``, None for a curve without points.
+    """The motions along a ``branch``, or `Cycles`, None for a curve without points.
 
-    What a kind of motion tells of itself beside its frequency it adds to ``OWN`` and `own`;
-    ``NAMES`` are those of `describe_each` that it calls otherwise.
+    What a kind of motion tells of itself beside its frequency it adds to `own`; ``NAMES`` are those
+    of `describe_each` that it calls otherwise.
     """
 
-    OWN: ClassVar[tuple[str, ...]] = ("frequency",)
     NAMES: ClassVar[dict[str, str]] = {}
 
-    def __init__(self, request: Request, curve: UnforcedProblem, branch: Branch | None):
+    def __init__(self, request: Request, curve: UnforcedProblem, branch: Any):
         self.request, self.curve, self.branch = request, curve, branch
 
     def own(self, unknowns: FloatArray) -> Table:
-        """Results (n,) of motions with all their unknowns (n, n_unknowns), by the names ``OWN``."""
+        """Results (n,) of motions with all their unknowns (n, n_unknowns), by their names."""
         return {"frequency": unknowns[:, self.problem.n_unknowns] / RADIANS}
 
     @property
@@ -69,7 +68,8 @@ class UnforcedCurve:
         for name, values in self.own(at_events).items():
             table[f"event_{name}"] = values
         table |= {name: np.array(count) for name, count in counts.items()}
-        table |= dict(harmonics=np.array(self.problem.harmonics))
+        by_machine_code = np.array(-1 if branch is None else 0, dtype=np.int8)
+        table |= dict(harmonics=np.array(self.problem.harmonics), by_machine_code=by_machine_code)
         return points | table | dict(status=np.array(str(self.status(points)), dtype=object))
 
     def status(self, points: Table) -> Status:
@@ -105,7 +105,7 @@ class UnforcedCurve:
             states = [(None if s is None else s.state[:-1], solves) for s, solves in pairs]
             found.append([Motion(value, *state) for state in states])
         sizes = np.array([len(several) for several in found], dtype=np.int32)
-        width = int(sizes.max())
+        width = max(1, int(sizes.max()))
         places = [i * width + k for i, several in enumerate(found) for k in range(len(several))]
         motions = [motion for several in found for motion in several]
         table = self._described(motions, len(at) * width, places)
@@ -114,7 +114,8 @@ class UnforcedCurve:
 
     def _described(self, motions: Sequence[Motion], size: int, places: Sequence[int]) -> Table:
         """Results of motions at their ``places`` among ``size`` ones."""
-        table = unsolved(self.problem, size) | {name: np.full(size, np.nan) for name in self.OWN}
+        table = self._renamed(unsolved(self.problem, size, self.request.tells_stability))
+        table |= {name: np.full(size, np.nan) for name in self.own(self._unknowns([]))}
         table["iterations"][[*places]] = [motion.solves for motion in motions]
         pairs = zip(places, motions, strict=True)
         solved = [(place, motion) for place, motion in pairs if motion.unknowns is not None]
@@ -122,6 +123,9 @@ class UnforcedCurve:
             at = [place for place, _ in solved]
             for name, values in self._rows([motion for _, motion in solved]).items():
                 table[name][at] = values
+        return table
+
+    def _renamed(self, table: Table) -> Table:
         return {self.NAMES.get(name, name): values for name, values in table.items()}
 
     def _rows(self, motions: Sequence[Motion]) -> Table:
@@ -134,7 +138,7 @@ class UnforcedCurve:
             [motion.solves for motion in motions],
             norms=np.array([curve.evaluate(*pair).norm for pair in pairs]),
         )
-        return table | self.own(unknowns)
+        return self._renamed(table) | self.own(unknowns)
 
     def _unknowns(self, motions: Sequence[Motion]) -> FloatArray:
         """All unknowns (n, n_unknowns) of motions that were found."""

@@ -20,7 +20,6 @@ from symhbm.results import Request
 class ModeCurve(UnforcedCurve):
     """A nonlinear mode over its amplitude."""
 
-    OWN = ("frequency", "damping_ratio", "modal_amplitude")
     NAMES: ClassVar = {"amplitude": "largest_displacement"}  # the amplitude is what moves
     curve: NonlinearModeProblem
 
@@ -57,9 +56,21 @@ def mode_problem(
     Without a degree of freedom that tells the amplitude it is the one that moves most. Raises
     TypeError or ValueError for a structure without a mass matrix, such a wave or such a mode.
     """
+    alone, dof, numbers = free_problem(problem, request)
+    assert isinstance(request.mode, int)
+    linear = linear_mode(alone, request.mode, dof, numbers)
+    return NonlinearModeProblem(alone, linear.dof), linear
+
+
+def free_problem(
+    problem: HarmonicBalance, request: Request
+) -> tuple[HarmonicBalance, int | None, list[int]]:
+    """The problem without a force, and the unknown degree of freedom that tells amplitudes, if any.
+
+    And the numbers that the user gives all unknown ones. Raises as `mode_problem`, but for modes.
+    """
     check_mass(problem)
     alone = unforced(problem, request.nodal_diameter)
-    assert request.mode is not None
     numbers, own = _numbers(alone), request.dof
     if own is not None and alone.symmetry is not None:
         own %= alone.n_dof  # all sectors move alike
@@ -68,9 +79,7 @@ def mode_problem(
             f"dof={own}: expected a degree of freedom that is kept; those at the right interface "
             "of a sector are not, their twins at the left one move as much"
         )
-    dof = None if own is None else numbers.index(own)
-    linear = linear_mode(alone, request.mode, dof, numbers)
-    return NonlinearModeProblem(alone, linear.dof), linear
+    return alone, None if own is None else numbers.index(own), numbers
 
 
 def _numbers(problem: HarmonicBalance) -> list[int]:

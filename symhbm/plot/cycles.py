@@ -1,0 +1,103 @@
+"""Limit cycles: their amplitude over the parameter, and which of them are stable."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from symhbm.plot.drawing import Family, Member, axis_label, canvas, figure_of, nothing_to_draw
+from symhbm.results import Description, check_dataset, check_present
+
+_STYLES = {1: "-", 0: "--", -1: ":"}
+"""Lines of cycles that are stable, unstable, and of which it is not known."""
+_MARK: Any = dict(ls="none", markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
+
+
+def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+    """Draw the amplitude of limit cycles over the parameter that moves, one colour per set.
+
+    Cycles that are not stable are dashed, dotted where it is not known; without ``stability`` all
+    lines are solid. Squares are folds, where two cycles meet, circles onsets and ends of slip, of
+    contact and of opening.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.limit_cycles` along a parameter, not on a grid.
+    ax
+        Axes to draw into; by default a new figure.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For what is no such dataset, and for one without a cycle.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=-0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
+    >>> cycles = sh.limit_cycles(problem, "damping", (-30, 0), stability=True, progress=False)
+    >>> figure = sh.plot.limit_cycles(cycles)
+    >>> figure.savefig("cycles.png")
+    """
+    check_dataset("dataset", dataset, unforced=True)
+    description = Description(dataset)
+    if description.unforced != "limit cycle" or description.moving == "amplitude":
+        raise TypeError("dataset: expected a result of limit_cycles over a parameter")
+    if "point" not in dataset.dims:
+        raise ValueError("dataset: expected points along branches of cycles, got a grid; ask for "
+                         "them without at=")  # fmt: skip
+    name = description.moving
+    check_present(dataset, "amplitude", "cycle_branch", name)
+    if not np.isfinite(dataset["amplitude"]).any():
+        raise nothing_to_draw(dataset)
+    dims = [str(dim) for dim in dataset["amplitude"].dims if dim != "point"]
+    family = Family(dataset, dims)
+    with canvas(ax) as axes:
+        for member in family:
+            _draw(axes, dataset.isel(member.position), name, member)
+        axes.set(
+            xlabel=axis_label(dataset, name),
+            ylabel="amplitude of the first harmonic [m]",
+            yscale="log",
+        )
+        if dims:
+            family.explain(axes)
+        return figure_of(axes)
+
+
+def _draw(ax: Axes, one: xr.Dataset, name: str, member: Member) -> None:
+    """Draw the cycles of one parameter set, and mark their events."""
+    value, amplitude = one[name].values, one["amplitude"].values
+    for part, verdict in _runs(one):
+        ax.plot(value[part], amplitude[part], color=member.color, ls=_STYLES[verdict])
+    if "event_kind" not in one.variables or "event_amplitude" not in one.variables:
+        return
+    kinds = one["event_kind"].values.astype(str)
+    for kind in np.unique(kinds[kinds != ""]):
+        at = kinds == kind
+        points = one[f"event_{name}"].values[at], one["event_amplitude"].values[at]
+        marker = "s" if kind == "fold" else "o"
+        ax.plot(*points, marker, markerfacecolor=member.color, **_MARK)
+
+
+def _runs(one: xr.Dataset) -> Iterator[tuple[slice, int]]:
+    """Parts of branches whose cycles are alike, each up to the first point of the next one."""
+    found = np.isfinite(one["amplitude"].values)
+    branch = np.where(found, one["cycle_branch"].values, -1)
+    known = "stability" in one.variables
+    stable = one["stability"].values if known else np.ones(len(found), dtype=int)
+    begin = 0
+    for i in range(1, len(found) + 1):
+        ends = i == len(found) or branch[i] != branch[begin]
+        if ends or stable[i] != stable[begin]:
+            if branch[begin] >= 0:
+                yield slice(begin, i if ends else i + 1), int(stable[begin])
+            begin = i

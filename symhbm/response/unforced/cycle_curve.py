@@ -1,0 +1,162 @@
+"""Limit cycles over a parameter, or at the problem's own: the computation for one parameter set."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from symhbm.balance import HarmonicBalance
+from symhbm.continuation import Branch, Status
+from symhbm.continuation.unforced import (
+    Cycle,
+    Cycles,
+    LimitCycleProblem,
+    NonlinearModeProblem,
+    cycles_of_mode,
+    first_harmonic,
+    follow_cycles,
+    follow_mode,
+    linear_mode,
+    settled,
+)
+from symhbm.numerics import FloatArray, Table
+from symhbm.response.unforced.curve import Motion, UnforcedCurve
+from symhbm.response.unforced.mode_curve import free_problem, mode_problem, with_dof
+from symhbm.results import Request
+from symhbm.time_domain import cycle_growth_rate, verdict
+
+_SMALLEST = 1e-3
+"""Share of the largest value of a band below which steps along it are no longer relative."""
+_MORE = (0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
+"""Shares of a band at which cycles are searched where none were found at its ends and middle."""
+
+
+class CycleCurve(UnforcedCurve):
+    """Limit cycles, along a parameter or alone."""
+
+    NAMES: ClassVar = {"amplitude": "largest_displacement"}  # that of the first harmonic is told
+    curve: LimitCycleProblem
+    branch: Cycles | None
+
+    def own(self, unknowns: FloatArray) -> Table:
+        """As of any unforced motion, and the amplitude where it is not what moves."""
+        if self.request.name == "amplitude":
+            return super().own(unknowns)
+        amplitudes = [self.curve.amplitude(row) for row in unknowns]
+        return super().own(unknowns) | {"amplitude": np.array(amplitudes, dtype=float)}
+
+    def table(self) -> Table:
+        """As of any unforced motion, and where two cycles meet."""
+        table = super().table()
+        if self.request.name != "amplitude":
+            fold = np.nan if self.branch is None else self.branch.fold
+            table["fold_value"] = np.array(fold)
+            if self.request.at is None:
+                numbers = [] if self.branch is None else self.branch.numbers
+                table["cycle_branch"] = np.array(numbers, dtype=np.int32)
+        return table
+
+    def _rows(self, motions: Sequence[Motion]) -> Table:
+        table = super()._rows(motions)
+        if self.request.tells_stability:
+            rates, frequencies = [], []
+            for motion in motions:
+                assert motion.unknowns is not None
+                problem, omega = self.curve.problem_at(motion.value), motion.unknowns[-1]
+                given = problem, omega, motion.unknowns[:-1], self.curve.phase
+                rates.append(cycle_growth_rate(*given))
+                frequencies.append(omega)
+            verdicts = [verdict(*pair) for pair in zip(rates, frequencies, strict=True)]
+            table["growth_rate"] = np.array(rates)
+            table["stability"] = np.array(verdicts, dtype=np.int8)
+        return table
+
+
+def cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """The limit cycles of one problem; raises as `mode_problem`."""
+    search = _Search(problem, request)
+    curve = search.curve
+    if request.name == "amplitude":
+        return CycleCurve(request, curve, search.alone()).table()
+    low, high = sorted(request.band)
+    nominal = [value for value in _nominal(problem, request) if low < value < high]
+    seeds = [seed for value in [low, high, (low + high) / 2, *nominal] for seed in search.at(value)]
+    for share in _MORE:
+        seeds = seeds or search.at(low + share * (high - low))
+    cycles = follow_cycles(curve, seeds, (low, high), request.max_points)
+    return CycleCurve(request, curve, cycles).table()
+
+
+def blank_cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """A curve without points that has the names and shapes of a request's."""
+    return CycleCurve(request, _Search(problem, request).curve, None).table()
+
+
+def with_cycle_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """As `with_dof`, of the first mode; raises for all of them."""
+    first, *others = _modes(request)
+    told = with_dof(problem, replace(request, mode=first))
+    for mode in others:
+        mode_problem(problem, replace(told, mode=mode))
+    return replace(told, mode=request.mode)
+
+
+def _modes(request: Request) -> list[int]:
+    return np.atleast_1d(np.array(request.mode)).tolist()
+
+
+def _nominal(problem: HarmonicBalance, request: Request) -> list[float]:
+    """The one value that the parameter has in the problem itself."""
+    values = np.atleast_1d(problem.parameters[request.name]).ravel()
+    values = values if request.index is None else values[[request.index]]
+    return [float(values[0])] if values.size and np.all(values == values[0]) else []
+
+
+class _Search:
+    """Limit cycles of one problem, looked for along its nonlinear modes."""
+
+    def __init__(self, problem: HarmonicBalance, request: Request):
+        self.request = request
+        self.problem, self.dof, self.numbers = free_problem(problem, request)
+        assert self.dof is not None
+        size, phase = first_harmonic(self.problem, self.dof)
+        name = None if request.name == "amplitude" else request.name
+        smallest = 0.0 if name is None else _SMALLEST * max(map(abs, request.band))
+        assert request.amplitudes is not None
+        more = request.index, smallest, size, request.amplitudes
+        self.curve = LimitCycleProblem(self.problem, name, phase, *more)
+
+    def alone(self) -> Cycles:
+        """The cycles at the parameters of the problem, by the logarithms of their amplitudes."""
+        curve, modes = (
+            self.curve,
+            [self._followed(self.problem, mode) for mode in _modes(self.request)],
+        )
+        cycles = [
+            cycle._replace(value=float(np.log10(curve.amplitude(cycle.unknowns))))
+            for cycle in self._on(modes, 0.0)
+        ]
+        statuses = [mode.status for mode in modes if mode.status != Status.REACHED_END]
+        status = statuses[0] if statuses else Status.REACHED_END
+        return Cycles(modes[0].corrector, status, alone=tuple(cycles))
+
+    def at(self, value: float) -> list[Cycle]:
+        """The cycles at a value of the parameter, none where the problem has no such modes."""
+        try:
+            problem = self.curve.problem_at(value)
+            modes = [self._followed(problem, mode) for mode in _modes(self.request)]
+        except (ArithmeticError, ValueError):
+            return []
+        return self._on(modes, value)
+
+    def _followed(self, problem: HarmonicBalance, mode: int) -> Branch:
+        assert self.request.amplitudes is not None
+        low, high = np.log10(self.request.amplitudes).tolist()
+        linear = linear_mode(problem, mode, self.dof, self.numbers)
+        curve = NonlinearModeProblem(problem, linear.dof)
+        return follow_mode(curve, linear, (low, high), self.request.max_points)
+
+    def _on(self, modes: list[Branch], value: float) -> list[Cycle]:
+        starts = [cycle for mode in modes for cycle in cycles_of_mode(mode)]
+        return settled(self.curve, starts, value)
