@@ -38,7 +38,7 @@ class Status(StrEnum):
     MODE_TURNED_BACK = (
         "the amplitude turned back at a fold and came back to its smallest value, as the motion "
         "passed to other degrees of freedom or harmonics; the points are valid; try another degree "
-        "of freedom that tells the amplitude, or fewer harmonics"
+        "of freedom that tells the amplitude, or smaller amplitudes"
     )
     OTHER_SOLUTIONS = (
         "the end of the band was reached, but at an end of the band there are other solutions, "

@@ -26,7 +26,7 @@ from symhbm.results import (
     parse,
 )
 from symhbm.time_domain import check_stability
-from symhbm.workers import check_executor
+from symhbm.workers import check_executor, check_progress
 
 
 def nonlinear_modes(
