@@ -57,7 +57,9 @@ def check_semidefinite(mass: Any) -> None:
 
 
 def dissipates(damping: Any) -> bool:
-    """Whether a sparse damping matrix gives energy to no motion, but for round-off."""
+    """Whether a damping matrix gives energy to no motion, but for round-off."""
+    if not sp.issparse(damping):
+        return True  # that of modes, whose damping ratios are not negative
     part = (damping + damping.conj().T).tocsc() / 2
     part.eliminate_zeros()
     diagonal = part.diagonal().real

@@ -2,15 +2,14 @@
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import response
-from symhbm.plot.cycles import limit_cycles
 from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.map import stick_map
-from symhbm.plot.modes import nonlinear_modes
 from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
+from symhbm.plot.unforced import limit_cycles, nonlinear_modes
 
 __all__ = [
     "LINE_STYLES",

@@ -30,6 +30,7 @@ _CLOSE = 0.1
 _STRAIGHT = 0.5
 """Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""
 _MAX_DEPTH = 4
+_MAX_HALVINGS = 8
 _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 
 
@@ -148,13 +149,34 @@ class _Along:
 
     def change(self, low: float, high: float) -> tuple[EventKind, PathState]:
         """What happens where the growth rate passes zero, and the solution there."""
+        state = self._crossing(self._solved(low), self._solved(high), 0)
+        return self.kind(state), state
+
+    def _crossing(self, left: PathState, right: PathState, depth: int) -> PathState:
+        """The solution where the rate passes zero; halves a part that a cubic does not follow."""
+        part = held_between(self._corrector, left, right)
+
+        def solved(share: float) -> PathState:
+            found = (left, right)[int(share)] if share in (0.0, 1.0) else part.solve(share)
+            if found is None:
+                raise ArithmeticError("the path between two points cannot be solved for")
+            return found
 
         def rate(share: float) -> float:
-            return self._exponent(self._solved(share))[0].real
+            return self._exponent(solved(share))[0].real
 
-        share = float(scipy.optimize.brentq(rate, low, high, xtol=1e-14, rtol=1e-14))  # type: ignore
-        state = self._solved(share)
-        return self.kind(state), state
+        try:
+            share = scipy.optimize.brentq(rate, 0.0, 1.0, xtol=1e-14, rtol=1e-14)  # type: ignore
+            return solved(float(share))
+        except ArithmeticError:
+            if depth == _MAX_HALVINGS:
+                raise
+        middle = part.solve_between(0.5)
+        if middle is None:
+            raise ArithmeticError("the path between two points cannot be solved for")
+        sides = (self._exponent(state)[0].real > 0 for state in (left, middle))
+        halves = (left, middle) if len({*sides}) > 1 else (middle, right)
+        return self._crossing(*halves, depth + 1)
 
     def kind(self, state: PathState) -> EventKind:
         """What happens at a solution where the stability changes."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
@@ -77,6 +77,7 @@ def test_many_pairs_at_once():
 
 
 @settings(max_examples=60, deadline=None)
+@example(seed=2920)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_amplitudes_between_two_points(seed):
     """Cubic in the logarithm, in the square between a fall and a rise, in the root at a fold."""
@@ -96,8 +97,8 @@ def test_amplitudes_between_two_points(seed):
         mean = np.log(right / left)
         slopes = [slope / at for slope, at in ((first, left), (last, right))]
         slopes = [mean * min(s / mean, 3) if s * mean > 0 else s for s in slopes]
-        with np.errstate(over="ignore"):
-            expected = np.exp(cubic(np.log(left), np.log(right), tuple(slopes), share))
+        level = cubic(np.log(left), np.log(right), tuple(slopes), share)
+        expected = np.exp(min(level, 700.0))
     for kind in (amplitude_at, amplitude_at.__wrapped__):
         assert kind(left, right, first, last, share) == pytest.approx(expected, rel=1e-9)
     assert amplitude_between(left, right, (first, last), share) == pytest.approx(expected, rel=1e-9)

@@ -11,6 +11,8 @@ _MAX_STEPS = 60
 """Most steps of a search: bisection alone takes fewer."""
 _MONOTONE = 3.0
 """Largest slope at an end over the mean slope of a monotone cubic."""
+_HIGHEST = 700.0
+"""Largest logarithm of an interpolated amplitude that is a number."""
 _LOWEST = 1e-3
 """Smallest interpolated amplitude over that at both points: a lower one requires a point."""
 
@@ -130,7 +132,7 @@ def amplitude_at(left: float, right: float, first: float, last: float, share: fl
     level = math.log(left)
     mean = math.log(right) - level
     slopes = _limited(first / left, mean), _limited(last / right, mean)
-    return math.exp(cubic_at(level, level + mean, slopes, share))
+    return math.exp(min(cubic_at(level, level + mean, slopes, share), _HIGHEST))
 
 
 @Loop

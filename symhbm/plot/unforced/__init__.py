@@ -1,0 +1,6 @@
+"""Pictures of motions that no force drives."""
+
+from symhbm.plot.unforced.cycles import limit_cycles
+from symhbm.plot.unforced.modes import nonlinear_modes
+
+__all__ = ["limit_cycles", "nonlinear_modes"]
