@@ -243,7 +243,9 @@ def test_break_points_are_exact_for_powers_and_near_touches():
     assert not len(details.breaks[0].angle)
 
 
-@pytest.mark.parametrize("name", ["spring", "rounded", "gap", "rubbing"])
+@pytest.mark.parametrize(
+    "name", ["spring", "rounded", pytest.param("gap", marks=pytest.mark.slow), "rubbing"]
+)
 def test_from_response_to_picture(name, tmp_path):
     """An archive is enough: laws= is not needed."""
     problem, swept = problem_of(group_of(name)), next(iter(LAWS[name][1]))

@@ -182,6 +182,7 @@ def test_errors_between_the_points_of_the_path_are_reported(monkeypatch):
         sh.frf(problem, band, at=at[poor], accuracy=accuracy, throw=True)
 
 
+@pytest.mark.slow
 def test_folding_responses():
     """Smooth forces: a geometric fall, and errors measured across the path, as folds move too."""
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)

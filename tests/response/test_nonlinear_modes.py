@@ -278,8 +278,8 @@ def test_contact_that_opens_over_the_whole_range(given, mode):
     ("model", "mode", "amplitude", "highest", "bound"),
     [
         (held_blade(stop(normal_load=10.0)), 0, 2e-3, 40, 1e-7),
-        (shroud(normal_load=5.0), 0, 1e-3, 40, 2e-7),
-        (shroud(normal_load=5.0), 1, 1e-3, 60, 1e-9),
+        pytest.param(shroud(normal_load=5.0), 0, 1e-3, 40, 2e-7, marks=pytest.mark.slow),
+        pytest.param(shroud(normal_load=5.0), 1, 1e-3, 60, 1e-9, marks=pytest.mark.slow),
     ],
 )
 def test_contact_that_opens_moves_as_the_exact_motion(model, mode, amplitude, highest, bound):

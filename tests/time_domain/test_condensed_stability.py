@@ -66,6 +66,7 @@ def test_multipliers_are_those_of_the_whole_structure(contacts, harmonics):
     assert point.stability.item() == int(rate < 0)
 
 
+@pytest.mark.slow
 def test_folds_of_a_smooth_law_change_stability():
     whole, small = problems(CUBIC, (1, 3), covered=5)
     at = (1.4, 2.2)

@@ -129,7 +129,10 @@ def test_a_tuned_ring_responds_as_its_sector(make):
 
 @pytest.mark.parametrize(
     ("added", "deviations"),
-    [(stiffer, {"stiffness_deviation": DEVIATIONS}), (stiffer_modes, OF_MODES)],
+    [
+        pytest.param(stiffer, {"stiffness_deviation": DEVIATIONS}, marks=pytest.mark.slow),
+        (stiffer_modes, OF_MODES),
+    ],
 )
 def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviations):
     certificate = reduced.structure.certificate
