@@ -8,7 +8,7 @@ that are solved for along the path is brought to zero.
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -31,6 +31,12 @@ _STRAIGHT = 0.5
 """Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""
 _MAX_DEPTH = 4
 _MAX_HALVINGS = 8
+_MAX_SECANTS = 12
+"""Most steps to a zero of a growth rate; one that needs more jumps."""
+_PRECISION = 1e-11
+"""Share of a part of the path to which a zero is located."""
+_OF_JUMP = 1e-6
+"""Share of it to which a jump is located, where each step halves it."""
 _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 
 
@@ -162,11 +168,20 @@ class _Along:
                 raise ArithmeticError("the path between two points cannot be solved for")
             return found
 
-        def rate(share: float) -> float:
-            return self._exponent(solved(share))[0].real
+        grows = self._exponent(left)[0].real > 0
+        bracket = [0.0, 1.0]
 
+        def rate(share: float) -> float:
+            found = self._exponent(solved(share))[0].real
+            bracket[(found > 0) != grows] = share
+            return found
+
+        search: Any = scipy.optimize
+        options: Any = dict(maxiter=_MAX_SECANTS, full_output=True, disp=False)
         try:
-            share = scipy.optimize.brentq(rate, 0.0, 1.0, xtol=1e-14, rtol=1e-14)  # type: ignore
+            share, ended = search.brentq(rate, 0.0, 1.0, xtol=_PRECISION, **options)
+            if not ended.converged:
+                share = search.bisect(rate, *bracket, xtol=_OF_JUMP)
             return solved(float(share))
         except ArithmeticError:
             if depth == _MAX_HALVINGS:
