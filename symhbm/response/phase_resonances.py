@@ -10,6 +10,7 @@ systems with phase-locked-loop excitation, Mechanical Systems and Signal Process
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy
@@ -19,6 +20,9 @@ from symhbm.continuation import ContinuationProblem, Corrector, EventKind, PathS
 from symhbm.numerics import FloatArray
 from symhbm.time_domain import Change, Known, held_between
 
+_SHARES = np.arange(1, 8) / 8
+"""Shares of a step at which the lag is estimated."""
+_ALL = [0.0, *_SHARES.tolist(), 1.0]
 _ROUND_OFF = 1e-9
 """Work of a force that is round-off, over that of as large a response in phase with it."""
 
@@ -34,29 +38,50 @@ def phase_resonances(
     for number, (left, right) in enumerate(pairwise(points)):
         if left is None or right is None:
             continue
-        ends = left.after, right.before
-        stored, after = (_in_phase(curve, end) for end in ends)
-        if not stored * after < 0:
-            continue
-        segment = held_between(corrector, *ends)
-
-        def solved(share: float, segment=segment, ends=ends) -> PathState:
-            found = ends[int(share)] if share in (0.0, 1.0) else segment.solve(share)
-            if found is None:
-                raise ArithmeticError("the path between two points cannot be solved for")
-            return found
-
         try:
-            share = scipy.optimize.brentq(  # type: ignore[attr-defined]
-                lambda share, solved=solved: _in_phase(curve, solved(share)), 0, 1, xtol=1e-14
-            )
-            state = solved(float(share))
+            found = _quarters(corrector, left.after, right.before)
         except ArithmeticError:
             lost += 1
             continue
-        if _is_resonance(curve, state):
-            changes.append(Change(number, EventKind.PHASE, state))
+        resonances = (state for state in found if _is_resonance(curve, state))
+        changes += [Change(number, EventKind.PHASE, state) for state in resonances]
     return changes, lost
+
+
+def _quarters(corrector: Corrector, left: PathState, right: PathState) -> list[PathState]:
+    """The solutions between two points that lag by a quarter of the period, or are a quarter ahead.
+
+    A resonance and an antiresonance within one step are told apart by a cubic between the points.
+    Raises ArithmeticError where the path cannot be solved for.
+    """
+    curve = corrector.curve
+    segment = held_between(corrector, left, right)
+    states, slopes = segment.interpolate(_SHARES)
+    inner = map(PathState, states, slopes)
+    signs = [_in_phase(curve, at) > 0 for at in (left, *inner, right)]
+    if len({*signs}) == 1:
+        return []
+
+    def solved(share: float) -> PathState:
+        found = (left, right)[int(share)] if share in (0.0, 1.0) else segment.solve(share)
+        if found is None:
+            raise ArithmeticError("the path between two points cannot be solved for")
+        return found
+
+    def in_phase(share: float) -> float:
+        return _in_phase(curve, solved(share))
+
+    turns = [i for i, (sign, other) in enumerate(pairwise(signs)) if sign != other]
+    # Between two turns of the cubic the path itself tells.
+    middles = [(_ALL[i + 1] + _ALL[j]) / 2 for i, j in pairwise(turns)]
+    shares = [0.0, *middles, 1.0]
+    values = [in_phase(share) for share in shares]
+    search: Any = scipy.optimize
+    return [
+        solved(float(search.brentq(in_phase, *between, xtol=1e-14)))
+        for between, (low, high) in zip(pairwise(shares), pairwise(values), strict=True)
+        if low * high < 0
+    ]
 
 
 def _in_phase(curve: ContinuationProblem, at: PathState) -> float:

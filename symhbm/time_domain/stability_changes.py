@@ -32,11 +32,13 @@ _STRAIGHT = 0.5
 _MAX_DEPTH = 4
 _MAX_HALVINGS = 8
 _MAX_SECANTS = 12
-"""Most steps to a zero of a growth rate; one that needs more jumps."""
+"""Most steps to a zero of a growth rate, before halving tells whether it jumps."""
 _PRECISION = 1e-11
 """Share of a part of the path to which a zero is located."""
 _OF_JUMP = 1e-6
 """Share of it to which a jump is located, where each step halves it."""
+_SHRINKS = 1e-2
+"""Rates at both sides of that, over those of the part, of a rate that does not jump."""
 _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 
 
@@ -168,12 +170,12 @@ class _Along:
                 raise ArithmeticError("the path between two points cannot be solved for")
             return found
 
-        grows = self._exponent(left)[0].real > 0
+        ends = [self._exponent(state)[0].real for state in (left, right)]
         bracket = [0.0, 1.0]
 
         def rate(share: float) -> float:
             found = self._exponent(solved(share))[0].real
-            bracket[(found > 0) != grows] = share
+            bracket[(found > 0) != (ends[0] > 0)] = share
             return found
 
         search: Any = scipy.optimize
@@ -182,6 +184,9 @@ class _Along:
             share, ended = search.brentq(rate, 0.0, 1.0, xtol=_PRECISION, **options)
             if not ended.converged:
                 share = search.bisect(rate, *bracket, xtol=_OF_JUMP)
+                beside = [rate(at) for at in tuple(bracket)]
+                if np.abs(beside).sum() < _SHRINKS * np.abs(ends).sum():
+                    share = search.brentq(rate, *bracket, xtol=_PRECISION)
             return solved(float(share))
         except ArithmeticError:
             if depth == _MAX_HALVINGS:
@@ -189,8 +194,8 @@ class _Along:
         middle = part.solve_between(0.5)
         if middle is None:
             raise ArithmeticError("the path between two points cannot be solved for")
-        sides = (self._exponent(state)[0].real > 0 for state in (left, middle))
-        halves = (left, middle) if len({*sides}) > 1 else (middle, right)
+        grows = self._exponent(middle)[0].real > 0
+        halves = (left, middle) if grows != (ends[0] > 0) else (middle, right)
         return self._crossing(*halves, depth + 1)
 
     def kind(self, state: PathState) -> EventKind:

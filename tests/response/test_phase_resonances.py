@@ -146,3 +146,24 @@ def test_a_ring_is_solved_by_sectors():
 def test_a_flag_is_asked_for():
     with pytest.raises(TypeError, match="phase_resonances='yes'"):
         sh.frf(blade(3.0), (10, 30), phase_resonances="yes")
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_none_is_passed_over_on_linear_chains(seed):
+    """Random chains of four masses, driven at any of them, against a scan of the exact response."""
+    rng = np.random.default_rng(seed)
+    springs = 1e4 * 10 ** rng.uniform(-1, 0.5, 5)
+    stiffness = np.diag(springs[:4] + springs[1:]) - np.diag(springs[1:4], 1)
+    stiffness = stiffness - np.diag(springs[1:4], -1)
+    mass, damping = np.diag(rng.uniform(0.5, 2, 4)), 10 ** rng.uniform(-1, 1) * np.eye(4)
+    driven = int(rng.integers(4))
+    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.PointForce(dof=driven))
+    found = sh.frf(problem, (0.5, 80), phase_resonances=True, progress=False)
+    grid = np.linspace(0.5, 80, 40001)
+    omega = 2 * np.pi * grid[:, None, None]
+    dynamic = stiffness - omega**2 * mass + 1j * omega * damping
+    signs = np.linalg.solve(dynamic, np.eye(4)[driven][:, None])[:, driven, 0].real > 0
+    falls = np.flatnonzero(signs[:-1] & ~signs[1:])
+    located = resonances(found)
+    assert len(located) == len(falls)
+    assert np.all((grid[falls] <= located) & (located <= grid[falls + 1]))
