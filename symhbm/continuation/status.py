@@ -35,6 +35,10 @@ class Status(StrEnum):
         "proof that there is none between them; try a band around the values where you expect one, "
         "other modes, or a wider band of amplitudes"
     )
+    CYCLE_LOST = (
+        "a limit cycle that a nonlinear mode tells of could not be solved for, and is missing; the "
+        "others are valid; try a narrower band of amplitudes, or another degree of freedom"
+    )
     MODE_TURNED_BACK = (
         "the amplitude turned back at a fold and came back to its smallest value, as the motion "
         "passed to other degrees of freedom or harmonics; the points are valid; try another degree "

@@ -130,18 +130,23 @@ def _undamped(branch: Branch, left: PathPoint, right: PathPoint, place: int) -> 
     return known[share]
 
 
-def settled(curve: LimitCycleProblem, starts: Sequence[FloatArray], value: float) -> list[Cycle]:
-    """Cycles at a value of the parameter near ``starts``, one of each."""
+def settled(
+    curve: LimitCycleProblem, starts: Sequence[FloatArray], value: float
+) -> tuple[list[Cycle], int]:
+    """Cycles at a value of the parameter near ``starts``, one of each, and how many have none."""
     found: list[Cycle] = []
+    lost = 0
     for start in starts:
         try:
             result = newton(lambda unknowns: curve.evaluate(unknowns, value), start)
         except ArithmeticError:
+            lost += 1
             continue
+        lost += not result.converged
         new = not any(_are_one(curve, cycle.unknowns, result.unknowns) for cycle in found)
         if result.converged and new:
             found.append(Cycle(value, result.unknowns, result.iterations))
-    return sorted(found, key=lambda cycle: curve.amplitude(cycle.unknowns))
+    return sorted(found, key=lambda cycle: curve.amplitude(cycle.unknowns)), lost
 
 
 def _are_one(curve: LimitCycleProblem, first: FloatArray, second: FloatArray) -> bool:

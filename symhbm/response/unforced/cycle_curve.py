@@ -85,6 +85,7 @@ def cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
     for share in _MORE:
         seeds = seeds or search.at(low + share * (high - low))
     cycles = follow_cycles(curve, seeds, (low, high), request.max_points)
+    cycles = replace(cycles, status=search.told(cycles.status))
     return CycleCurve(request, curve, cycles).table()
 
 
@@ -117,7 +118,7 @@ class _Search:
     """Limit cycles of one problem, looked for along its nonlinear modes."""
 
     def __init__(self, problem: HarmonicBalance, request: Request):
-        self.request = request
+        self.request, self.lost = request, 0
         self.problem, self.dof, self.numbers = free_problem(problem, request)
         assert self.dof is not None
         size, phase = first_harmonic(self.problem, self.dof)
@@ -138,7 +139,7 @@ class _Search:
             for cycle in self._on(modes, 0.0)
         ]
         statuses = [mode.status for mode in modes if mode.status != Status.REACHED_END]
-        status = statuses[0] if statuses else Status.REACHED_END
+        status = self.told(statuses[0] if statuses else Status.REACHED_END)
         return Cycles(modes[0].corrector, status, alone=tuple(cycles))
 
     def at(self, value: float) -> list[Cycle]:
@@ -159,4 +160,10 @@ class _Search:
 
     def _on(self, modes: list[Branch], value: float) -> list[Cycle]:
         starts = [cycle for mode in modes for cycle in cycles_of_mode(mode)]
-        return settled(self.curve, starts, value)
+        cycles, lost = settled(self.curve, starts, value)
+        self.lost += lost
+        return cycles
+
+    def told(self, status: Status) -> Status:
+        """How the search ends, from how all else does."""
+        return Status.CYCLE_LOST if self.lost and status == Status.REACHED_END else status
