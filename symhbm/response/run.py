@@ -28,8 +28,8 @@ from symhbm.results.archive import (
     assemble,
     bytes_of,
     call_of,
-    existing,
     computed_here,
+    existing,
     load,
     path_of,
     rebuild,
@@ -50,7 +50,8 @@ def run(
 ) -> xr.Dataset:
     """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
 
-    Of a ``part`` of the sweep there are its sets alone. A note on KeyboardInterrupt tells which results are safe and how to go on.
+    Of a ``part`` of the sweep there are its sets alone. A note on KeyboardInterrupt tells which
+    results are safe and how to go on.
 
     Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
     is of another computation, is in use, or cannot be written.

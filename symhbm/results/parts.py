@@ -104,7 +104,9 @@ def restricted(sweep: Sweep, part: Part) -> Sweep:
     )
 
 
-def call_of_part(own: DatasetParts, whole: DatasetParts, part: Part, blank: Encoded) -> DatasetParts:
+def call_of_part(
+    own: DatasetParts, whole: DatasetParts, part: Part, blank: Encoded
+) -> DatasetParts:
     """The description of a part with all that makes that of the ``whole`` again.
 
     Raises ValueError where a name of the user's begins as those of the whole do.
@@ -139,6 +141,22 @@ def _plain(entry: Any) -> tuple[tuple[str, ...], Any, dict[str, Any]]:
 def part_of(dataset: xr.Dataset) -> Part | None:
     """The part that a dataset is, None for one of a whole sweep."""
     return Part(**json.loads(dataset.attrs[PART])) if PART in dataset.attrs else None
+
+
+def n_merged(dataset: xr.Dataset) -> int:
+    """Number of parts that a dataset was merged from, 0 for one that was not."""
+    return sum(
+        entry["archive"] is not None for entry in json.loads(dataset.attrs.get(MERGED, "[]"))
+    )
+
+
+def variables_of_whole(dataset: xr.Dataset) -> list[str]:
+    """Names of the variables of a part that tell of the whole."""
+    part = part_of(dataset)
+    if part is None:
+        return []
+    of_sets = [n for n, value in dataset.variables.items() if _WHOLE + part.dim in value.dims]
+    return [_BLANK, *map(str, of_sets)]
 
 
 def whole_call(dataset: xr.Dataset) -> xr.Dataset:

@@ -27,12 +27,11 @@ _CHUNK = 2**20
 """Memory [bytes] of a chunk, which is compressed and read as a whole."""
 
 
-def assemble(
-    store: Store, archive: Path, progress: bool | None, rest: str | None = None
-) -> None:
+def assemble(store: Store, archive: Path, progress: bool | None, rest: str | None = None) -> None:
     """Write the archive of a working file in which all sets are finished.
 
-    ``rest`` tells after a failure what is safe, by default the working file. Raises ArchiveError if it cannot be written, or the working file is damaged.
+    ``rest`` tells after a failure what is safe, by default the working file. Raises ArchiveError if
+    it cannot be written, or the working file is damaged.
     """
     # Slow to import, and not needed to compute.
     import netCDF4

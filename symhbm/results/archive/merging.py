@@ -268,8 +268,8 @@ class _Merger:
             )
             raise ArchiveError(
                 f"path={str(source)!r}: at {where} its {tables.name_of(key, self.request)} is not "
-                f"that of {self.names[self.owner[number]]!r}; one of both is wrong, or was computed "
-                "elsewhere to other digits"
+                f"that of {self.names[self.owner[number]]!r}; one of both is wrong, or the "
+                "machines round differently"
             )
 
     def _counted_along(self) -> str:

@@ -74,7 +74,9 @@ def _finished(path: Path, dataset: xr.Dataset) -> Piece:
         sweep, request = schema.recall(whole)
         own = parts.restricted(sweep, part)
         if dataset["status"].shape != own.shape:
-            raise ValueError(f"it has {dataset['status'].shape} of the {own.shape} sets of its part")
+            raise ValueError(
+                f"it has {dataset['status'].shape} of the {own.shape} sets of its part"
+            )
         blank = parts.blank_of(dataset)
         keys = tables.stored_layout(blank[0])
     except (ValueError, KeyError, TypeError, AttributeError, AssertionError) as error:
@@ -140,7 +142,9 @@ def _unfinished(store: Store) -> Piece:
     numbers = np.arange(n_whole) if part is None else part.numbers(schema.recall(whole)[0])
     [(_, blank)] = store.read(-1, -1)
     origin = _origin(store.path, whole, {})
-    origin |= {"computed": store.sessions} | ({parts.MERGED: store.sources} if store.sources else {})
+    origin |= {"computed": store.sessions} | (
+        {parts.MERGED: store.sources} if store.sources else {}
+    )
 
     def rows() -> Rows:
         for first in range(0, store.n_sets, _AT_ONCE):
