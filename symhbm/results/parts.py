@@ -166,18 +166,22 @@ def whole_call(dataset: xr.Dataset) -> xr.Dataset:
     """
     part = part_of(dataset)
     assert part is not None
-    # Every result runs along the dimensions of the sweep.
-    own = [str(name) for name, value in dataset.variables.items() if part.dim in value.dims]
-    rest = dataset.drop_vars([*own, _BLANK]).load()
-    parts, request = DatasetParts.of(rest), Description(dataset).request
+    parts, request = DatasetParts.of(dataset), Description(dataset).request
+    of_whole = _WHOLE + part.dim
 
-    def of_whole(entries: dict[str, Any]) -> dict[str, Any]:
+    def entries(of_part: dict[str, Any]) -> dict[str, Any]:
+        """Each where it was: in the place of the values of the part those of the whole."""
         result = {}
-        for name, value in entries.items():
-            along = _WHOLE + part.dim in value.dims
-            dims = [part.dim if dim == _WHOLE + part.dim else dim for dim in value.dims]
-            key = name.removeprefix(_WHOLE) if along else name
-            result[key] = xr.Variable(dims, value.values, value.attrs)
+        for name, value in of_part.items():
+            if name == _BLANK or of_whole in value.dims:
+                continue
+            if part.dim in value.dims:
+                # Every result runs along the dimensions of the sweep, and has no such values.
+                if _WHOLE + name not in of_part:
+                    continue
+                value = of_part[_WHOLE + name]
+            dims = [part.dim if dim == of_whole else dim for dim in value.dims]
+            result[name] = xr.Variable(dims, value.values, value.attrs)
         return result
 
     attributes = {name: value for name, value in parts.attributes.items() if name not in _LATER}
@@ -186,12 +190,12 @@ def whole_call(dataset: xr.Dataset) -> xr.Dataset:
     attributes["problem"] = json.dumps(problem)
     assert parts.sizes is not None
     sizes = *parts.sizes[:2], harmonics
-    whole = DatasetParts(of_whole(parts.variables), of_whole(parts.coordinates), attributes, sizes)
+    whole = DatasetParts(entries(parts.variables), entries(parts.coordinates), attributes, sizes)
     result = whole.dataset()
-    for name in own:
-        if name in result.variables:
-            expected = result.variables[name].isel({part.dim: part.positions})
-            if not expected.equals(dataset.variables[name].load()):
+    for name, value in result.variables.items():
+        if part.dim in value.dims:
+            own = value.isel({part.dim: part.positions})
+            if not own.equals(dataset.variables[name].load()):
                 raise ValueError(f"its {name} is not that of the whole sweep")
     return result
 

@@ -231,7 +231,9 @@ def with_provenance(
                 if label not in (name, *LABELS, *coordinates):
                     defaults = {"long_name": str(label), "units": "1"}
                     labelled = coordinate.assign_attrs(defaults | coordinate.attrs)
-                    coordinates[str(label)] = labelled.variable  # its own coordinate has no attributes
+                    coordinates[str(label)] = (
+                        labelled.variable
+                    )  # its own coordinate has no attributes
         nominal = name in sweep.values or (request and name == request.name)
         if nominal:
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}

@@ -102,12 +102,12 @@ def test_three_jobs_one_killed_are_one_job(way, folder):
     code = commands(way)
     if way == "sbatch":
         jobs = start(folder, code)
-        assert 0 < kill_in_the_middle(folder, 2) < 20
+        assert 0 < kill_in_the_middle(folder, 2) < 10
         assert jobs.wait(300) == 0
     else:
         line, merging = code.splitlines()
         jobs = start(folder, line)
-        assert 0 < kill_in_the_middle(folder, 2) < 20
+        assert 0 < kill_in_the_middle(folder, 2) < 10
         assert jobs.wait(300) != 0
         assert start(folder, merging).wait(300) != 0  # a part is not there
         assert not (folder / "disks.nc").exists()

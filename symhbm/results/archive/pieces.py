@@ -1,6 +1,7 @@
 """One part of a sweep as it is merged: what it belongs to, and its finished parameter sets."""
 
 import json
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -126,7 +127,8 @@ def _tables(
         name = tables.name_of(key, request)
         if name in dataset.variables and (key != "value" or request.at is None):
             values = dataset.variables[name][block].values
-            columns[key] = values.reshape(-1, *values.shape[n_dims:]).astype(array.dtype)
+            n_sets = math.prod(values.shape[:n_dims])
+            columns[key] = values.reshape(n_sets, *values.shape[n_dims:]).astype(array.dtype)
     harmonics = dataset["harmonic"].values.astype(blank["harmonics"].dtype)
     for row in range(len(columns["status"])):
         own = {key: np.asarray(values[row], values.dtype) for key, values in columns.items()}
