@@ -109,6 +109,9 @@ def test_three_jobs_one_killed_are_one_job(way, folder):
         jobs = start(folder, line)
         assert 0 < kill_in_the_middle(folder, 2) < 10
         assert jobs.wait(300) != 0
+        # It does not wait for the others.
+        while not all((folder / f"part-{job}.nc").exists() for job in (1, 3)):
+            time.sleep(0.1)
         assert start(folder, merging).wait(300) != 0  # a part is not there
         assert not (folder / "disks.nc").exists()
         assert start(folder, line).wait(300) == 0
