@@ -64,7 +64,7 @@ from symhbm.response import (
     synthesised_response,
     verify,
 )
-from symhbm.results.archive import ArchiveError, load, rebuild, save
+from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
 from symhbm.results.reading import motion, table, trimmed
 
 if TYPE_CHECKING:
@@ -116,6 +116,7 @@ __all__ = [
     "frf",
     "limit_cycles",
     "load",
+    "merge",
     "minimise_peak",
     "mistuned_ring",
     "mistuning",
