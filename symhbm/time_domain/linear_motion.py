@@ -11,6 +11,7 @@ diminishing): none is missed, however close the next one is.
 """
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -116,10 +117,21 @@ class LinearMotion:
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
         parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
         self._elastic, self.push, self._static, self._cosine, self._sine = parts
-        self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
-        # In the coordinates of the factor the generator has the norm of its frequencies.
         self._factor = factor
-        viscous = np.linalg.solve(factor, self.damping) / frequency
+        self._set_damping(self.damping)
+
+    def sustained(self, damping_ratio: float) -> "LinearMotion":
+        """The motions with the force ``2 D omega M x'``, which feeds them."""
+        other = copy(self)
+        other._set_damping(self.damping - 2 * damping_ratio * self.frequency * self.mass)
+        return other
+
+    def _set_damping(self, damping: FloatArray) -> None:
+        factor, frequency = self._factor, self.frequency
+        self.damping = damping
+        self._viscous = scipy.linalg.cho_solve((factor, True), damping) / frequency
+        # In the coordinates of the factor the generator has the norm of its frequencies.
+        viscous = np.linalg.solve(factor, damping) / frequency
         viscous = np.linalg.solve(factor, viscous.T)
         self._viscous_norm = np.linalg.norm(viscous, 2)
         self._flows: dict[bytes, LinearFlow] = {}

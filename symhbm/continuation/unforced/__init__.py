@@ -5,6 +5,7 @@ from symhbm.continuation.unforced.cycles import (
     Cycles,
     cycles_of_mode,
     follow_cycles,
+    last_fold,
     settled,
 )
 from symhbm.continuation.unforced.following import follow_mode
@@ -32,6 +33,7 @@ __all__ = [
     "first_harmonic",
     "follow_cycles",
     "follow_mode",
+    "last_fold",
     "linear_mode",
     "mode_start",
     "phase_of",
