@@ -30,14 +30,12 @@ class FreeMotion(NamedTuple):
     """An exact free motion.
 
     ``frequency`` [rad/s]; ``damping_ratio``, 0 of a limit cycle; ``amplitude`` (n_dof,), largest
-    ``|x|`` over the period [m]; ``multipliers``, Floquet multipliers, largest first, the 1 of a
-    shift in time among them.
+    ``|x|`` over the period [m].
     """
 
     frequency: float
     damping_ratio: float
     amplitude: FloatArray
-    multipliers: np.ndarray
 
 
 def free_motion(
@@ -65,10 +63,8 @@ def free_motion(
     if not abs(stretch - 1) < _FAR:
         return None
     high, low = extremes(run.cells.displacement)
-    multipliers = run.multipliers(search.sustained(ratio))
-    exact = frequency / stretch
-    # The ratio is of the exact frequency: the force is 2 D omega M x'.
-    return FreeMotion(exact, ratio * stretch, np.maximum(high, -low), multipliers)
+    # The product of ratio and frequency is that of the force, whatever the unit of time.
+    return FreeMotion(frequency / stretch, ratio * stretch, np.maximum(high, -low))
 
 
 class _Search:

@@ -142,6 +142,16 @@ def sustaining_force(
     return force, size
 
 
+def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
+    """Root of the sum of ``X_n^H M X_n`` over the harmonics above 0 [kg^1/2 m]."""
+    basis, x, square = problem.basis, problem.layout.coefficients(unknowns), 0.0
+    for n in basis.harmonics:
+        if n:
+            phasor = x[:, [basis.component(n), basis.component(n, sine=True)]] @ [1, -1j]
+            square += float((phasor.conj() @ (matrices_in(problem, n).mass_matrix @ phasor)).real)
+    return float(np.sqrt(max(square, 0.0)))
+
+
 def _with_force(evaluation: Evaluation, force: FloatArray, size: float) -> Evaluation:
     """An evaluation with one more force whose largest terms have a ``size`` [N]."""
     residual = evaluation.residual - force.ravel()
@@ -161,9 +171,9 @@ def _energy_error(
     dissipation: FloatArray,
     magnitude: float,
 ) -> float:
-    """Work of the ``force`` (n_dof, n_components) minus the energy dissipated, over the sum of absolute work terms.
+    """Work of the force minus the energy dissipated, over the sum of absolute work terms.
 
-    Of a condensed structure, work on what is kept, and what goes from there into the inside.
+    ``force`` (n_dof, n_components). Of a condensed structure, work on what is kept, and what goes from there into the inside.
     """
     model, basis = problem.model, problem.basis
     x = problem.layout.coefficients(unknowns)

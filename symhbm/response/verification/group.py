@@ -1,4 +1,4 @@
-"""What is verified one by one, points, peaks or events of a dataset, and the worst of their figures."""
+"""What is verified one by one: points, peaks or events of a dataset, and their worst figures."""
 
 from abc import ABC, abstractmethod
 from typing import Any

@@ -50,7 +50,8 @@ def stored_groups(
 
 def _unforced(points: UnforcedPoints) -> tuple[StoredPoints, list[StoredGroup]]:
     """Points, and events and folds where the dataset has them."""
-    dataset, groups = points.dataset, [points]
+    dataset = points.dataset
+    groups: list[StoredGroup] = [points]
     if "event_kind" in dataset.variables and not points.description.on_grid:
         groups.append(StoredEvents(points))
     if f"fold_{points.description.moving}" in dataset.variables:
@@ -60,10 +61,12 @@ def _unforced(points: UnforcedPoints) -> tuple[StoredPoints, list[StoredGroup]]:
 
 def notes(points: StoredPoints) -> list[str]:
     """Sentences on what was not verified, and why."""
-    on_grid = points.description.on_grid and points.description.unforced
-    events = bool(on_grid) and "event_kind" in points.dataset.variables
-    why = points.without_exact
-    return [*([why] if why else []), *([_ON_A_GRID] if events else [])]
+    why, description = points.without_exact, points.description
+    result = [] if why is None else [why]
+    has_events = "event_kind" in points.dataset.variables
+    if description.unforced and description.on_grid and has_events:
+        result.append(_ON_A_GRID)
+    return result
 
 
 def missing(dataset: xr.Dataset) -> list[str]:

@@ -68,9 +68,7 @@ class StoredEvents(StoredGroup):
             happens = False
         return {"event_mismatch": float(distance[point]) if happens else 1.0}
 
-    def _happens(
-        self, index: tuple[int, ...], point: int, along: dict[str, FloatArray]
-    ) -> bool:
+    def _happens(self, index: tuple[int, ...], point: int, along: dict[str, FloatArray]) -> bool:
         """Whether what the kind of an event says happens at a point."""
         kind = str(self._kinds[index])
         if kind in _TURNS:
@@ -83,12 +81,14 @@ class StoredEvents(StoredGroup):
         if kind in list(EventKind):
             return True
         contact = int(self.dataset["event_contact"].transpose(*self.dims).values[index])
-        margins = [self._margins(index, i, contact, kind) for i in self._beside(index, point)]
         here = self._margins(index, point, contact, kind)
-        if not len(here):
-            return False
-        scale = np.max(np.abs(margins), axis=0) if margins else np.ones(len(here))
-        return bool((np.abs(here) <= _ZERO * scale).any())
+        beside = [self._margins(index, i, contact, kind) for i in self._beside(index, point)]
+        scale = np.max([np.abs(margins) for margins, _ in beside or [here]], axis=0)
+        zero = np.abs(here[0]) <= _ZERO * scale
+        if len(beside) == 2:
+            # What begins was off before: its margin rises.
+            zero &= (beside[1][0] > beside[0][0]) == here[1]
+        return bool(zero.any())
 
     def _beside(self, index: tuple[int, ...], point: int) -> list[int]:
         """Numbers of the points before and after another one, on its branch."""
@@ -105,19 +105,23 @@ class StoredEvents(StoredGroup):
 
     def _margins(
         self, index: tuple[int, ...], point: int, contact: int, kind: str
-    ) -> FloatArray:
-        """Margins at a point of the switches of a contact that an event of this kind is of."""
+    ) -> tuple[FloatArray, np.ndarray]:
+        """Margins at a point of the switches that an event of a contact and a kind is of.
+
+        And whether they begin by it.
+        """
         at = (*index[:-1], point)
         problem, omega = self.points.problem_at(at)
         coefficient = self.points.stored["coefficient"][at]
         states = problem.locate(unknowns_of(problem.basis, problem.harmonics, coefficient), omega)
-        chosen = []
+        margins, begin = [], []
         for number in np.flatnonzero(problem.contacts.of_switches == contact).tolist():
             group, _, place = problem.contacts.switch(number)
             names = group.law.switches[place]
             if kind in (names.begins, names.ends):
-                chosen.append(number)
-        return states.margins[chosen]
+                margins.append(states.margins[number])
+                begin.append(kind == names.begins)
+        return np.array(margins), np.array(begin, dtype=bool)
 
 
 class StoredFold(StoredGroup):

@@ -6,18 +6,18 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import HarmonicBalance, SustainedMotion, unforced
+from symhbm.balance import HarmonicBalance, unforced
 from symhbm.continuation.unforced import first_harmonic
 from symhbm.model.contacts import ContactLaw
 from symhbm.model.cyclic import Sector
 from symhbm.numerics import (
     FloatArray,
-    by_harmonic,
     largest_displacement,
     relative_difference,
     unknowns_of,
 )
 from symhbm.response.unforced import free_problem
+from symhbm.response.verification.figures import modal_amplitude
 from symhbm.response.verification.stored_points import OF_POINTS, StoredPoints
 from symhbm.results import recall
 from symhbm.time_domain import curved, cycle_growth_rate, free_motion, in_plane, verdict
@@ -51,6 +51,9 @@ class UnforcedPoints(StoredPoints):
         self, dataset: xr.Dataset, problem: HarmonicBalance, laws: Iterable[ContactLaw] = ()
     ):
         self.request = recall(dataset)[1]
+        # All points of a nonlinear mode are of one problem.
+        self._last: tuple[HarmonicBalance, HarmonicBalance] | None = None
+        self._larger_of: dict[tuple[int, ...], tuple[HarmonicBalance, HarmonicBalance]] = {}
         super().__init__(dataset, problem, "", laws)
         kept = problem.model.kept
         numbers = [*range(problem.n_dof)] if kept is None else kept.tolist()
@@ -73,13 +76,24 @@ class UnforcedPoints(StoredPoints):
     def _moved(self, problem: HarmonicBalance, index: tuple[int, ...]) -> HarmonicBalance:
         """The problem of all sectors without a force, with the parameter of a point."""
         if self.description.moving != "amplitude":
-            problem = super()._moved(problem, index)
+            return self._alone(super()._moved(problem, index))
+        if self._last is None or self._last[0] is not problem:
+            self._last = problem, self._alone(problem)
+        return self._last[1]
+
+    def _alone(self, problem: HarmonicBalance) -> HarmonicBalance:
         is_sector = isinstance(problem.model, Sector)
         return unforced(problem, self.request.nodal_diameter if is_sector else None)
 
     def _with(self, problem: HarmonicBalance, harmonics: tuple[int, ...]) -> HarmonicBalance:
         """As of any points; static loads are those of the problem."""
-        return super()._with(problem, harmonics).with_excitation(problem.excitation)
+        if harmonics == problem.harmonics:
+            return problem
+        last = self._larger_of.get(harmonics)
+        if last is None or last[0] is not problem:
+            same = super()._with(problem, harmonics).with_excitation(problem.excitation)
+            last = self._larger_of[harmonics] = problem, same
+        return last[1]
 
     def _own(self) -> dict[str, Callable[[dict[str, Any], HarmonicBalance, float], float]]:
         return super()._own() | {"stability_mismatch": self._stability_mismatch}
@@ -94,7 +108,7 @@ class UnforcedPoints(StoredPoints):
         known: dict[str, Any] = {"amplitude": first}
         known["largest_displacement"] = largest_displacement(problem.basis, coefficients)[0]
         if "modal_amplitude" in stored:
-            known["modal_amplitude"] = SustainedMotion(problem).modal_amplitude(unknowns)
+            known["modal_amplitude"] = modal_amplitude(problem, unknowns)
         return max(
             relative_difference(np.asarray(stored[name]), np.asarray(value))
             for name, value in known.items()

@@ -28,9 +28,11 @@ def verify(
     laws: Iterable[ContactLaw] = (),
     progress: bool | None = None,
 ) -> xr.Dataset:
-    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
+    """Verify a result in memory or loaded, from the dataset alone.
 
-    Points and peaks are verified; events, switching angles, stability and estimated errors are not.
+    Of `frf`, `follow`, `other_branches` and `solve` points and peaks are verified; events,
+    switching angles, stability and estimated errors are not. Of `nonlinear_modes` and
+    `limit_cycles` points, stability, the events along paths and the fold of a parameter are.
 
     Parameters
     ----------
@@ -43,8 +45,9 @@ def verify(
     exact
         Number of points compared with their exact periodic motion (up to a second each): those of
         the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
-        springs it is the motion closest to the stored response. Condensed structures have none,
-        which `summary` tells.
+        springs it is the motion closest to the stored response. Without a force its period is
+        unknown, and of a mode its damping ratio: known for springs and sliders. Where there is
+        none, `summary` tells why.
     laws
         Contact laws of your own that it was computed with, as of `rebuild`.
     progress
