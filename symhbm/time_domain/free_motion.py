@@ -23,7 +23,7 @@ _STEP = 1e-6
 _UNDETERMINED = 1e-11
 """Share of the largest singular value below which a direction is: forces of stuck contacts."""
 _FAR = 0.5
-"""Change of the frequency, relative, beyond which the motion found is not the one looked for."""
+"""Change of period, relative, and of damping ratio of a motion that is not the one looked for."""
 
 
 class FreeMotion(NamedTuple):
@@ -60,8 +60,6 @@ def free_motion(
         return None
     place, run = found
     stretch, ratio = place[-2:].tolist()
-    if not abs(stretch - 1) < _FAR:
-        return None
     high, low = extremes(run.cells.displacement)
     # The product of ratio and frequency is that of the force, whatever the unit of time.
     return FreeMotion(frequency / stretch, ratio * stretch, np.maximum(high, -low))
@@ -74,6 +72,7 @@ class _Search:
         self.linear = LinearMotion(problem, frequency)
         self._dof, self._is_mode = dof, is_mode
         self._fixed = [self.linear.n_dof + dof, *([dof] if is_mode else [])]
+        self._ratio = 0.0
 
     def sustained(self, ratio: float) -> LinearMotion:
         """The motions with the force of a damping ratio."""
@@ -81,13 +80,13 @@ class _Search:
 
     def _run(self, place: FloatArray) -> March:
         stretch, ratio = place[-2:].tolist()
-        if not 1 - _FAR < stretch < 1 + _FAR:
-            raise ArithmeticError("the period is far from the one looked for")
+        if not max(abs(stretch - 1), abs(ratio - self._ratio)) < _FAR:
+            raise ArithmeticError("the motion is far from the one looked for")
         return march(self.sustained(ratio), place[:-2], 2 * np.pi * stretch)
 
     def solve(self, place: FloatArray) -> tuple[FloatArray, March] | None:
         """Unknowns of the periodic motion and its march, None without one."""
-        n = len(place) - 2
+        n, self._ratio = len(place) - 2, float(place[-1])
         scale, fixed = energy_scale(self.linear), place[self._fixed].copy()
         size = np.linalg.norm(scale * place[:n])
         unit = np.append(1 / np.where(scale > 0, scale, 1.0), [1 / size, 1 / size])
@@ -100,6 +99,8 @@ class _Search:
         wrong = residual(place, run)
         for _ in range(_ITERATIONS):
             was = np.linalg.norm(wrong)
+            if was <= PERIODIC_TOLERANCE * size:
+                break
             matrix = np.zeros((len(wrong), n + 2))
             matrix[:n, :n] = scale[:, None] * (run.jacobian - np.eye(n))
             for k in (n, n + 1)[: 1 + self._is_mode]:
@@ -120,4 +121,4 @@ class _Search:
                     break
             else:
                 break
-        return (place, run) if np.linalg.norm(wrong) <= 10 * PERIODIC_TOLERANCE * size else None
+        return (place, run) if np.linalg.norm(wrong) <= PERIODIC_TOLERANCE * size else None
