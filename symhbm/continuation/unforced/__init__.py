@@ -10,7 +10,12 @@ from symhbm.continuation.unforced.cycles import (
 )
 from symhbm.continuation.unforced.following import follow_mode
 from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
-from symhbm.continuation.unforced.linear_modes import LinearMode, linear_mode, mode_start
+from symhbm.continuation.unforced.linear_modes import (
+    LinearMode,
+    NoModeError,
+    linear_mode,
+    mode_start,
+)
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
 from symhbm.continuation.unforced.problem import (
     Balanced,
@@ -27,6 +32,7 @@ __all__ = [
     "Cycles",
     "LimitCycleProblem",
     "LinearMode",
+    "NoModeError",
     "NonlinearModeProblem",
     "UnforcedProblem",
     "cycles_of_mode",

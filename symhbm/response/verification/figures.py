@@ -173,7 +173,8 @@ def _energy_error(
 ) -> float:
     """Work of the force minus the energy dissipated, over the sum of absolute work terms.
 
-    ``force`` (n_dof, n_components). Of a condensed structure, work on what is kept, and what goes from there into the inside.
+    ``force`` (n_dof, n_components) [N]. Of a condensed structure, work on what is kept, and what
+    goes from there into the inside.
     """
     model, basis = problem.model, problem.basis
     x = problem.layout.coefficients(unknowns)
