@@ -93,7 +93,7 @@ class StoredPoints(StoredGroup):
         if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
             raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
         # All that is stored is verified, whatever the flags tell.
-        self.solved = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
+        self.solved = np.asarray(np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1)))
         if not prefix and "converged" in dataset.variables:
             converged = dataset["converged"].transpose(*self.dims).values
             self.solved |= np.asarray(converged, dtype=bool)
