@@ -1,9 +1,8 @@
 """Exact periodic motions in the time domain, and the stability of responses."""
 
 from symhbm.time_domain.exact_motion import ExactMotion
-from symhbm.time_domain.free_motion import free_motion
 from symhbm.time_domain.linear_motion import curved, in_plane
-from symhbm.time_domain.motion import exact_motion_of
+from symhbm.time_domain.motion import exact_motion_of, free_motion
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import (
     check_stability,

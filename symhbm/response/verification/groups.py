@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import xarray as xr
 
 from symhbm.model.contacts import ContactLaw
-from symhbm.response.verification.group import StoredGroup
+from symhbm.response.verification.stored_group import StoredGroup
 from symhbm.response.verification.stored_points import OF_POINTS, StoredPoints, axes_of
 from symhbm.response.verification.unforced_events import StoredEvents, StoredFold
 from symhbm.response.verification.unforced_points import UnforcedPoints

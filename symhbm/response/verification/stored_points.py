@@ -25,7 +25,7 @@ from symhbm.response.verification.figures import (
     amplitude_difference,
     point_figures,
 )
-from symhbm.response.verification.group import StoredGroup
+from symhbm.response.verification.stored_group import StoredGroup
 from symhbm.results import OF_PEAKS, VARIABLES, Description, records_of_problem
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of

@@ -5,7 +5,7 @@ import numpy as np
 from symhbm.continuation import EventKind
 from symhbm.continuation.unforced import last_fold
 from symhbm.numerics import FloatArray, unknowns_of
-from symhbm.response.verification.group import StoredGroup
+from symhbm.response.verification.stored_group import StoredGroup
 from symhbm.response.verification.unforced_points import UnforcedPoints
 
 _AT_POINT = 1e-6

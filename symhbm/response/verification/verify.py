@@ -13,8 +13,8 @@ import xarray as xr
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.response.verification.figures import FIGURES
-from symhbm.response.verification.group import StoredGroup, not_checked
 from symhbm.response.verification.groups import missing, notes, stored_groups
+from symhbm.response.verification.stored_group import StoredGroup, not_checked
 from symhbm.results import Description
 from symhbm.workers import progress_bar
 
