@@ -1,4 +1,4 @@
-"""Linear motion between two events of the contacts, and all zeros of its polynomials.
+"""Linear motion between two events of the contacts.
 
 While no contact changes its state the motion is linear: ``M x'' + C x' + K x`` with the springs of
 the sticking contacts and of the closed ones, under harmonic and constant forces. The friction of a
@@ -8,6 +8,7 @@ regular dynamic stiffness: critical damping, bodies without springs and resonanc
 exceptions.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -119,13 +120,24 @@ class LinearMotion:
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
         parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
         self._elastic, self.push, self._static, self._cosine, self._sine = parts
-        self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
-        # In the coordinates of the factor the generator has the norm of its frequencies.
         self._factor = factor
         inverse = scipy.linalg.solve_triangular(factor, np.eye(self.n_dof), lower=True)
         self._inverse_factor = inverse
         self._scaled_stiffness = inverse @ self.stiffness @ inverse.T
-        self._viscous_norm = np.linalg.norm(inverse @ self.damping @ inverse.T, 2) / frequency
+        self._set_damping(self.damping)
+
+    def sustained(self, damping_ratio: float) -> "LinearMotion":
+        """The motions with the force ``2 D omega M x'``, which feeds them."""
+        other = copy(self)
+        other._set_damping(self.damping - 2 * damping_ratio * self.frequency * self.mass)
+        return other
+
+    def _set_damping(self, damping: FloatArray) -> None:
+        self.damping = damping
+        self._viscous = scipy.linalg.cho_solve((self._factor, True), damping) / self.frequency
+        # In the coordinates of the factor the generator has the norm of its frequencies.
+        inverse = self._inverse_factor
+        self._viscous_norm = np.linalg.norm(inverse @ damping @ inverse.T, 2) / self.frequency
         self._flows: dict[bytes, LinearFlow] = {}
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
