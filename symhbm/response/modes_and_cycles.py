@@ -31,13 +31,17 @@ from symhbm.workers import check_executor, check_progress
 
 def nonlinear_modes(
     problem: HarmonicBalance,
-    mode: int = 0,
-    amplitude: tuple[float, float] = (1e-6, 1e-2),
-    dof: Place | None = 0,
+    parameter: str | None = None,
+    band: tuple[float, float] | None = None,
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    mode: int = 0,
+    amplitude: float | tuple[float, float] = (1e-6, 1e-2),
+    dof: Place | None = 0,
     nodal_diameter: int | None = None,
+    contact: int | None = None,
+    blade: int | None = None,
     keep: Iterable[str] | None = None,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
@@ -52,24 +56,31 @@ def nonlinear_modes(
     problem
         What vibrates. Its force does not drive the modes: what of it oscillates is left out, static
         loads stay. It may have none, ``HarmonicBalance(model, harmonics=(1, 3, 5))``.
+    parameter, band
+        A named parameter that moves between two values (SI units) in place of the amplitude, for
+        example ``"normal_load", (0.1, 10)``, with one ``amplitude``. It may be any that does not
+        change the mass matrix.
+    at : (n,), ascending
+        Amplitudes [m], or values of the parameter, of a grid, which then is a dimension, and
+        ``solution`` another: where the mode turns back along it, there are several. By default the
+        result holds the points of the path along ``point``.
+    over
+        Named parameters to sweep, as in `symhbm.frf`.
     mode
         Number of the mode from the lowest, 0 first, of small motions about the rest: contacts that
-        are closed there stick.
+        are closed there stick. Over a parameter it is that at the first value.
     amplitude
-        Smallest and largest amplitude [m]: that of the first harmonic at ``dof``.
+        Smallest and largest amplitude [m]: that of the first harmonic at ``dof``. One amplitude
+        where a parameter moves.
     dof
         The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
         None for the one that moves most in the linear mode of the first parameter set.
-    at : (n,), ascending
-        Amplitudes [m] of a grid; ``amplitude`` then is a dimension, and ``solution`` another: where
-        the amplitude turns back along the mode, there are several. By default the result holds the
-        points of the path along ``point``.
-    over
-        Named parameters to sweep, as in `symhbm.frf`.
     nodal_diameter
         Of a disk of equal sectors, numbered one after the other, the mode of the wave in which each
         sector lags the one before by ``2 pi nodal_diameter / N``; negative ones go the other way.
         One sector is solved. Of a `symhbm.Sector` it is by default the engine order of its force.
+    contact, blade
+        The one contact or blade whose parameter moves, by default all alike.
     keep, archive, executor, throw, progress, max_points
         As in `symhbm.frf`.
 
@@ -78,7 +89,7 @@ def nonlinear_modes(
     Dataset with ``frequency`` [Hz] and ``damping_ratio`` over ``amplitude`` [m], beside them
     ``modal_amplitude`` [kg^1/2 m], the root of ``X^H M X`` summed over the harmonics above 0,
     ``coefficient``, ``largest_displacement`` (dof) and what contacts do, as in `symhbm.frf`. Events
-    are those of contacts, ``fold`` where the amplitude turns back, and ``damping turns`` where the
+    are those of contacts, ``fold`` where what moves turns back, and ``damping turns`` where the
     damping ratio has a maximum or a minimum.
 
     Raises
@@ -117,19 +128,34 @@ def nonlinear_modes(
     (array(['onset of slip', 'damping turns'], dtype=object), array([0.00015 , 0.000391]))
     >>> modes.damping_ratio.max().values.round(4)
     np.float64(0.1138)
+
+    The normal load that damps vibrations of 0.3 mm most:
+
+    >>> loads = sh.nonlinear_modes(
+    ...     problem, "normal_load", (0.1, 10), amplitude=3e-4, progress=False
+    ... )
+    >>> best = loads.isel(event=loads.event_kind == "damping turns")
+    >>> best.event_normal_load.values.round(4), best.event_damping_ratio.values.round(4)
+    (array([2.3039]), array([0.1138]))
     """
     sweep, throw, progress = _checked(problem, over, executor, throw, progress)
-    band = _amplitudes(amplitude)
+    wave = _nodal_diameter(nodal_diameter)
+    if parameter is None:
+        if not (band is contact is blade is None):
+            raise ValueError("parameter=None: expected the name of one where band is given")
+        edges = _amplitudes(amplitude)
+        axis = dict(name="amplitude", band=edges, at=check_grid(at, edges), index=None)
+    else:
+        axis = _axis(problem, parameter, band, at, contact, blade, sweep, wave)
+        axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
     request = Request(
-        name="amplitude",
-        band=band,
-        at=check_grid(at, band),
+        **axis,
         may_fold=True,
         max_points=check.integer("max_points", max_points, minimum=2),
-        keep=check_keep(keep, False, "amplitude", None),
+        keep=check_keep(keep, False, axis["name"], None),
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
-        nodal_diameter=_nodal_diameter(nodal_diameter),
+        nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
     )
     request = with_dof(_first(problem, sweep), request)
@@ -247,14 +273,7 @@ def limit_cycles(
     wave = _nodal_diameter(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
     if parameter is not None:
-        axis = _axis(problem, parameter, band, at, contact, blade)
-        if axis["name"] in sweep.values:
-            raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
-        if wave is not None and axis["index"] is not None:
-            raise ValueError(
-                f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
-                "moves, all sectors move alike in a wave"
-            )
+        axis = _axis(problem, parameter, band, at, contact, blade, sweep, wave)
     elif not (band is at is contact is blade is None):
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
@@ -300,7 +319,14 @@ def _amplitudes(amplitude: Any) -> tuple[float, float]:
 
 
 def _axis(
-    problem: HarmonicBalance, parameter: str, band: Any, at: Any, contact: Any, blade: Any
+    problem: HarmonicBalance,
+    parameter: str,
+    band: Any,
+    at: Any,
+    contact: Any,
+    blade: Any,
+    sweep: Sweep,
+    wave: int | None,
 ) -> dict[str, Any]:
     """Fields of the request that tell which parameter moves, and where."""
     bound = check_parameter(problem, parameter)
@@ -309,6 +335,13 @@ def _axis(
         raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
     edges = check_band("band", band, bound, f" [{problem.model.about(name).units}]")
     index = check_index(problem, name, contact, blade)
+    if name in sweep.values:
+        raise ValueError(f"over: {name!r} is the parameter that is followed")
+    if wave is not None and index is not None:
+        raise ValueError(
+            f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
+            "moves, all sectors move alike in a wave"
+        )
     return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
 
 

@@ -41,6 +41,9 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
         )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
+    if request.amplitude is not None:
+        about = _attributes("amplitude", _own(request))
+        coordinates["amplitude"] = ((), request.amplitude, about)
     return with_provenance({}, coordinates, problem, sweep, request)
 
 
