@@ -10,23 +10,22 @@ from typing import Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.balance import HarmonicBalance
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
-from symhbm.response.unforced import with_cycle_dof, with_dof
-from symhbm.results import (
-    Request,
-    Sweep,
-    check_band,
-    check_grid,
-    check_index,
-    check_keep,
-    check_parameter,
-    parse,
+from symhbm.response.unforced import (
+    amplitudes_of,
+    axis_of,
+    checked,
+    first_of,
+    modes_of,
+    wave_of,
+    with_cycle_dof,
+    with_dof,
 )
+from symhbm.results import Request, check_grid, check_keep
 from symhbm.time_domain import check_stability
-from symhbm.workers import check_executor, check_progress
 
 
 def nonlinear_modes(
@@ -138,15 +137,16 @@ def nonlinear_modes(
     >>> best.event_normal_load.values.round(4), best.event_damping_ratio.values.round(4)
     (array([2.3039]), array([0.1138]))
     """
-    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
-    wave = _nodal_diameter(nodal_diameter)
+    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    wave = wave_of(nodal_diameter)
+    axis: dict[str, Any]
     if parameter is None:
         if not (band is contact is blade is None):
             raise ValueError("parameter=None: expected the name of one where band is given")
-        edges = _amplitudes(amplitude)
+        edges = amplitudes_of(amplitude)
         axis = dict(name="amplitude", band=edges, at=check_grid(at, edges), index=None)
     else:
-        axis = _axis(problem, parameter, band, at, contact, blade, sweep, wave)
+        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
         axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
     request = Request(
         **axis,
@@ -158,7 +158,7 @@ def nonlinear_modes(
         nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
     )
-    request = with_dof(_first(problem, sweep), request)
+    request = with_dof(first_of(problem, sweep), request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
 
 
@@ -268,12 +268,12 @@ def limit_cycles(
     >>> over.fold_damping.values.round(3)  # beyond it friction cannot hold the blade
     np.float64(-26.317)
     """
-    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
-    amplitudes = _amplitudes(amplitude)
-    wave = _nodal_diameter(nodal_diameter)
+    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    amplitudes = amplitudes_of(amplitude)
+    wave = wave_of(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
     if parameter is not None:
-        axis = _axis(problem, parameter, band, at, contact, blade, sweep, wave)
+        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
     elif not (band is at is contact is blade is None):
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
@@ -285,81 +285,10 @@ def limit_cycles(
         max_points=check.integer("max_points", max_points, minimum=2),
         keep=check_keep(keep, False, axis["name"], None),
         unforced="limit cycle",
-        mode=_modes(mode),
+        mode=modes_of(mode),
         nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
         amplitudes=amplitudes,
     )
-    request = with_cycle_dof(_first(problem, sweep), request)
+    request = with_cycle_dof(first_of(problem, sweep), request)
     return reported(run(problem, sweep, request, archive, executor, progress), throw)
-
-
-def _checked(
-    problem: HarmonicBalance, over: Any, executor: Any, throw: bool, progress: bool | None
-) -> tuple[Sweep, bool, bool | None]:
-    """The sweep and flags of a call; raises for a problem whose modes are not known."""
-    check_problem(problem)
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
-    if problem.samples is not None:
-        raise ValueError(f"samples={problem.samples}: expected a problem with located angles")
-    if 1 not in problem.harmonics:
-        raise ValueError(
-            f"harmonics={problem.harmonics}: expected 1 among them, its amplitude is that of modes"
-        )
-    return parse(problem, over), throw, progress
-
-
-def _amplitudes(amplitude: Any) -> tuple[float, float]:
-    """A band of amplitudes, ascending."""
-    band = check_band("amplitude", amplitude, "positive", " [m]")
-    if band[0] > band[1]:
-        raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")
-    return band
-
-
-def _axis(
-    problem: HarmonicBalance,
-    parameter: str,
-    band: Any,
-    at: Any,
-    contact: Any,
-    blade: Any,
-    sweep: Sweep,
-    wave: int | None,
-) -> dict[str, Any]:
-    """Fields of the request that tell which parameter moves, and where."""
-    bound = check_parameter(problem, parameter)
-    name = problem.parameter_name(parameter)
-    if name == "force_amplitude":
-        raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
-    edges = check_band("band", band, bound, f" [{problem.model.about(name).units}]")
-    index = check_index(problem, name, contact, blade)
-    if name in sweep.values:
-        raise ValueError(f"over: {name!r} is the parameter that is followed")
-    if wave is not None and index is not None:
-        raise ValueError(
-            f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
-            "moves, all sectors move alike in a wave"
-        )
-    return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
-
-
-def _modes(mode: Any) -> int | tuple[int, ...]:
-    """A number of a mode, or several different ones."""
-    if not isinstance(mode, Sequence) or isinstance(mode, str):
-        return check.integer("mode", mode, minimum=0)
-    numbers = tuple(check.integer("mode", number, minimum=0) for number in mode)
-    if not numbers or len({*numbers}) < len(numbers):
-        raise ValueError(f"mode={check.shown(mode)}: expected different numbers of modes")
-    return numbers
-
-
-def _nodal_diameter(given: Any) -> int | None:
-    return None if given is None else check.integer("nodal_diameter", given)
-
-
-def _first(problem: HarmonicBalance, sweep: Sweep) -> HarmonicBalance:
-    """The problem of the first parameter set."""
-    first = sweep.chosen(0)
-    return problem.with_parameters(**first) if first else problem
