@@ -1,5 +1,8 @@
 """Nonlinear modes of one amplitude over a parameter of the structure or of its contacts."""
 
+from copy import copy
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +33,12 @@ class ModeOverParameterProblem(NonlinearModeProblem):
         super().__init__(problem, dof)
         self._parameter = ParameterProblem(problem, name, np.nan, index)
         self.name, self.level, self.smallest = self._parameter.name, level, smallest
+
+    def with_level(self, level: float) -> Self:
+        """The same equations at another amplitude [m]."""
+        result = copy(self)
+        result.level = level
+        return result
 
     def problem_at(self, value: float) -> HarmonicBalance:
         """The problem with the parameter at ``value``."""
