@@ -25,15 +25,13 @@ from symhbm.workers import progress_bar
 
 _COARSE = 9
 """Values over a band that are computed at first."""
-_STRAIGHT = 5e-3
+_STRAIGHT = 2e-3
 """Error of lines between values, relative to the largest limit, from which on they are halved."""
-_MAX_HALVINGS = 5
+_MAX_HALVINGS = 7
 _ROUND_OFF = 1e-12
 """Difference of two damping ratios, relative, that is none."""
 _SECANT, _MAX_SECANTS, _FAR = 1e-5, 6, 1e-2
 """First step of the secant method, most of them, and one that leads away from a maximum."""
-_STEP = 1e-6
-"""Relative step of the differences that tell the slope of a limit at a corner."""
 
 
 class LimitKind(StrEnum):
@@ -47,7 +45,10 @@ class LimitKind(StrEnum):
 
 @dataclass(frozen=True)
 class Limit:
-    """The flutter limit of one disturbance at one value: where it is, and its derivative."""
+    """The flutter limit of one disturbance at one value: where it is, and its derivative.
+
+    At a corner of the mode the derivative is not known, and NaN.
+    """
 
     point: SurfacePoint
     kind: LimitKind
@@ -164,29 +165,7 @@ class FlutterLimits:
             if point.damping_ratio > best.damping_ratio + round_off:
                 best, kind = point, of_point
         # The amplitude of a maximum moves, to first order without a change of the damping ratio.
-        slope = best.by_value if kind != LimitKind.CORNER else self._slope_at_corner(best)
-        return Limit(best, kind, slope)
-
-    def _slope_at_corner(self, corner: SurfacePoint) -> float:
-        """Derivative of the damping ratio at a corner of the mode by differences."""
-        step = _STEP * (abs(corner.value) or 1.0)
-        ratios = []
-        for value in (corner.value - step, corner.value + step):
-            try:
-                branch = self.surface.over_amplitude(value, self.amplitudes)
-            except (ArithmeticError, ValueError):
-                return np.nan
-            place = self.surface.curve.damping_place
-            near = [
-                point
-                for point in branch.points
-                if any(event.kind == EventKind.DAMPING_TURNS for event in point.events)
-            ]
-            if not near:
-                return np.nan
-            logarithm = float(np.log10(corner.amplitude))
-            ratios.append(min(near, key=lambda p: abs(p.value - logarithm)).state[place])
-        return float(ratios[1] - ratios[0]) / (2 * step)
+        return Limit(best, kind, np.nan if kind == LimitKind.CORNER else best.by_value)
 
     def sample(self, band: tuple[float, float]) -> list[Row]:
         """Rows over a band, so many that lines between them tell the limits."""
@@ -203,9 +182,8 @@ class FlutterLimits:
         return sorted(self.rows.values(), key=lambda row: row.value)
 
     def _refine(self, left: Row, right: Row, allowed: float, halvings: int) -> None:
-        width = right.value - left.value
         curved = any(
-            one.kind != other.kind or abs(other.slope - one.slope) * width / 8 > allowed
+            one.kind != other.kind or _bend(one, other) > allowed
             for one, other in zip(left.limits, right.limits, strict=False)
         )
         broken = bool(left.limits) != bool(right.limits)
@@ -214,3 +192,13 @@ class FlutterLimits:
         middle = self.row((left.value + right.value) / 2)
         self._refine(left, middle, allowed, halvings - 1)
         self._refine(middle, right, allowed, halvings - 1)
+
+
+def _bend(left: Limit, right: Limit) -> float:
+    """Distance of the limits between two values from lines, also those over the logarithm."""
+    first, last = left.point.value, right.point.value
+    bend = abs(right.slope - left.slope) * (last - first) / 8
+    if first > 0:
+        over_logarithm = abs(right.slope * last - left.slope * first) * np.log(last / first) / 8
+        bend = max(bend, float(over_logarithm))
+    return bend

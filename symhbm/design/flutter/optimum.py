@@ -1,6 +1,6 @@
 """The best value of a parameter, where a curve over it is largest, or the range of such values."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -104,16 +104,9 @@ def best_limit(limits: FlutterLimits, bounds: tuple[float, float]) -> Optimum | 
     rows = [row for row in limits.sample(bounds) if row.limits]
     if not rows:
         return None
-    ratios = np.array([row.limits[0].damping_ratio for row in rows])
-    largest = float(np.abs(ratios).max())
+    largest = max(abs(_ratio(row)) for row in rows)
     flat = np.array([_is_flat(row, largest) for row in rows])
-    top = int(np.argmax(ratios))
-    same = flat & (np.abs(ratios - ratios[top]) <= LEVEL * largest)
-    first = last = rows[top].value
-    begin, end = _run(same, top)
-    if same[top] and end > begin:
-        first = _end_of_range(limits, rows, begin, -1, largest)
-        last = _end_of_range(limits, rows, end, 1, largest)
+    ratios = np.array([_ratio(row) for row in rows])
     candidates, after = [], -1
     for i in range(len(rows)):
         # Of a range of equal values, all of them or none are candidates.
@@ -127,7 +120,33 @@ def best_limit(limits: FlutterLimits, bounds: tuple[float, float]) -> Optimum | 
             if end > begin
             else _located(limits, rows, i, largest)
         )
-    return _chosen(candidates, first, last)
+    best = max(candidates, key=lambda candidate: candidate.damping_ratio).value
+    return _chosen(candidates, *_range_around(limits, best, bounds, largest))
+
+
+def _range_around(
+    limits: FlutterLimits, best: float, bounds: tuple[float, float], largest: float
+) -> tuple[float, float]:
+    """First and last value at which the limit is that at the best one, and flat."""
+    level, low, high = _ratio(limits.row(best)), min(bounds), max(bounds)
+    if not _is_flat(limits.row(best), largest):
+        return best, best
+    width, ends = _WIDE * (abs(best) or high - low), []
+    for heading in (-1, 1):
+        # Next to a maximum nothing is flat.
+        last = limits.row(min(max(best + heading * width, low), high))
+        if _is_same(last, level, largest):
+            beyond = [row for row in limits.rows.values() if heading * (row.value - last.value) > 0]
+            for row in sorted(beyond, key=lambda row: heading * row.value):
+                if not _is_same(row, level, largest):
+                    ends.append(_end_of_range(limits, last, row, level, largest))
+                    break
+                last = row
+            else:
+                ends.append(last.value)
+        else:
+            ends.append(best)
+    return ends[0], ends[1]
 
 
 def _run(same: NDArray[np.bool_], top: int) -> tuple[int, int]:
@@ -140,6 +159,10 @@ def _run(same: NDArray[np.bool_], top: int) -> tuple[int, int]:
     return first, last
 
 
+def _ratio(row: Row) -> float:
+    return row.limits[0].damping_ratio
+
+
 def _slope(row: Row) -> float:
     """Slope of the limit by the parameter relative to itself."""
     return row.limits[0].slope * (abs(row.value) or 1.0)
@@ -149,44 +172,45 @@ def _is_flat(row: Row, largest: float) -> bool:
     return abs(_slope(row)) <= _FLAT * largest
 
 
+def _is_same(row: Row, level: float, largest: float) -> bool:
+    """Whether the limit of a row is a ``level``, and flat."""
+    known = bool(row.limits) and _is_flat(row, largest)
+    return known and abs(_ratio(row) - level) <= LEVEL * largest
+
+
 def _located(limits: FlutterLimits, rows: list[Row], i: int, largest: float) -> Candidate:
     """The maximum next to a row that is larger than its neighbours."""
-    row, heading = rows[i], int(np.sign(_slope(rows[i])))
-    kind = OptimumKind.BOUND if i in (0, len(rows) - 1) else OptimumKind.MAXIMUM
-    if not (_is_flat(row, largest) or not 0 <= i + heading < len(rows)):
-        other = rows[i + heading]
-        if _slope(other) * heading < 0:
-            row = _turn(limits, row, other)
-        kind = OptimumKind.MAXIMUM if _is_flat(row, largest) else OptimumKind.CORNER
-    return Candidate(row.value, row.limits[0].damping_ratio, kind)
+    row, slope = rows[i], _slope(rows[i])
+    if not np.isfinite(slope):
+        return Candidate(row.value, _ratio(row), OptimumKind.CORNER)
+    heading = 0 if _is_flat(row, largest) else int(np.sign(slope))
+    if not 0 <= i + heading < len(rows) or (not heading and i in (0, len(rows) - 1)):
+        return Candidate(row.value, _ratio(row), OptimumKind.BOUND)
+    if heading and _slope(rows[i + heading]) * heading < 0:
+        row = _turn(limits, row, rows[i + heading])
+    kind = OptimumKind.MAXIMUM if _is_flat(row, largest) else OptimumKind.CORNER
+    return Candidate(row.value, _ratio(row), kind)
 
 
 def _turn(limits: FlutterLimits, one: Row, other: Row) -> Row:
     """The row at which the slope of the limit changes its sign, between two others."""
-    tried: list[Row] = [one]
 
     def slope(value: float) -> float:
         row = limits.row(value)
         if not row.limits:
             raise ArithmeticError
-        tried.append(row)
         return row.limits[0].slope
 
-    precision = _PRECISION * max(abs(one.value), abs(other.value))
-    with suppress(ArithmeticError):
-        scipy.optimize.brentq(slope, one.value, other.value, xtol=precision)  # type: ignore
-    return max(tried, key=lambda row: row.limits[0].damping_ratio)
+    turn = _root(slope, one.value, other.value)
+    return one if turn is None else limits.row(turn)
 
 
 def _end_of_range(
-    limits: FlutterLimits, rows: list[Row], i: int, heading: int, largest: float
+    limits: FlutterLimits, inside: Row, outside: Row, level: float, largest: float
 ) -> float:
-    """The last value of a range of equal limits towards one side of its outermost row."""
-    if not 0 <= i + heading < len(rows):
-        return rows[i].value
-    inside, outside = rows[i], rows[i + heading]
+    """The last value of a range of equal limits, between a row of it and one beyond."""
     places = {LimitKind.DISTURBANCE: 0, LimitKind.LARGEST: -1}
-    place = places.get(outside.limits[0].kind)
+    place = places.get(outside.limits[0].kind) if outside.limits else None
     if place is not None:
         # The maximum leaves the amplitudes there: it is at their end.
         def slope(value: float) -> float:
@@ -195,15 +219,21 @@ def _end_of_range(
                 raise ArithmeticError
             return ends[place].by_amplitude
 
-        ends = [slope(row.value) for row in (inside, outside)]
-        if ends[0] * ends[1] < 0:
-            precision = _PRECISION * max(abs(inside.value), abs(outside.value))
-            with suppress(ArithmeticError):
-                both = inside.value, outside.value
-                return float(scipy.optimize.brentq(slope, *both, xtol=precision))  # type: ignore
-    good, bad, level = inside.value, outside.value, inside.limits[0].damping_ratio
+        end = _root(slope, inside.value, outside.value)
+        if end is not None:
+            return end
+    good, bad = inside.value, outside.value
     for _ in range(_HALVINGS):
         middle = limits.row((good + bad) / 2)
-        is_same = middle.limits and abs(middle.limits[0].damping_ratio - level) <= LEVEL * largest
+        is_same = _is_same(middle, level, largest)
         good, bad = (middle.value, bad) if is_same else (good, middle.value)
     return good
+
+
+def _root(function: Callable[[float], float], first: float, last: float) -> float | None:
+    """Where a function is 0 between two values, None where it is not known that it is."""
+    precision = _PRECISION * max(abs(first), abs(last))
+    with suppress(ArithmeticError):
+        if function(first) * function(last) < 0:
+            return float(scipy.optimize.brentq(function, first, last, xtol=precision))  # type: ignore
+    return None

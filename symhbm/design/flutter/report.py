@@ -119,7 +119,7 @@ def certificate(
 ) -> str:
     """Sentences on what is proved of the best value and what is not."""
     if optimum is None:
-        return "Nothing is proved: the mode was found nowhere within the bounds."
+        return f"Nothing is proved: {what} is not known anywhere within the bounds."
     best, sentences = optimum.best, []
     at = f"{best.value:.10g}"
     if best.kind == OptimumKind.RANGE:
