@@ -105,10 +105,10 @@ def flutter_limit(
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
     >>> limit = sh.flutter_limit(
     ...     problem, "normal_load", (1, 9), at=[1, 3, 9],
-    ...     amplitude=(1e-6, 4e-4), disturbance=[1e-6, 2e-4],
+    ...     amplitude=(1e-6, 4e-4), disturbance=[1e-6, 2e-4], progress=False,
     ... )
     >>> limit.flutter_limit.values.round(4)
-    array([[0.1138, 0.0886],
+    array([[0.1138, 0.1031],
            [0.1138, 0.1138],
            [0.0018, 0.0018]])
     """
@@ -178,9 +178,11 @@ def maximise_flutter_limit(
     ... )
     >>> blade = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"dampers": dampers})
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3))
-    >>> best = sh.maximise_flutter_limit(problem, "normal_load", (0.1, 10), contact=1)
+    >>> best = sh.maximise_flutter_limit(
+    ...     problem, "normal_load", (0.1, 10), contact=1, progress=False
+    ... )
     >>> best.design_value.values.round(4), best.design_damping_ratio.values.round(4)
-    (array([1.2]), np.float64(0.1))
+    (array([1.2]), np.float64(0.1445))
     """
     throw = check.flag("throw", throw)
     given = mode, dof, nodal_diameter, contact, blade, progress, max_points
