@@ -182,7 +182,7 @@ def _best(dataset: xr.Dataset) -> Lines:
             text = " to ".join(map(short, ends))
         known = "variable_units" in dataset.variables
         unit = str(dataset["variable_units"].values[i]) if known else "1"
-        yield f"best {name}", text if unit == "1" else f"{text} {unit}"
+        yield "best value", f"{name} {text}" + f" {unit}" * (unit != "1")
     yield "design", str(dataset["design_status"].item())
 
 
