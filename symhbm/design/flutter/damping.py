@@ -10,8 +10,15 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.design.flutter.optimum import LEVEL, OptimumKind, best_on_path
-from symhbm.design.flutter.report import certificate, finished, report, scan, scanned_values
+from symhbm.design.flutter.optimum import OptimumKind, best_on_path
+from symhbm.design.flutter.report import (
+    certificate,
+    finished,
+    is_surpassed,
+    report,
+    scan,
+    scanned_values,
+)
 from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import unknowns_of
@@ -106,8 +113,8 @@ def maximise_damping(
     status = Status.DAMPING_NOT_FOLLOWED
     if optimum is not None and complete:
         status = optimum.status(request.band)
-        above = scanned[1] > optimum.best.damping_ratio + LEVEL * np.nanmax(np.abs(scanned[1]))
-        status = Status.DAMPING_SURPASSED if above.any() else status
+        if is_surpassed(optimum, scanned[1]):
+            status = Status.DAMPING_SURPASSED
     said = (
         f"the damping ratio at an amplitude of {level:g} m",
         f"the mode was followed over {request.name} from {request.band[0]:g} to "

@@ -13,8 +13,15 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.design.flutter.limits import FlutterLimits, Row
-from symhbm.design.flutter.optimum import LEVEL, OptimumKind, best_limit
-from symhbm.design.flutter.report import certificate, finished, report, scan, scanned_values
+from symhbm.design.flutter.optimum import OptimumKind, best_limit
+from symhbm.design.flutter.report import (
+    certificate,
+    finished,
+    is_surpassed,
+    report,
+    scan,
+    scanned_values,
+)
 from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import Table, check
@@ -201,8 +208,8 @@ def maximise_flutter_limit(
     status = Status.DAMPING_NOT_FOLLOWED
     if optimum is not None and not missing:
         status = optimum.status(request.band)
-        above = scanned[1] > optimum.best.damping_ratio + LEVEL * np.nanmax(np.abs(scanned[1]))
-        status = Status.DAMPING_NOT_FOLLOWED if above.any() else status
+        if is_surpassed(optimum, scanned[1]):
+            status = Status.DAMPING_NOT_FOLLOWED
     low, high = limits.amplitudes
     said = (
         f"the largest negative damping ratio under which a disturbance of {low:g} m stays below "
