@@ -179,6 +179,17 @@ def test_limit_that_nothing_changes():
     assert (whole.design_from.item(), whole.design_to.item()) == (0.1, 2)
 
 
+def test_range_of_a_ring_ends_where_the_allowed_amplitude_is_damped_most():
+    ring = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), harmonics=(1, 3, 5))
+    wave = dict(nodal_diameter=3)
+    held = most_held(ring, "normal_load", (0.5, 8), (1e-4, AMPLITUDE), **wave)
+    for end, amplitude in (("design_from", 1e-4), ("design_to", AMPLITUDE)):
+        best = most_damped(ring, "normal_load", (0.1, 8), amplitude, **wave)
+        assert held[end].item() == pytest.approx(best.design_value.item(), rel=1e-7)
+        ratio = held.design_damping_ratio.item()
+        assert ratio == pytest.approx(best.design_damping_ratio.item(), rel=1e-11)
+
+
 def test_second_damper_holds_most_where_both_slip_alike():
     problem = two_dampers()
     best = most_held(problem, "normal_load", (0.1, 10), contact=1)

@@ -30,6 +30,8 @@ _STRAIGHT = 2e-3
 _MAX_HALVINGS = 7
 _ROUND_OFF = 1e-12
 """Difference of two damping ratios, relative, that is none."""
+_LEVEL = 1e-3
+"""Slope by the amplitude, over the one next to it, that is that of a maximum."""
 _SECANT, _MAX_SECANTS, _FAR = 1e-5, 6, 1e-2
 """First step of the secant method, most of them, and one that leads away from a maximum."""
 
@@ -159,11 +161,18 @@ class FlutterLimits:
     ) -> Limit:
         """The limit of the disturbance at ``begin``."""
         best, kind = begin, LimitKind.DISTURBANCE
-        inside = [(point, kind) for point, kind in turns if point.amplitude > begin.amplitude]
-        for point, of_point in [*inside, (last, LimitKind.LARGEST)]:
+        ahead = [(point, kind) for point, kind in turns if point.amplitude > begin.amplitude]
+        for point, of_point in [*ahead, (last, LimitKind.LARGEST)]:
             round_off = _ROUND_OFF * abs(best.damping_ratio)
             if point.damping_ratio > best.damping_ratio + round_off:
                 best, kind = point, of_point
+        slope, heading = best.by_amplitude, {LimitKind.DISTURBANCE: 1, LimitKind.LARGEST: -1}
+        if slope * heading.get(kind, 0) > 0:
+            # A maximum so close to the end that the path takes it for the end.
+            turn = self._polished(best)
+            inside = begin.amplitude < turn.amplitude < last.amplitude
+            if inside and abs(turn.by_amplitude) < _LEVEL * abs(slope):
+                best, kind = turn, LimitKind.FOLD
         # The amplitude of a maximum moves, to first order without a change of the damping ratio.
         return Limit(best, kind, np.nan if kind == LimitKind.CORNER else best.by_value)
 

@@ -129,23 +129,22 @@ def _range_around(
 ) -> tuple[float, float]:
     """First and last value at which the limit is that at the best one, and flat."""
     level, low, high = _ratio(limits.row(best)), min(bounds), max(bounds)
-    if not _is_flat(limits.row(best), largest):
+    width = _WIDE * (abs(best) or high - low)
+    near = [limits.row(min(max(best + step, low), high)) for step in (-width, width)]
+    # Next to a maximum nothing is flat.
+    if not any(row.value != best and _is_same(row, level, largest) for row in near):
         return best, best
-    width, ends = _WIDE * (abs(best) or high - low), []
+    ends = []
     for heading in (-1, 1):
-        # Next to a maximum nothing is flat.
-        last = limits.row(min(max(best + heading * width, low), high))
-        if _is_same(last, level, largest):
-            beyond = [row for row in limits.rows.values() if heading * (row.value - last.value) > 0]
-            for row in sorted(beyond, key=lambda row: heading * row.value):
-                if not _is_same(row, level, largest):
-                    ends.append(_end_of_range(limits, last, row, level, largest))
-                    break
-                last = row
-            else:
-                ends.append(last.value)
+        last = limits.row(best)
+        beyond = [row for row in limits.rows.values() if heading * (row.value - best) > 0]
+        for row in sorted(beyond, key=lambda row: heading * row.value):
+            if not _is_same(row, level, largest):
+                ends.append(_end_of_range(limits, last, row, level, largest))
+                break
+            last = row
         else:
-            ends.append(best)
+            ends.append(last.value)
     return ends[0], ends[1]
 
 
