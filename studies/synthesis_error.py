@@ -93,7 +93,11 @@ def compute(case: Case) -> Iterator[Row]:
     """The rows of a case. Amplitudes are those of the first harmonic at the first blade."""
     problem = sh.HarmonicBalance(case.model, harmonics=case.harmonics)
     modes = sh.nonlinear_modes(
-        problem, case.mode, (1e-6, 1e-1), nodal_diameter=case.nodal_diameter, progress=False
+        problem,
+        mode=case.mode,
+        amplitude=(1e-6, 1e-1),
+        nodal_diameter=case.nodal_diameter,
+        progress=False,
     )
     for force in case.forces:
         near = sh.synthesised_response(modes, case.force(force))

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
-from symhbm.design import minimise_peak
+from symhbm.design import (
+    flutter_limit,
+    maximise_damping,
+    maximise_flutter_limit,
+    minimise_peak,
+)
 from symhbm.model import (
     ContactPairs,
     EngineOrder,
@@ -112,10 +117,13 @@ __all__ = [
     "condense",
     "contact_pairs",
     "craig_bampton",
+    "flutter_limit",
     "follow",
     "frf",
     "limit_cycles",
     "load",
+    "maximise_damping",
+    "maximise_flutter_limit",
     "merge",
     "minimise_peak",
     "mistuned_ring",

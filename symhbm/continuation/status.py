@@ -165,6 +165,32 @@ class Status(StrEnum):
         "the response could not be followed over the whole band at the best design found, so that "
         "nothing is proved; try a narrower band"
     )
+    DAMPING_LARGEST = "the best value lies within the bounds, and the whole band was followed"
+    DAMPING_AT_BOUND = (
+        "the best value lies at a bound of the parameter, towards which the damping grows; try "
+        "wider bounds"
+    )
+    DAMPING_ON_RANGE = (
+        "all values from design_from to design_to are as good as each other, and better than those "
+        "outside; another amplitude, or a smaller range of amplitudes, may tell them apart"
+    )
+    DAMPING_WITHOUT_EFFECT = (
+        "the parameter changes nothing within the bounds: all of its values are as good as each "
+        "other; try wider bounds, or another amplitude"
+    )
+    DAMPING_NOT_FOLLOWED = (
+        "the mode was not followed over all of the bounds and amplitudes, so that a better value "
+        "may be missing; try narrower ones"
+    )
+    DAMPING_SURPASSED = (
+        "another motion of the same mode and amplitude, which this path does not visit, has more "
+        "damping at some value, see scan_damping_ratio; try bounds that begin there"
+    )
+    LIMIT_MISSING = (
+        "the flutter limit is not told at some values, where the mode could not be followed to "
+        "the largest amplitude, or its amplitude turns back; the others are valid; try a smaller "
+        "largest amplitude, or a narrower band"
+    )
     PEAK_UNBOUNDED = (
         "the largest response grows without bound over a part of the band (peak_kind is unbounded "
         "there): neither damping nor friction limits it; add damping, or begin the band beyond"

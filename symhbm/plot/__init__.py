@@ -9,7 +9,7 @@ from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
-from symhbm.plot.unforced import limit_cycles, nonlinear_modes
+from symhbm.plot.unforced import flutter_limit, limit_cycles, nonlinear_modes
 
 __all__ = [
     "LINE_STYLES",
@@ -21,6 +21,7 @@ __all__ = [
     "contact_map",
     "disk",
     "envelope",
+    "flutter_limit",
     "hysteresis",
     "interference",
     "limit_cycles",

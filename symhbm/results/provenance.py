@@ -268,7 +268,7 @@ def with_provenance(
     if request and request.unforced is not None:
         kind = request.unforced.capitalize()
         global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
-        if request.amplitudes is not None:
+        if request.unforced == "limit cycle":
             global_attributes["searched"] = _searched(request)
         if problem.excitation.amplitude:
             global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"

@@ -42,6 +42,9 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
         )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
+    if request.amplitude is not None:
+        about = _attributes("amplitude", _own(request))
+        coordinates["amplitude"] = ((), request.amplitude, about)
     return with_provenance({}, coordinates, problem, sweep, request)
 
 
@@ -218,6 +221,27 @@ def label_peak_curve(
     followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
     parts.attributes["followed"] = json.dumps(followed)
     return parts.dataset()
+
+
+def label_flutter_limits(
+    problem: HarmonicBalance,
+    request: Request,
+    disturbances: Sequence[float],
+    results: Table,
+    status: str,
+) -> xr.Dataset:
+    """Dataset of flutter limits of ``disturbances`` [m] over a parameter, at ``request.at``."""
+    variables = _of_one_set(results, status, request.name, records_of_problem(problem))
+    units = problem.model.about(request.name).units
+    dims, values, attributes = variables["flutter_limit_slope"]
+    attributes = attributes | {"units": "1" if units == "1" else f"1/({units})"}
+    variables["flutter_limit_slope"] = dims, values, attributes
+    attributes = _attributes(request.name, records_of_problem(problem))
+    coordinates = {
+        request.name: (request.name, request.at, attributes),
+        "disturbance": ("disturbance", np.array(disturbances), _attributes("disturbance")),
+    }
+    return with_provenance(variables, coordinates, problem, _NO_SWEEP, request).dataset()
 
 
 def _of_one_set(

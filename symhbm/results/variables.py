@@ -25,6 +25,7 @@ OWN_DIMENSIONS = (
     "angle",
     "multiplier",
     "peaking_dof",
+    "disturbance",
 )
 OF_PLACES = ("node", "direction", "label", *(f"{o}_{a}" for o in ("dof", "contact") for a in "xyz"))
 """Coordinates of structures with places."""
@@ -224,6 +225,40 @@ VARIABLES = {
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
     "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
+    "design_from": Variable(
+        (), "variable_units", "first of the values that are as good as the best"
+    ),
+    "design_to": Variable((), "variable_units", "last of the values that are as good as the best"),
+    "design_damping_ratio": Variable((), "1", "damping ratio, or flutter limit, at the best value"),
+    "design_slope": Variable(
+        (), "1", "derivative of that by the logarithm of the parameter, at the best value"
+    ),
+    "candidate_value": Variable((), "variable_units", "value at a maximum or an end of the band"),
+    "candidate_damping_ratio": Variable((), "1", "damping ratio, or flutter limit, there"),
+    "candidate_kind": Variable(
+        (), "1", "maximum, corner, bound, or range of values that are as good as each other"
+    ),
+    "scan_value": Variable((), "variable_units", "value at which the mode was computed again"),
+    "scan_damping_ratio": Variable(
+        (), "1", "largest damping ratio there, from the linear mode over the amplitude"
+    ),
+    "flutter_limit": Variable(
+        ("disturbance",), "1", "largest negative damping ratio under which a disturbance is held"
+    ),
+    "flutter_limit_slope": Variable(
+        ("disturbance",), "1", "derivative of the flutter limit by the parameter"
+    ),
+    "limit_amplitude": Variable(
+        ("disturbance",), "m", "amplitude of the first harmonic at which the limit is reached"
+    ),
+    "limit_frequency": Variable(("disturbance",), "Hz", "frequency at which the limit is reached"),
+    "limit_kind": Variable(
+        ("disturbance",), "1", "fold of two limit cycles, corner, disturbance, or largest amplitude"
+    ),
+    "limit_status": Variable(
+        (), "1", "whether the flutter limit is told at this value, or why not"
+    ),
+    "disturbance": Variable((), "m", "amplitude of the first harmonic of a disturbance"),
     "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
 }
@@ -235,6 +270,7 @@ OF_UNFORCED = {
         ),
         "frequency": Variable((), "Hz", "frequency of the nonlinear mode"),
     },
+    "flutter limit": {},
     "limit cycle": {
         "amplitude": Variable(
             (), "m", "amplitude of the first harmonic at the degree of freedom that tells it"
@@ -264,6 +300,9 @@ TEXTS = (
     "design_status",
     "certificate",
     "active_kind",
+    "candidate_kind",
+    "limit_kind",
+    "limit_status",
 )
 """Variables that hold text."""
 

@@ -40,7 +40,7 @@ def frequency_over_stuck(found):
 
 
 def test_two_masses_on_dry_friction():
-    found = sh.nonlinear_modes(two_masses(21), 0, (1e-2, 12.0), dof=1, progress=False)
+    found = sh.nonlinear_modes(two_masses(21), amplitude=(1e-2, 12.0), dof=1, progress=False)
     told, frequency = DRY_FRICTION, frequency_over_stuck(found)
     assert np.sqrt(640.0) == pytest.approx(told["stuck"], abs=5e-5)
     modal = np.log(found.modal_amplitude.values)
@@ -58,7 +58,7 @@ def test_two_masses_on_dry_friction():
 def test_fold_of_two_masses_on_dry_friction_is_truncation():
     """With more harmonics it is gone, and the highest frequency moves by 2e-5."""
     few, many = (
-        sh.nonlinear_modes(two_masses(highest), 0, (0.13, 0.14), dof=1, progress=False)
+        sh.nonlinear_modes(two_masses(highest), amplitude=(0.13, 0.14), dof=1, progress=False)
         for highest in (21, 41)
     )
     assert few.event_kind.values.tolist() == ["fold", "fold"]
@@ -97,7 +97,7 @@ def test_similar_modes_of_two_equal_oscillators():
     )
     problem = sh.HarmonicBalance(model, harmonics=range(1, 10, 2))
     for mode, linear in ((0, 1.0), (1, 1.0 + 2 * coupling)):
-        found = sh.nonlinear_modes(problem, mode, (1e-2, 0.2), progress=False)
+        found = sh.nonlinear_modes(problem, mode=mode, amplitude=(1e-2, 0.2), progress=False)
         largest = found.largest_displacement.values
         np.testing.assert_allclose(largest[:, 1], largest[:, 0], rtol=1e-9)
         expected = duffing(linear, cubic, largest[:, 0])

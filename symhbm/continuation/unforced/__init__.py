@@ -8,7 +8,7 @@ from symhbm.continuation.unforced.cycles import (
     last_fold,
     settled,
 )
-from symhbm.continuation.unforced.following import follow_mode
+from symhbm.continuation.unforced.following import follow_mode, follow_mode_over
 from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
 from symhbm.continuation.unforced.linear_modes import (
     LinearMode,
@@ -16,6 +16,7 @@ from symhbm.continuation.unforced.linear_modes import (
     linear_mode,
     mode_start,
 )
+from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
 from symhbm.continuation.unforced.problem import (
     Balanced,
@@ -32,6 +33,7 @@ __all__ = [
     "Cycles",
     "LimitCycleProblem",
     "LinearMode",
+    "ModeOverParameterProblem",
     "NoModeError",
     "NonlinearModeProblem",
     "UnforcedProblem",
@@ -39,6 +41,7 @@ __all__ = [
     "first_harmonic",
     "follow_cycles",
     "follow_mode",
+    "follow_mode_over",
     "last_fold",
     "linear_mode",
     "mode_start",
