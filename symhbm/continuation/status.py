@@ -126,11 +126,17 @@ class Status(StrEnum):
         "allow; try a start nearer to a motion, or a smaller force"
     )
     DESIGN_OPTIMAL = (
-        "a minimum of the largest response was found, and the whole band was followed there"
+        "a minimum of the largest response, or of the objective, was found, and the whole band was "
+        "followed there"
     )
     DESIGN_AT_BOUND = (
         "the best design found lies on bounds of its variables: the largest response falls towards "
         "them; try wider bounds"
+    )
+    DESIGN_BESIDE_FAILURES = (
+        "a minimum was found, but at other designs that were tried nearby the response "
+        "could not be followed over the band (n_failed), so that better ones there may have been "
+        "missed; try narrower bounds of the values, or a narrower band"
     )
     DESIGN_AT_EDGE = (
         "at the best design found the largest response lies at an end of the band, not at a peak: "
@@ -149,8 +155,8 @@ class Status(StrEnum):
         "that never slip do not; try lower normal loads, or a band that holds other resonances"
     )
     DESIGN_INFEASIBLE = (
-        "no design within the bounds satisfies the constraint; try wider bounds or another "
-        "constraint"
+        "no design within the bounds was found that satisfies the constraints; try wider bounds, "
+        "or other constraints"
     )
     DESIGN_UNBOUNDED = (
         "a resonance is unbounded at every design that was tried; add damping, or try bounds with "

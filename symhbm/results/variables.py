@@ -203,6 +203,13 @@ VARIABLES = {
         (), "1", "slope of the logarithm of the response by that of the value, held by a bound"
     ),
     "design_amplitude": Variable((), "m", "statistic of the largest responses at the optimum"),
+    "design_aim": Variable((), "as given", "the aim at the optimum"),
+    "start_aim": Variable((), "as given", "the aim at a start of the search"),
+    "descent_aim": Variable((), "as given", "the aim at the end of a descent"),
+    "named_peak": Variable((), "1", "name of a peak that the aim depends on"),
+    "named_peak_amplitude": Variable((), "m", "statistic of the largest responses of the peak"),
+    "active_named_peak": Variable((), "1", "number of the named peak of the active maximum"),
+    "n_failed": Variable((), "1", "responses of designs that could not be followed over the band"),
     "design_optimality": Variable(
         (), "1", "largest slope of the logarithm of the response that nothing holds"
     ),
@@ -210,7 +217,7 @@ VARIABLES = {
         (), "1", "smallest curvature of the logarithm of the response that nothing holds"
     ),
     "design_status": Variable((), "1", "how the search for a design ended"),
-    "certificate": Variable((), "1", "what was proved of the design and what was not"),
+    "certificate": Variable((), "1", "what was computed and checked of the design, and what was not"),
     "case_amplitude": Variable((), "m", "largest response of the case"),
     "start_value": Variable((), "variable_units", "value at a start of the search"),
     "start_amplitude": Variable((), "m", "statistic at a start of the search"),
@@ -222,7 +229,7 @@ VARIABLES = {
     "active_amplitude": Variable((), "m", "displacement at the active maximum"),
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
-    "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
+    "active_multiplier": Variable((), "1", "slope of the logarithm of the aim by that of the active maximum; of one peak they sum to 1"),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
     "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
@@ -263,6 +270,7 @@ TEXTS = (
     "variable_units",
     "design_status",
     "certificate",
+    "named_peak",
     "active_kind",
 )
 """Variables that hold text."""
