@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
-from symhbm.design import minimise_peak
+from symhbm.design import minimise_peak, pareto_front
 from symhbm.model import (
     ContactPairs,
     EngineOrder,
@@ -124,6 +124,7 @@ __all__ = [
     "next_sector",
     "nonlinear_modes",
     "other_branches",
+    "pareto_front",
     "peak_curve",
     "periodic_motion",
     "plot",

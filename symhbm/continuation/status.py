@@ -171,6 +171,15 @@ class Status(StrEnum):
         "the response could not be followed over the whole band at the best design found, so that "
         "nothing is proved; try a narrower band"
     )
+    FRONT_FOUND = (
+        "both ends of the front and all points between them satisfy the conditions of an optimum, "
+        "and the whole band was followed at each"
+    )
+    FRONT_INCOMPLETE = (
+        "some points of the front were not found, or lie beside designs that could not be followed "
+        "(removed_reason and front_status tell which); the others are valid; try narrower bounds "
+        "or another number of points"
+    )
     PEAK_UNBOUNDED = (
         "the largest response grows without bound over a part of the band (peak_kind is unbounded "
         "there): neither damping nor friction limits it; add damping, or begin the band beyond"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -12,26 +11,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.design import arguments
-from symhbm.design.cases import Bands, Cases, Work
+from symhbm.design.cases import Cases
 from symhbm.design.outcome import (
     certificate,
-    compared,
     infeasible,
     report,
     report_of_fresh,
     status_of,
     with_certificate,
 )
-from symhbm.design.program import CaseStatistic, Program, Statistic
 from symhbm.design.search import feasible, search
-from symhbm.design.variables import DesignVariables
-from symhbm.model import DOUBT, warn_of_doubts
-from symhbm.model.linear import natural_band
-from symhbm.numerics import FloatArray, check
-from symhbm.response import frf
+from symhbm.design.task import Task
+from symhbm.numerics import check
 from symhbm.results import Sweep, parse
 from symhbm.workers import check_executor, check_progress
 
@@ -157,71 +151,40 @@ def minimise_peak(
     ... )
     >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
     """
-    check_problem(problem, bends=True)
-    advise_condensing(problem, "second derivatives take minutes")
     check_executor(executor)
-    if problem.samples is not None:
-        raise ValueError(
-            f"problem: expected located switching angles, got friction over {problem.samples} "
-            "samples, which has no second derivatives"
-        )
     throw = check.flag("throw", throw)
-    sweep = parse(problem, over)
-    arguments.check_dimensions(sweep)
-    arguments.check_forces(problem, sweep)
-    variables = arguments.read_variables(problem, parameters, bounds, vary)
-    arguments.check_ratios(problem, variables, sweep)
-    if statistic not in [str(member) for member in Statistic]:
-        raise ValueError(f"statistic={check.shown(statistic)}: expected 'worst', 'mean' or 'tail'")
-    if not 0 < check.scalar("tail", tail) <= 1:
-        raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
-    limits = arguments.read_limits(problem, variables, constraint)
-    fixed_start = arguments.read_start(variables, start)
-    check_mean(problem)
-    if frequency is None:
-        frequency = resonances(problem, sweep, variables)
-    bands = arguments.read_bands(frequency, sweep)
-    named = arguments.read_peaks(problem, peaks, variables, bands, sweep)
-    statistic_of_cases = CaseStatistic(Statistic(statistic), tail)
-    program = Program.of_peak(variables, statistic_of_cases, limits)
-    if objective is not None or peaks is not None:
-        names = tuple(peak.name for peak in named)
-        aim = arguments.read_aim("objective", objective, names, problem, variables)
-        program = Program(variables, statistic_of_cases, (aim,), limits, names)
-    problem.model.check_frequencies("frequency", hull_of(bands))
-    moving = {*variables.names, *sweep.values}
-    warn_of_doubts(problem.model, hull_of(bands), problem.harmonics, moving=moving)
+    task = Task.of(
+        *(problem, parameters, bounds, frequency, over),
+        vary=vary,
+        statistic=statistic,
+        tail=tail,
+        constraint=constraint,
+        peaks=peaks,
+    )
+    fixed_start = arguments.read_start(task.variables, start)
+    given = objective is not None or peaks is not None
+    program = task.program(*([task.read_aim("objective", objective)] if given else []))
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
-    fresh_sweep = None if fresh is None else parse(problem, fresh, "fresh")
-    if fresh_sweep is not None:
-        arguments.check_ratios(problem, variables, fresh_sweep, "fresh")
-        arguments.check_forces(problem, fresh_sweep)
-        if len(set(bands)) > 1 or not program.aims[0].is_peak:
-            raise ValueError(
-                "fresh: expected None where cases have bands of their own, or with an objective"
-            )
+    fresh_sweep = None if fresh is None else _read_fresh(task, fresh, given)
     if feasible(program) is None:
-        return _checked(infeasible(problem, variables, limits.names), throw)
-    cases = Cases(Work(named, sweep, variables), executor, check_progress(progress))
+        return _checked(infeasible(problem, task.variables, task.limits.names), throw)
+    cases = Cases(task.work, executor, check_progress(progress))
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     design = search_result.design
     status = status_of(program, search_result, cases.failed)
-    own_bands = [band for peak in named if peak.problem is problem for band in peak.bands]
-    result = responses(problem, variables, design.x, sweep, own_bands or bands, executor, progress)
-    heights = program.by_peak(np.array([state.height for state in design.states]))
-    text = ""
-    if np.isfinite(design.value) and named[0].problem is problem:
-        found = compared(result, sweep, named[0], heights[0])
-        text = found.text
-        if status in _GOOD and not found.agrees:
-            status = Status.DESIGN_NOT_SURVEYED
-    dims = dict(zip(sweep.dims, sweep.shape, strict=True))
+    result = task.responses([design.x], executor, progress)
+    found = None
+    if np.isfinite(design.value):
+        found = task.compared(result, np.array([state.height for state in design.states]))
+    if status in _GOOD and not (task.complete(result) if found is None else found.agrees):
+        status = Status.DESIGN_NOT_SURVEYED
+    dims = dict(zip(task.sweep.dims, task.sweep.shape, strict=True))
     result = result.merge(report(program, cases, search_result, dims))
-    hulls = sorted({band for peak in named for case_bands in peak.bands for band in case_bands})
-    text = certificate(program, search_result, hulls, cases, text)
+    check_of = "" if found is None else found.text
+    text = certificate(program, search_result, task.all_bands, cases, check_of)
     if fresh_sweep is not None:
-        own = [replace(peak, bands=[bands[0]] * fresh_sweep.size) for peak in named]
+        own = [replace(peak, bands=[task.bands[0]] * fresh_sweep.size) for peak in task.peaks]
         states = cases.changed(sweep=fresh_sweep, peaks=own)(design.x)
         result = result.merge(report_of_fresh(program, [state.height for state in states]))
         text += (
@@ -231,46 +194,16 @@ def minimise_peak(
     return _checked(with_certificate(result, status, text), throw)
 
 
-def resonances(
-    problem: HarmonicBalance, sweep: Sweep, variables: DesignVariables
-) -> tuple[float, float]:
-    """A band [Hz] that holds the resonances of all cases at all designs."""
-    models = []
-    for number in range(sweep.size):
-        chosen = sweep.chosen(number)
-        case, own = problem.with_parameters(**chosen), variables.proportional(problem, chosen)
-        models += [own.problem(case, x).model for x in (variables.lower, variables.upper)]
-    return natural_band(models)
-
-
-def responses(
-    problem: HarmonicBalance,
-    variables: DesignVariables,
-    x: FloatArray,
-    sweep: Sweep,
-    bands: list[Bands],
-    executor: Executor | None,
-    progress: bool | None,
-) -> xr.Dataset:
-    """Frequency responses of all cases at a design, over the hull of all bands."""
-    over: dict[str, Any] = {k: v for k, v in sweep.values.items() if k not in variables.names}
-    own = [variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
-    for name in [name for name in variables.names if name in sweep.values]:
-        values = [of_case.parameters(problem, x)[name] for of_case in own]
-        inner, coords = problem.model.dims_of(name), sweep.values[name].coords
-        labels = {str(label): coords[label] for label in coords if label not in inner}
-        array = np.reshape(values, (*sweep.shape, *np.shape(values[0])))
-        over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
-    best = variables.problem(problem, x)
-    with warnings.catch_warnings():
-        # The problem was warned of already.
-        warnings.filterwarnings("ignore", message=DOUBT)
-        return frf(best, hull_of(bands), over=over or None, executor=executor, progress=progress)
-
-
-def hull_of(bands: list[Bands]) -> tuple[float, float]:
-    edges = np.array([band for case_bands in bands for band in case_bands])
-    return float(edges.min()), float(edges.max())
+def _read_fresh(task: Task, fresh: Any, given: bool) -> Sweep:
+    """Cases that are not designed for; ``given`` tells that there is an objective."""
+    sweep = parse(task.problem, fresh, "fresh")
+    arguments.check_ratios(task.problem, task.variables, sweep, "fresh")
+    arguments.check_forces(task.problem, sweep)
+    if len(set(task.bands)) > 1 or given:
+        raise ValueError(
+            "fresh: expected None where cases have bands of their own, or with an objective"
+        )
+    return sweep
 
 
 def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:

@@ -218,6 +218,23 @@ VARIABLES = {
     ),
     "design_status": Variable((), "1", "how the search for a design ended"),
     "certificate": Variable((), "1", "what was computed and checked of the design, and what was not"),
+    "aim": Variable((), "1", "name of an aim"),
+    "front_aim": Variable((), "as given", "the aim at a point of the front"),
+    "front_value": Variable((), "variable_units", "value at a point of the front"),
+    "front_kind": Variable((), "1", "end: the optimum of one aim; between: of both"),
+    "front_place": Variable(
+        (), "1", "place on the chord of the front, from 0, the first aim's end, to 1, the second's"
+    ),
+    "front_status": Variable((), "1", "how the search for the point ended"),
+    "front_optimality": Variable((), "1", "largest slope of the scalarised aim that nothing holds"),
+    "front_n_active": Variable((), "1", "maxima that hold the point of the front"),
+    "front_peak_amplitude": Variable(
+        (), "m", "statistic of the largest responses of the peak at a point of the front"
+    ),
+    "removed_aim": Variable((), "as given", "the aim at a design that is not on the front"),
+    "removed_value": Variable((), "variable_units", "value of a design that is not on the front"),
+    "removed_place": Variable((), "1", "place on the chord that the design was looked for from"),
+    "removed_reason": Variable((), "1", "why the design is not on the front"),
     "case_amplitude": Variable((), "m", "largest response of the case"),
     "start_value": Variable((), "variable_units", "value at a start of the search"),
     "start_amplitude": Variable((), "m", "statistic at a start of the search"),
@@ -271,6 +288,10 @@ TEXTS = (
     "design_status",
     "certificate",
     "named_peak",
+    "aim",
+    "front_kind",
+    "front_status",
+    "removed_reason",
     "active_kind",
 )
 """Variables that hold text."""

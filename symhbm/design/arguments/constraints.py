@@ -54,7 +54,7 @@ def _limits_of(
     name: str, problem: HarmonicBalance, variables: DesignVariables, constraint: Any
 ) -> Limits:
     symbols = DesignSymbols(problem, variables)
-    values = ca.SX.sym("values", variables.n_variables)
+    values = symbols.values
     others: frozenset[str] = frozenset()
     if isinstance(constraint, scipy.optimize.LinearConstraint):
         rows = _linear_rows(name, variables, constraint, values)
@@ -66,7 +66,6 @@ def _limits_of(
         given = getattr(constraint, "__name__", "")
         name = name if given in ("", "<lambda>") else f"{name} ({given})"
         rows, low, high, others = _relations(name, symbols, constraint)
-        rows = ca.substitute([rows], [symbols.x], [ca.log(values)])[0]
     else:
         raise TypeError(f"{name}={check.shown(constraint)}: expected {_KINDS}")
     if np.any(low > high):
@@ -75,21 +74,20 @@ def _limits_of(
             f"{name}: expected lower limits no larger than upper ones, row {row} has "
             f"{low[row]:g} and {high[row]:g}"
         )
-    return _scaled(name, variables, symbols, values, rows, low, high, others)
+    return _scaled(name, variables, symbols, rows, low, high, others)
 
 
 def _scaled(
     name: str,
     variables: DesignVariables,
     symbols: DesignSymbols,
-    values: Any,
     rows: Any,
     low: FloatArray,
     high: FloatArray,
     others: frozenset[str],
 ) -> Limits:
     """Rows over their sizes; those that are linear in the values without their constants."""
-    upper = np.exp(variables.upper)
+    upper, values = np.exp(variables.upper), symbols.values
     bends = np.array(ca.which_depends(rows, values, 2, True))
     numbers = ca.Function("rows", [values], [rows, ca.jacobian(rows, values)])
     middle = np.exp((variables.lower + variables.upper) / 2)
@@ -106,17 +104,16 @@ def _scaled(
     moves = np.array(ca.which_depends(rows, values, 1, True)) & (bends | slopes.any(axis=1))
     if not moves.all():
         raise ValueError(
-            f"{name}: expected rows with an entry other than 0, row {int(np.argmin(moves))} has none"
+            f"{name}: expected rows with an entry other than 0, row {int(np.argmin(moves))} "
+            "has none"
         )
     constant = np.where(bends, 0.0, at[0] - np.where(bends[:, None], 0.0, slopes) @ middle)
     low, high = low - constant, high - constant
     limits = np.abs(np.where(np.isfinite([low, high]), [low, high], 0.0)).max(axis=0)
     largest = np.maximum(np.abs(at).max(axis=0), limits)
     size = np.where(bends, np.maximum(largest, 1e-300), np.abs(matrix) @ upper)
-    function = ca.Function("limits", [symbols.x], [ca.substitute(rows, values, symbols.values)])
-    function = ca.Function(
-        "limits", [symbols.x], [(function(symbols.x) - ca.DM(constant)) / ca.DM(size)]
-    )
+    sized = (symbols.by_logarithms(rows) - ca.DM(constant)) / ca.DM(size)
+    function = ca.Function("limits", [symbols.x], [sized])
     names = (name,) * len(size)
     return Limits(function, low / size, high / size, names, matrix / size[:, None], others)
 
@@ -187,5 +184,5 @@ def _relations(
         rows.append(entry.dep(0) - entry.dep(1))
         low.append(0.0 if entry.op() == ca.OP_EQ else -np.inf)
     expression = ca.vertcat(*rows)
-    without_symbols_of_its_own(name, expression, symbols.x)
+    without_symbols_of_its_own(name, expression, symbols.values)
     return expression, np.array(low), np.zeros(len(low)), others

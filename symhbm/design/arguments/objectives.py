@@ -62,9 +62,10 @@ def read_peaks(
             own_bands = read_bands(given["frequency"], sweep, f"{where}['frequency']")
         dof = given.get("dof")
         if dof is not None:
-            dof = own.model.number_of(dof)
-            if not 0 <= dof < own.model.n_dof:
-                raise ValueError(f"{where}['dof']={dof}: expected 0 to {own.model.n_dof - 1}")
+            try:
+                dof = own.model.number_of(dof)
+            except (KeyError, TypeError, ValueError) as error:
+                raise type(error)(f"{where}['dof']: {error.args[0]}") from None
         result.append(NamedPeak(name, own, own_bands, dof))
     return result
 
@@ -108,13 +109,13 @@ def read_aim(
             f"{name}: expected one expression, got one of shape {expression.shape}; parameters have "
             "a value for each blade or contact, parameters[...][0] is the first"
         )
-    without_symbols_of_its_own(name, expression, logarithms, symbols.x)
+    without_symbols_of_its_own(name, expression, logarithms, symbols.values)
     if expression.is_constant():
         raise ValueError(
             f"{name}: expected an expression of peaks or of parameters that are "
             f"designed, got {check.shown(expression)}, which no design changes"
         )
-    inputs = [logarithms, symbols.x]
+    expression, inputs = symbols.by_logarithms(expression), [logarithms, symbols.x]
     if not any(any(ca.which_depends(expression, one, 1, True)) for one in inputs):
         raise ValueError(
             f"{name}: expected an expression of peaks or of parameters that are designed, which "

@@ -23,15 +23,16 @@ class Named(dict[str, Any]):
 
 
 class DesignSymbols:
-    """The logarithms ``x`` (n_variables,) of the variables and all ``parameters`` by name.
+    """The ``values`` (n_variables,) of the variables and all ``parameters`` by name, as symbols.
 
-    Parameters that are designed are expressions of ``x``; all others are symbols of their own,
-    which `numbers` replaces, so that it is known which of them an expression uses.
+    Parameters that are designed are expressions of the values; all others are symbols of their own,
+    which `numbers` replaces, so that it is known which of them an expression uses. ``x`` are the
+    logarithms of the values.
     """
 
     def __init__(self, problem: HarmonicBalance, variables: DesignVariables):
         self.x = ca.SX.sym("x", variables.n_variables)
-        self.values = ca.exp(self.x)
+        self.values = ca.SX.sym("values", variables.n_variables)
         self._others: dict[str, tuple[Any, FloatArray]] = {}
         entries = {}
         for name, nominal in problem.parameters.items():
@@ -47,6 +48,10 @@ class DesignSymbols:
                 self._others[name] = expression, column
             entries[name] = expression
         self.parameters = Named(entries, "parameter of the problem")
+
+    def by_logarithms(self, expression: Any) -> Any:
+        """An expression of the values as one of their logarithms ``x``."""
+        return ca.substitute(expression, self.values, ca.exp(self.x))
 
     def numbers(self, expression: Any) -> tuple[Any, frozenset[str]]:
         """An expression with the numbers of parameters that are not designed, and their names."""

@@ -1,7 +1,7 @@
 """What is said of an optimal design: its dataset, status, certificate and derivatives."""
 
 from symhbm.design.outcome.certificate import certificate, status_of
-from symhbm.design.outcome.final_check import compared
+from symhbm.design.outcome.final_check import Comparison, compared
 from symhbm.design.outcome.report import (
     infeasible,
     labelled,
@@ -11,6 +11,7 @@ from symhbm.design.outcome.report import (
 )
 
 __all__ = [
+    "Comparison",
     "certificate",
     "compared",
     "infeasible",

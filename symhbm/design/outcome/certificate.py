@@ -116,7 +116,8 @@ def certificate(
 def _quantity(program: Program, n_cases: int) -> str:
     """What is minimised, in words."""
     if not program.aims[0].is_peak:
-        return program.aims[0].name
+        name = program.aims[0].name
+        return "the objective" if name == "objective" else f"the aim {name}"
     statistic = program.statistic
     of_cases = f"of {n_cases} cases"
     if statistic.kind == Statistic.MEAN:

@@ -72,14 +72,22 @@ class Aim:
         design = ", ".join(f"{number:.6g}" for number in np.exp(x))
         where = f"at the values {design}{' with ' if at else ''}{', '.join(at)}"
         if not np.isfinite(value[0]):
-            shown = 0.0 if value[0] == -np.inf else value[0]
-            raise ValueError(f"{self.name}: expected a positive number, got {shown:g} {where}")
+            raise ValueError(
+                f"{self.name}: expected a positive number, got {self._number(known, x):g} {where}"
+            )
         if np.any(slopes < -1e-9):
             raise ValueError(
                 f"{self.name}: expected an expression that falls with no peak that rises; it falls "
                 f"with {self.peaks[int(np.argmin(slopes))]!r} {where}"
             )
         return float(value[0])
+
+    def _number(self, peaks: FloatArray, x: FloatArray) -> float:
+        """The aim itself where it has no logarithm."""
+        inputs = self.logarithm.sx_in()
+        logarithm = self.logarithm(*inputs)
+        number = logarithm.dep(0) if logarithm.op() == ca.OP_LOG else ca.exp(logarithm)
+        return float(ca.Function("number", inputs, [number])(peaks, x))
 
     def relative(self, peaks: FloatArray, x: FloatArray) -> float:
         """What designs compare by, a number."""

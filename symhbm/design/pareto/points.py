@@ -1,0 +1,168 @@
+"""The designs of a front: the optimum of each aim, and designs between them.
+
+Between the ends a front is met by lines across it (normal-boundary intersection, I. Das, J. Dennis,
+SIAM J. Optim. 8 (1998), 631-657): in logarithms of both aims, over their ranges between the ends,
+the design is looked for that is best in the worse of both aims relative to a point of the chord
+from end to end. Every point of a front is met by such a line, where the front is not convex, too.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symhbm.continuation import Status
+from symhbm.design import tolerances
+from symhbm.design.cases import Cases
+from symhbm.design.outcome import status_of
+from symhbm.design.program import Aim, Program
+from symhbm.design.search import SearchResult, best_of, search
+from symhbm.numerics import FloatArray
+
+END, BETWEEN = "end", "between"
+_NEAR_OPTIMUM = 1e-6
+"""Share of an optimum that is given up for the other aim where several designs have it."""
+_ACCEPTED = (
+    Status.DESIGN_OPTIMAL,
+    Status.DESIGN_AT_BOUND,
+    Status.DESIGN_AT_EDGE,
+    Status.DESIGN_WITHOUT_PEAK,
+    Status.DESIGN_BESIDE_FAILURES,
+)
+"""Statuses of designs that satisfy the conditions of an optimum."""
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """One design: how it was found, both aims as logarithms (2,), and its status.
+
+    ``along`` tells where its line crosses the chord, 0 at the optimum of the first aim and 1 at
+    that of the second; ``removed`` why it is not on the front, "" if it is.
+    """
+
+    along: float
+    kind: str
+    program: Program
+    found: SearchResult
+    aims: FloatArray
+    status: Status
+    removed: str = ""
+
+    @property
+    def x(self) -> FloatArray:
+        """The design variables."""
+        return self.found.design.x
+
+
+Given = Callable[[float], FloatArray | None]
+"""Known designs by their places along the chord."""
+
+
+def points_of(
+    program: Program, aims: tuple[Aim, Aim], cases: Cases, n_points: int, n_starts: int | None
+) -> list[FrontPoint]:
+    """Both ends and as many points between them as make ``n_points``, from the first aim's end."""
+    searches = _Searches(program, aims, cases, n_starts)
+    first, last = (searches.end(number) for number in (0, 1))
+    if not np.all(np.isfinite([first.aims, last.aims])) or n_points == 2:
+        return [first, last]
+    corner = np.abs(first.aims - last.aims)
+    if np.any(corner <= tolerances.AGREE):
+        return [first, last]
+    shares = np.linspace(0, 1, n_points)[1:-1].tolist()
+    points = [first]
+    for share in shares:
+        points.append(searches.between(first, last, share, [points[-1].x]))
+    points.append(last)
+    # A design that another line led to may be better on this one.
+    for number, share in enumerate(shares, start=1):
+        offsets = _chord(first, last, share)
+        worst = [float(np.max((point.aims - offsets) / corner)) for point in points]
+        best = int(np.argmin(worst))
+        if worst[best] < worst[number] - tolerances.AGREE:
+            again = searches.between(first, last, share, [points[best].x])
+            if again.found.design.value < points[number].found.design.value:
+                points[number] = again
+    return points
+
+
+def on_front(points: list[FrontPoint]) -> list[FrontPoint]:
+    """The points with reasons why some are not on the front."""
+    result: list[FrontPoint] = []
+    for number, point in enumerate(points):
+        reason = ""
+        if not np.all(np.isfinite(point.aims)) or point.status not in _ACCEPTED:
+            reason = str(point.status)
+        for other_number, other in enumerate(points):
+            if reason or other_number == number:
+                continue
+            difference = other.aims - point.aims
+            alike = bool(np.all(np.abs(difference) <= _SAME))
+            if alike and (other_number < number if point.kind == BETWEEN else other.kind == END):
+                reason = "the same as another point" if other_number < number else ""
+            elif not alike and np.all(difference <= tolerances.AGREE):
+                reason = "dominated: another point is better in one aim, and no worse in the other"
+        result.append(replace(point, removed=reason))
+    return result
+
+
+_SAME = 1e-7
+"""Largest difference of logarithms of aims of one point of a front."""
+
+
+def _chord(first: FrontPoint, last: FrontPoint, share: float) -> FloatArray:
+    return (1 - share) * first.aims + share * last.aims
+
+
+@dataclass(frozen=True)
+class _Searches:
+    """Searches for points of the front of two aims."""
+
+    program: Program
+    aims: tuple[Aim, Aim]
+    cases: Cases
+    n_starts: int | None
+
+    def end(self, number: int) -> FrontPoint:
+        """The optimum of one aim; of several designs that have it the best in the other aim."""
+        program = replace(self.program, aims=(self.aims[number],))
+        point = self._point(float(number), END, program, search(program, self.cases, [], None))
+        active = point.found.active
+        strict = active is not None and active.curvature > tolerances.LEVEL
+        if strict or not np.all(np.isfinite(point.aims)):
+            return point
+        # Where the optimum is not isolated, all but a millionth of it is kept.
+        scales = [1.0, 1.0]
+        scales[number] = _NEAR_OPTIMUM
+        program = self._both(point.aims, np.array(scales))
+        starts = [point.x, self.program.variables.lower, self.program.variables.upper]
+        found = best_of(program, self.cases, starts, 1, 1)
+        better = self._point(float(number), END, program, found)
+        other = 1 - number
+        gained = better.aims[other] < point.aims[other] - tolerances.AGREE
+        kept = better.aims[number] <= point.aims[number] + 10 * _NEAR_OPTIMUM
+        return better if gained and kept else point
+
+    def between(
+        self, first: FrontPoint, last: FrontPoint, share: float, near: list[FloatArray]
+    ) -> FrontPoint:
+        """The point of the line that crosses the chord at a share of it."""
+        corner = np.abs(first.aims - last.aims)
+        program = self._both(_chord(first, last, share), corner)
+        starts = [*near, (1 - share) * first.x + share * last.x]
+        found = best_of(program, self.cases, starts, self.n_starts or 1, 1)
+        return self._point(share, BETWEEN, program, found)
+
+    def _both(self, offsets: FloatArray, scales: FloatArray) -> Program:
+        pairs = zip(self.aims, offsets.tolist(), scales.tolist(), strict=True)
+        aims = tuple(replace(aim, offset=offset, scale=scale) for aim, offset, scale in pairs)
+        return replace(self.program, aims=aims)
+
+    def _point(
+        self, along: float, kind: str, program: Program, found: SearchResult
+    ) -> FrontPoint:
+        states, x = found.design.states, found.design.x
+        peaks = program.levels(np.array([state.height for state in states]))
+        aims = np.array([aim.value(peaks, x) for aim in self.aims])
+        status = status_of(program, found, self.cases.failed)
+        return FrontPoint(along, kind, program, found, aims, status)
