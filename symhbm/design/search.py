@@ -80,6 +80,15 @@ def best_of(
     return SearchResult(ended.design, ended.active, designs, descents)
 
 
+def again(program: Program, cases: Cases, x: FloatArray) -> SearchResult:
+    """What a search found at a design ``x``, by one descent from there."""
+    design = _surveyed(program, cases, x)
+    if is_flat(program, design):
+        return SearchResult(design, None, [design], [])
+    descent = descend(program, cases, design)
+    return SearchResult(descent.design, descent.active, [design], [descent])
+
+
 def feasible(program: Program) -> FloatArray | None:
     """A design that satisfies all constraints; None where none was found."""
     variables = program.variables

@@ -16,6 +16,7 @@ from symhbm.continuation import SolveError, Status
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import infeasible, with_certificate
 from symhbm.design.pareto.dataset import certificate_of, dataset_of, status_of_front
+from symhbm.design.pareto.kept_designs import KeptDesigns, signature
 from symhbm.design.pareto.points import FrontPoint, on_front, points_of
 from symhbm.design.search import feasible
 from symhbm.design.task import Task
@@ -129,8 +130,13 @@ def pareto_front(
     program = task.program(*both)
     if feasible(program) is None:
         return _checked(infeasible(problem, task.variables, task.limits.names), throw)
+    kept_designs = KeptDesigns.of(archive, signature(task, both, n_points, n_starts))
+    if kept_designs.complete is not None:
+        return _checked(kept_designs.complete, throw)
     cases = Cases(task.work, executor, check_progress(progress))
-    points = on_front(points_of(program, (both[0], both[1]), cases, n_points, n_starts))
+    with kept_designs.told():
+        found = points_of(program, (both[0], both[1]), cases, n_points, n_starts, kept_designs)
+    points = on_front(found)
     kept = [point for point in points if not point.removed]
     status = status_of_front(points)
     if not kept:
@@ -143,7 +149,7 @@ def pareto_front(
         status = Status.FRONT_INCOMPLETE
     result = result.merge(dataset_of(points, program, both, cases))
     text = certificate_of(points, both, text)
-    return _checked(with_certificate(result, status, text), throw)
+    return _checked(kept_designs.finished(with_certificate(result, status, text)), throw)
 
 
 def _is_name(name: object) -> bool:

@@ -15,11 +15,14 @@ from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import status_of
+from symhbm.design.pareto.kept_designs import KeptDesigns
 from symhbm.design.program import Aim, Program
-from symhbm.design.search import SearchResult, best_of, search
+from symhbm.design.search import SearchResult, again, best_of, search
 from symhbm.numerics import FloatArray
 
 END, BETWEEN = "end", "between"
+_SAME = 1e-7
+"""Largest difference of logarithms of aims of one point of a front."""
 _NEAR_OPTIMUM = 1e-6
 """Share of an optimum that is given up for the other aim where several designs have it."""
 _ACCEPTED = (
@@ -32,7 +35,7 @@ _ACCEPTED = (
 """Statuses of designs that satisfy the conditions of an optimum."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrontPoint:
     """One design: how it was found, both aims as logarithms (2,), and its status.
 
@@ -54,15 +57,19 @@ class FrontPoint:
         return self.found.design.x
 
 
-Given = Callable[[float], FloatArray | None]
-"""Known designs by their places along the chord."""
-
-
 def points_of(
-    program: Program, aims: tuple[Aim, Aim], cases: Cases, n_points: int, n_starts: int | None
+    program: Program,
+    aims: tuple[Aim, Aim],
+    cases: Cases,
+    n_points: int,
+    n_starts: int | None,
+    kept: KeptDesigns,
 ) -> list[FrontPoint]:
-    """Both ends and as many points between them as make ``n_points``, from the first aim's end."""
-    searches = _Searches(program, aims, cases, n_starts)
+    """Both ends and as many points between them as make ``n_points``, from the first aim's end.
+
+    Designs that are ``kept`` are solved for again from there, others are searched and kept.
+    """
+    searches = _Searches(program, aims, cases, n_starts, kept)
     first, last = (searches.end(number) for number in (0, 1))
     if not np.all(np.isfinite([first.aims, last.aims])) or n_points == 2:
         return [first, last]
@@ -80,34 +87,33 @@ def points_of(
         worst = [float(np.max((point.aims - offsets) / corner)) for point in points]
         best = int(np.argmin(worst))
         if worst[best] < worst[number] - tolerances.AGREE:
-            again = searches.between(first, last, share, [points[best].x])
-            if again.found.design.value < points[number].found.design.value:
-                points[number] = again
+            better = searches.between(first, last, share, [points[best].x], "again")
+            if better.found.design.value < points[number].found.design.value:
+                points[number] = better
     return points
 
 
 def on_front(points: list[FrontPoint]) -> list[FrontPoint]:
     """The points with reasons why some are not on the front."""
-    result: list[FrontPoint] = []
-    for number, point in enumerate(points):
-        reason = ""
-        if not np.all(np.isfinite(point.aims)) or point.status not in _ACCEPTED:
-            reason = str(point.status)
-        for other_number, other in enumerate(points):
-            if reason or other_number == number:
-                continue
-            difference = other.aims - point.aims
-            alike = bool(np.all(np.abs(difference) <= _SAME))
-            if alike and (other_number < number if point.kind == BETWEEN else other.kind == END):
-                reason = "the same as another point" if other_number < number else ""
-            elif not alike and np.all(difference <= tolerances.AGREE):
-                reason = "dominated: another point is better in one aim, and no worse in the other"
-        result.append(replace(point, removed=reason))
-    return result
+    return [replace(point, removed=_why_removed(point, points)) for point in points]
 
 
-_SAME = 1e-7
-"""Largest difference of logarithms of aims of one point of a front."""
+def _why_removed(point: FrontPoint, points: list[FrontPoint]) -> str:
+    """Why a point is not on the front, "" if it is."""
+    if not np.all(np.isfinite(point.aims)) or point.status not in _ACCEPTED:
+        return str(point.status)
+    number = points.index(point)
+    for other_number, other in enumerate(points):
+        difference = other.aims - point.aims
+        if other_number == number or not np.all(np.isfinite(other.aims)):
+            continue
+        if np.all(np.abs(difference) <= _SAME):
+            # Of equal ones an end stays, else the first.
+            if (other.kind != END, other_number) < (point.kind != END, number):
+                return "the same as another point"
+        elif np.all(difference <= tolerances.AGREE):
+            return "dominated: another design is better in one aim, and no worse in the other"
+    return ""
 
 
 def _chord(first: FrontPoint, last: FrontPoint, share: float) -> FloatArray:
@@ -122,11 +128,14 @@ class _Searches:
     aims: tuple[Aim, Aim]
     cases: Cases
     n_starts: int | None
+    kept: KeptDesigns
 
     def end(self, number: int) -> FrontPoint:
         """The optimum of one aim; of several designs that have it the best in the other aim."""
         program = replace(self.program, aims=(self.aims[number],))
-        point = self._point(float(number), END, program, search(program, self.cases, [], None))
+        name = f"end {number}"
+        found = self._found(name, program, lambda: search(program, self.cases, [], None))
+        point = self._point(float(number), END, program, found)
         active = point.found.active
         strict = active is not None and active.curvature > tolerances.LEVEL
         if strict or not np.all(np.isfinite(point.aims)):
@@ -134,24 +143,49 @@ class _Searches:
         # Where the optimum is not isolated, all but a millionth of it is kept.
         scales = [1.0, 1.0]
         scales[number] = _NEAR_OPTIMUM
-        program = self._both(point.aims, np.array(scales))
+        both = self._both(point.aims, np.array(scales))
         starts = [point.x, self.program.variables.lower, self.program.variables.upper]
-        found = best_of(program, self.cases, starts, 1, 1)
-        better = self._point(float(number), END, program, found)
+        found = self._found(
+            f"{name}, the best in the other aim",
+            both,
+            lambda: best_of(both, self.cases, starts, 1, 1),
+        )
+        better = self._point(float(number), END, both, found)
         other = 1 - number
         gained = better.aims[other] < point.aims[other] - tolerances.AGREE
         kept = better.aims[number] <= point.aims[number] + 10 * _NEAR_OPTIMUM
         return better if gained and kept else point
 
     def between(
-        self, first: FrontPoint, last: FrontPoint, share: float, near: list[FloatArray]
+        self,
+        first: FrontPoint,
+        last: FrontPoint,
+        share: float,
+        near: list[FloatArray],
+        run: str = "first",
     ) -> FrontPoint:
-        """The point of the line that crosses the chord at a share of it."""
+        """The point of the line that crosses the chord at a share of it, in a ``run`` of several."""
         corner = np.abs(first.aims - last.aims)
         program = self._both(_chord(first, last, share), corner)
         starts = [*near, (1 - share) * first.x + share * last.x]
-        found = best_of(program, self.cases, starts, self.n_starts or 1, 1)
+        found = self._found(
+            f"between {share!r} {run}",
+            program,
+            lambda: best_of(program, self.cases, starts, self.n_starts or 1, 1),
+        )
         return self._point(share, BETWEEN, program, found)
+
+    def _found(
+        self, name: str, program: Program, searched: Callable[[], SearchResult]
+    ) -> SearchResult:
+        """What a search finds, or the design that is kept of it, solved for again."""
+        x = self.kept.get(name)
+        if x is not None:
+            return again(program, self.cases, x)
+        found = searched()
+        if np.isfinite(found.design.value):
+            self.kept.add(name, found.design.x)
+        return found
 
     def _both(self, offsets: FloatArray, scales: FloatArray) -> Program:
         pairs = zip(self.aims, offsets.tolist(), scales.tolist(), strict=True)
