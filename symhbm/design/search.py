@@ -136,11 +136,12 @@ def _promising(variables: DesignVariables, designs: list[Design], most: int) -> 
     finite = [design for design in designs if np.isfinite(design.value)]
     if variables.n_variables > 1:
         return sorted(finite, key=_value)[:most]
-    finite.sort(key=lambda design: design.x[0])
-    values = [np.inf, *(design.value for design in finite), np.inf]
+    # What is not known, or unbounded, is higher than its neighbours.
+    along = sorted(designs, key=lambda design: design.x[0])
+    values = [np.inf, *(design.value for design in along), np.inf]
     sides = zip(values, values[1:], values[2:], strict=False)
     low = [value <= before and value < after for before, value, after in sides]
-    return sorted(compress(finite, low), key=_value)[:most]
+    return sorted(compress(along, low), key=_value)[:most]
 
 
 def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:

@@ -76,13 +76,14 @@ def certificate_of(points: Sequence[FrontPoint], aims: Sequence[Aim], check: str
     for point in points:
         if point.kind == END:
             aim = aims[round(point.along)].name
-            said = f"at the optimum of {aim}: {_told(point, aims)}"
+            share = f", up to {point.up_to:g} of it" if point.up_to else ""
+            said = f"at the optimum of {aim}{share}: {_told(point, aims)}"
             sentences.append(f"End {said}{f' ({point.removed})' if point.removed else ''}.")
     optima = [p.found.active.stationarity for p in on if p.found.active is not None]
     if optima:
         sentences.append(
-            "Each satisfies the conditions of a minimum of its scalarised aim: slopes that nothing "
-            f"holds are below {max(*optima, 1e-16):.1e}."
+            f"{len(optima)} satisfy the conditions of a minimum of their scalarised aim: slopes "
+            f"that nothing holds are below {max(*optima, 1e-16):.1e}."
         )
     if check:
         sentences.append(check)

@@ -16,7 +16,7 @@ from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import status_of
 from symhbm.design.pareto.kept_designs import KeptDesigns
-from symhbm.design.program import Aim, Program
+from symhbm.design.program import Aim, Limits, Program
 from symhbm.design.search import SearchResult, again, best_of, search
 from symhbm.numerics import FloatArray
 
@@ -25,6 +25,8 @@ _SAME = 1e-7
 """Largest difference of logarithms of aims of one point of a front."""
 _NEAR_OPTIMUM = 1e-6
 """Share of an optimum that is given up for the other aim where several designs have it."""
+_FAR = 10.0
+"""Logarithm by which no aim is better."""
 _ACCEPTED = (
     Status.DESIGN_OPTIMAL,
     Status.DESIGN_AT_BOUND,
@@ -40,7 +42,8 @@ class FrontPoint:
     """One design: how it was found, both aims as logarithms (2,), and its status.
 
     ``along`` tells where its line crosses the chord, 0 at the optimum of the first aim and 1 at
-    that of the second; ``removed`` why it is not on the front, "" if it is.
+    that of the second; ``removed`` why it is not on the front, "" if it is. An end is the optimum
+    of one aim ``up_to`` a share.
     """
 
     along: float
@@ -50,6 +53,7 @@ class FrontPoint:
     aims: FloatArray
     status: Status
     removed: str = ""
+    up_to: float = 0.0
 
     @property
     def x(self) -> FloatArray:
@@ -140,10 +144,14 @@ class _Searches:
         strict = active is not None and active.curvature > tolerances.LEVEL
         if strict or not np.all(np.isfinite(point.aims)):
             return point
-        # Where the optimum is not isolated, all but a millionth of it is kept.
-        scales = [1.0, 1.0]
-        scales[number] = _NEAR_OPTIMUM
-        both = self._both(point.aims, np.array(scales))
+        if not self.aims[number].uses.any():
+            return self._best_of_equal(number, point)
+        # Where the optimum is not isolated, all but a millionth of it is kept: so much rises as
+        # far as the other aim, from far below, is better.
+        other, far = 1 - number, np.array([_FAR, _FAR])
+        scales, offsets = far.copy(), point.aims - far
+        scales[number], offsets[number] = _NEAR_OPTIMUM, point.aims[number]
+        both = self._both(offsets, scales)
         starts = [point.x, self.program.variables.lower, self.program.variables.upper]
         found = self._found(
             f"{name}, the best in the other aim",
@@ -151,10 +159,29 @@ class _Searches:
             lambda: best_of(both, self.cases, starts, 1, 1),
         )
         better = self._point(float(number), END, both, found)
-        other = 1 - number
         gained = better.aims[other] < point.aims[other] - tolerances.AGREE
         kept = better.aims[number] <= point.aims[number] + 10 * _NEAR_OPTIMUM
-        return better if gained and kept else point
+        if not (gained and kept):
+            return point
+        # Slopes of so steep a sum are no measure: it is an optimum of one aim, up to that share.
+        found = replace(found, active=None)
+        return replace(better, found=found, status=point.status, up_to=_NEAR_OPTIMUM)
+
+    def _best_of_equal(self, number: int, point: FrontPoint) -> FrontPoint:
+        """The design that is best in the other aim, of those as good in one without peaks."""
+        aim, other, n = self.aims[number], 1 - number, len(point.x)
+        row = Limits.of_aim(aim, float(point.aims[number]) + tolerances.AGREE, n)
+        program = replace(
+            self.program, aims=(self.aims[other],), limits=self.program.limits.joined(row)
+        )
+        found = self._found(
+            f"end {number}, the best in the other aim",
+            program,
+            lambda: best_of(program, self.cases, [point.x], 1, 1),
+        )
+        better = self._point(float(number), END, program, found)
+        gained = better.aims[other] < point.aims[other] - tolerances.AGREE
+        return better if gained else point
 
     def between(
         self,

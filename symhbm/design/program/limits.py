@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.design import tolerances
+from symhbm.design.program.aim import Aim
 from symhbm.numerics import FloatArray
 
 
@@ -34,6 +35,14 @@ class Limits:
         x = ca.SX.sym("x", n_variables)
         function = ca.Function("limits", [x], [ca.SX(0, 1)])
         return cls(function, np.zeros(0), np.zeros(0), (), np.zeros((0, n_variables)))
+
+    @classmethod
+    def of_aim(cls, aim: Aim, most: float, n_variables: int) -> "Limits":
+        """An aim that no peak is part of, whose logarithm is ``most`` at the most."""
+        x, peaks = ca.SX.sym("x", n_variables), ca.SX(len(aim.peaks), 1)
+        function = ca.Function("limits", [x], [aim.logarithm(peaks, x)])
+        low, high = np.array([-np.inf]), np.array([most])
+        return cls(function, low, high, (aim.name,), np.full((1, n_variables), np.nan))
 
     @property
     def n_rows(self) -> int:

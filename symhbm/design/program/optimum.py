@@ -19,6 +19,9 @@ from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.program.program import Program, Step
 from symhbm.numerics import FloatArray
 
+_STILL = 1e-9
+"""Share of the variables in a change that is none of theirs."""
+
 
 @dataclass(frozen=True)
 class ActiveSet:
@@ -100,11 +103,15 @@ class ActiveSet:
         Infinite with as many active conditions as variables: the aim rises linearly all around.
         """
         matrix, _ = self.system()
-        last = int(self.free.sum()) + len(self._smooth.levels)
+        n_free = int(self.free.sum())
+        last = n_free + len(self._smooth.levels)
         # Changes of variables and heights along which all active conditions stay satisfied.
         kept = null_space(matrix[last:, :last], rcond=1e-9)
         if not kept.shape[1]:
             return np.inf
+        # Heights follow from the variables, along which curvatures are measured.
+        _, sizes, turned = np.linalg.svd(kept[:n_free], full_matrices=False)
+        kept = kept @ (turned.T / sizes)[:, sizes > _STILL]
         return float(np.linalg.eigvalsh(kept.T @ matrix[:last, :last] @ kept).min())
 
     def step(self) -> tuple[FloatArray, FloatArray, FloatArray]:
