@@ -61,7 +61,10 @@ class Maxima:
 
 
 class Response:
-    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz], of one ``dof`` or all."""
+    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz].
+
+    Those of one ``dof``, or of all.
+    """
 
     def __init__(
         self,

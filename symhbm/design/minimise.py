@@ -150,6 +150,7 @@ def minimise_peak(
     ...     objective=lambda peaks, p: peaks["largest"] + 2e-5 * p["normal_load"][0],
     ... )
     >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
+    (array([2.845496]), array([0.00031046]))
     """
     check_executor(executor)
     throw = check.flag("throw", throw)

@@ -82,9 +82,7 @@ def survey(
     return Survey(maxima, unbounded, status)
 
 
-def _edges(
-    problem: HarmonicBalance, unknowns, frequency: float, dof: int | None
-) -> list[Maximum]:
+def _edges(problem: HarmonicBalance, unknowns, frequency: float, dof: int | None) -> list[Maximum]:
     """The responses of all degrees of freedom, or of one, at an end of the band."""
     if dof is not None:
         return [Maximum.at_edge(problem, unknowns, frequency, dof)]

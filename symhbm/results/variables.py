@@ -217,7 +217,9 @@ VARIABLES = {
         (), "1", "smallest curvature of the logarithm of the response that nothing holds"
     ),
     "design_status": Variable((), "1", "how the search for a design ended"),
-    "certificate": Variable((), "1", "what was computed and checked of the design, and what was not"),
+    "certificate": Variable(
+        (), "1", "what was computed and checked of the design, and what was not"
+    ),
     "aim": Variable((), "1", "name of an aim"),
     "front_aim": Variable((), "as given", "the aim at a point of the front"),
     "front_value": Variable((), "variable_units", "value at a point of the front"),
@@ -246,7 +248,12 @@ VARIABLES = {
     "active_amplitude": Variable((), "m", "displacement at the active maximum"),
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
-    "active_multiplier": Variable((), "1", "slope of the logarithm of the aim by that of the active maximum; of one peak they sum to 1"),
+    "active_multiplier": Variable(
+        (),
+        "1",
+        "slope of the logarithm of the aim by that of the active maximum; of one peak they sum "
+        "to 1",
+    ),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
     "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),

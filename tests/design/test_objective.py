@@ -127,7 +127,7 @@ class TestObjective:
 
 
 def on_a_grid(problem, loads, frequencies):
-    """Largest stored amplitudes at each load, of dense responses alone: no peaks, no derivatives."""
+    """Largest stored amplitudes at each load, of dense responses without peaks or derivatives."""
     dense = sh.frf(problem, BAND, at=frequencies, over={"normal_load": loads}, progress=False)
     return dense.amplitude.max(("frequency", "dof")).values
 
@@ -239,7 +239,11 @@ def symbol_of_its_own(peaks, parameters):
 BAD = {
     "no function": (dict(objective=3), TypeError, "objective=3: expected a function of peaks"),
     "one argument": (dict(objective=lambda peaks: 1), TypeError, "objective: .*it raised TypeErr"),
-    "a number": (dict(objective=lambda p, q: 1.0), TypeError, "objective: .*got 1.0, a number that"),
+    "a number": (
+        dict(objective=lambda p, q: 1.0),
+        TypeError,
+        "objective: .*got 1.0, a number that",
+    ),
     "nothing": (dict(objective=lambda p, q: None), TypeError, "objective: expected .*got None"),
     "no such peak": (dict(objective=lambda p, q: p["a"]), KeyError, "'a' is no peak; .*largest"),
     "no such parameter": (
@@ -268,7 +272,11 @@ BAD = {
         ValueError,
         "objective: expected an expression that falls with no peak that rises; .*'largest'",
     ),
-    "own symbol": (dict(objective=symbol_of_its_own), ValueError, "objective: .*has own of its own"),
+    "own symbol": (
+        dict(objective=symbol_of_its_own),
+        ValueError,
+        "objective: .*has own of its own",
+    ),
     "branch": (
         dict(objective=lambda p, q: p["largest"] if p["largest"] > 0 else 0),
         TypeError,
@@ -287,7 +295,11 @@ BAD = {
         ValueError,
         r"peaks\['a'\]\['frequency'\]=\(5, 5\): expected bands of some width",
     ),
-    "peak of no dof": (dict(peaks={"a": {"dof": 4}}), ValueError, r"peaks\['a'\]\['dof'\]: .*0 to 0"),
+    "peak of no dof": (
+        dict(peaks={"a": {"dof": 4}}),
+        ValueError,
+        r"peaks\['a'\]\['dof'\]: .*0 to 0",
+    ),
     "peak of no problem": (
         dict(peaks={"a": {"problem": 4}}),
         TypeError,
@@ -303,7 +315,11 @@ BAD = {
         ValueError,
         "fresh: expected None .*with an objective",
     ),
-    "bounds of SciPy": (dict(bounds=Bounds(3, 1)), ValueError, "bounds: .*lower < upper for normal"),
+    "bounds of SciPy": (
+        dict(bounds=Bounds(3, 1)),
+        ValueError,
+        "bounds: .*lower < upper for normal",
+    ),
     "bounds of nothing": (dict(bounds=Bounds(0, 1)), ValueError, "bounds.lb=.*finite and > 0"),
     "too many bounds": (dict(bounds=Bounds([1, 2], 3)), ValueError, "bounds.lb=.*1 variables"),
     "contradictory": (

@@ -12,8 +12,8 @@ from xarray import DataArray
 
 import symhbm as sh
 from symhbm.continuation.status import Status
-from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.arguments import read_limits
+from symhbm.design.maxima import FollowedMaximum, Maxima
 from symhbm.design.program import CaseStatistic, Program, Statistic
 from symhbm.design.search import feasible
 from symhbm.design.variables import DesignVariables, Group
@@ -47,9 +47,13 @@ class TestStatistic:
     @given(HEIGHTS)
     def test_the_ends_of_the_tail_are_the_mean_and_the_worst(self, heights):
         whole, last = statistic_of("tail", 1.0), statistic_of("tail", 1 / len(heights))
-        assert whole.value(heights) == pytest.approx(statistic_of("mean").value(heights), abs=ROUND_OFF)
+        assert whole.value(heights) == pytest.approx(
+            statistic_of("mean").value(heights), abs=ROUND_OFF
+        )
         assert last.value(heights) == pytest.approx(heights.max(), abs=ROUND_OFF)
-        assert statistic_of("tail", 1e-6).value(heights) == pytest.approx(heights.max(), abs=ROUND_OFF)
+        assert statistic_of("tail", 1e-6).value(heights) == pytest.approx(
+            heights.max(), abs=ROUND_OFF
+        )
 
     @given(HEIGHTS, st.floats(0.01, 1.0))
     def test_the_tail_is_the_conditional_value_at_risk(self, heights, tail):

@@ -87,6 +87,6 @@ def _aligned(frequency: Any, sweep: Sweep, argument: str) -> Any:
 
 def _no_bands(argument: str, frequency: Any, sizes: str = "") -> ValueError:
     return ValueError(
-        f"{argument}={check.shown(frequency)}: expected two different values (first, last) in Hz, a "
-        f"list of such pairs, or a DataArray of pairs over the dimensions of the sweep{sizes}"
+        f"{argument}={check.shown(frequency)}: expected two different values (first, last) in Hz, "
+        f"a list of such pairs, or a DataArray of pairs over the dimensions of the sweep{sizes}"
     )

@@ -139,7 +139,7 @@ def _nonlinear_rows(name: str, variables: DesignVariables, constraint: Any, valu
     without_symbols_of_its_own(f"{name}.fun", rows, values)
     if callable(constraint.jac):
         middle = np.exp((variables.lower + variables.upper) / 2)
-        given = constraint.jac(middle)
+        given: Any = constraint.jac(middle)
         matrix = np.atleast_2d(given.toarray() if sp.issparse(given) else given)
         exact = ca.Function("jacobian", [values], [ca.jacobian(rows, values)])(middle).full()
         if matrix.shape != exact.shape or not np.allclose(

@@ -106,8 +106,8 @@ def read_aim(
     expression, _ = symbols.numbers(column_of(name, found))
     if expression.numel() != 1:
         raise ValueError(
-            f"{name}: expected one expression, got one of shape {expression.shape}; parameters have "
-            "a value for each blade or contact, parameters[...][0] is the first"
+            f"{name}: expected one expression, got one of shape {expression.shape}; parameters "
+            "have a value for each blade or contact, parameters[...][0] is the first"
         )
     without_symbols_of_its_own(name, expression, logarithms, symbols.values)
     if expression.is_constant():

@@ -47,7 +47,7 @@ class Comparison(NamedTuple):
 def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatArray) -> Comparison:
     """Stored amplitudes of a response beside the logarithms of the largest (n_cases,) of a peak."""
     complete = bool(result["status"].isin([*map(str, COMPLETE)]).all())
-    counts, highest = [0, 0], 0.0
+    n_points, n_peaks, highest = 0, 0, 0.0
     for number in range(sweep.size):
         index = np.unravel_index(number, sweep.shape) if sweep.shape else ()
         one = result.isel(dict(zip(sweep.dims, index, strict=True)))
@@ -61,7 +61,10 @@ def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatAr
             for low, high in peak.bands[number]:
                 inside |= (frequency >= low) & (frequency <= high)
             inside &= ~np.isnan(amplitude)
-            counts[kind] += int(inside.sum())
+            if kind:
+                n_peaks += int(inside.sum())
+            else:
+                n_points += int(inside.sum())
             largest = amplitude[inside].max(initial=0.0)
             highest = max(highest, float(largest / np.exp(heights[number])))
-    return Comparison(*counts, highest, complete)
+    return Comparison(n_points, n_peaks, highest, complete)

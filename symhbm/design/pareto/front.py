@@ -73,8 +73,8 @@ def pareto_front(
     ``front_value`` (front, variable), ``front_peak_amplitude`` (front, named_peak) [m] and the
     status of each; designs that were found and are not on the front along ``removed``, with the
     reason; ``design_status``, and the ``certificate``: what was computed and checked, and what was
-    not. ``sh.rebuild(front.isel(front=0))`` gives the problem of a point, `symhbm.plot.pareto_front`
-    a picture.
+    not. ``sh.rebuild(front.isel(front=0))`` gives the problem of a point,
+    `symhbm.plot.pareto_front` a picture.
 
     Raises
     ------
@@ -107,6 +107,7 @@ def pareto_front(
     ...     n_points=3, progress=False,
     ... )
     >>> front.front_aim.sel(aim="load").values.round(3)
+    array([3.089, 1.401, 0.5  ])
     """
     check_executor(executor)
     throw = check.flag("throw", throw)

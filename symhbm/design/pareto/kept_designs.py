@@ -113,7 +113,9 @@ def signature(task: Task, aims: Sequence[Aim], n_points: int, n_starts: int | No
     for peak in task.peaks:
         parts = with_provenance({}, {}, peak.problem, task.sweep)
         digest.update(str(parts.attributes["problem"]).encode())
-        for entry in sorted((parts.variables | parts.coordinates).items(), key=lambda pair: pair[0]):
+        for entry in sorted(
+            (parts.variables | parts.coordinates).items(), key=lambda pair: pair[0]
+        ):
             digest.update(entry[0].encode())
             digest.update(repr(np.asarray(entry[1][1]).tolist()).encode())
         digest.update(repr((peak.name, peak.bands, peak.dof)).encode())

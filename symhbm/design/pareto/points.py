@@ -191,7 +191,7 @@ class _Searches:
         near: list[FloatArray],
         run: str = "first",
     ) -> FrontPoint:
-        """The point of the line that crosses the chord at a share of it, in a ``run`` of several."""
+        """The point of the line across the chord at a share of it, in a ``run`` of several."""
         corner = np.abs(first.aims - last.aims)
         program = self._both(_chord(first, last, share), corner)
         starts = [*near, (1 - share) * first.x + share * last.x]
@@ -219,9 +219,7 @@ class _Searches:
         aims = tuple(replace(aim, offset=offset, scale=scale) for aim, offset, scale in pairs)
         return replace(self.program, aims=aims)
 
-    def _point(
-        self, along: float, kind: str, program: Program, found: SearchResult
-    ) -> FrontPoint:
+    def _point(self, along: float, kind: str, program: Program, found: SearchResult) -> FrontPoint:
         states, x = found.design.states, found.design.x
         peaks = program.levels(np.array([state.height for state in states]))
         aims = np.array([aim.value(peaks, x) for aim in self.aims])

@@ -8,6 +8,7 @@ more height that is no less than any of them.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -94,7 +95,7 @@ class Program:
         """Logarithm of the statistic of each named peak, (n_peaks,)."""
         return np.array([self.statistic.value(of_peak) for of_peak in self.by_peak(heights)])
 
-    def by_peak(self, heights: FloatArray) -> FloatArray:
+    def by_peak(self, heights: Any) -> Any:
         """Heights or their numbers, (n_peaks, n_cases)."""
         return np.reshape(heights, (len(self.peaks), -1))
 
