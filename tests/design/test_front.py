@@ -107,12 +107,12 @@ def test_no_design_of_a_grid_is_better_in_both_aims():
     for peak, price in front.front_aim.values:
         # A grid of frequencies misses peaks by up to 1 part in 1e3.
         assert not np.any((peaks.values < peak * (1 - 1e-3)) & (cost < price * (1 - 1e-9)))
-    # And the best of the grid at each price is close to the front.
+    # And the best of the grid at each price is close to the front, for its steps of a fifth.
     order = np.argsort(front.front_aim.values[:, 1])
     price, peak = np.log(front.front_aim.values[order][:, ::-1]).T
     for number in range(1, len(price) - 1):
         allowed = cost <= np.exp(price[number])
-        assert np.log(peaks.values[allowed].min()) < peak[number] + 0.15
+        assert np.log(peaks.values[allowed].min()) < peak[number] + 0.35
 
 
 def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():

@@ -53,7 +53,7 @@ def read_limits(problem: HarmonicBalance, variables: DesignVariables, constraint
 def _limits_of(
     name: str, problem: HarmonicBalance, variables: DesignVariables, constraint: Any
 ) -> Limits:
-    symbols = DesignSymbols(problem, variables)
+    symbols = DesignSymbols.of(problem, variables)
     values = symbols.values
     others: frozenset[str] = frozenset()
     if isinstance(constraint, scipy.optimize.LinearConstraint):

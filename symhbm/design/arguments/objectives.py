@@ -99,7 +99,7 @@ def read_aim(
             f"{name}={check.shown(function)}: expected a function of peaks and parameters, for "
             'example lambda peaks, parameters: peaks["largest"]'
         )
-    symbols = DesignSymbols(problem, variables)
+    symbols = DesignSymbols.of(problem, variables)
     logarithms = ca.SX.sym("peaks", len(peaks))
     named = dict(zip(peaks, ca.vertsplit(ca.exp(logarithms)), strict=True))
     found = called(name, function, Named(named, "peak"), symbols.parameters)

@@ -1,6 +1,7 @@
 """Parameters as CasADi expressions of the design, and what functions of the user make of them."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -22,6 +23,7 @@ class Named(dict[str, Any]):
         check.known(name, self, self._what)
 
 
+@dataclass(frozen=True)
 class DesignSymbols:
     """The ``values`` (n_variables,) of the variables and all ``parameters`` by name, as symbols.
 
@@ -30,10 +32,16 @@ class DesignSymbols:
     logarithms of the values.
     """
 
-    def __init__(self, problem: HarmonicBalance, variables: DesignVariables):
-        self.x = ca.SX.sym("x", variables.n_variables)
-        self.values = ca.SX.sym("values", variables.n_variables)
-        self._others: dict[str, tuple[Any, FloatArray]] = {}
+    x: Any
+    values: Any
+    parameters: Named
+    _others: Mapping[str, tuple[Any, FloatArray]]
+
+    @classmethod
+    def of(cls, problem: HarmonicBalance, variables: DesignVariables) -> "DesignSymbols":
+        """The symbols of a problem whose ``variables`` are designed."""
+        values = ca.SX.sym("values", variables.n_variables)
+        others: dict[str, tuple[Any, FloatArray]] = {}
         entries = {}
         for name, nominal in problem.parameters.items():
             column = np.atleast_1d(np.asarray(nominal, dtype=float))
@@ -42,12 +50,13 @@ class DesignSymbols:
                 for number, group in enumerate(variables.groups):
                     if group.parameter == name:
                         for entry in group.entries:
-                            expression[entry] = self.values[number]
+                            expression[entry] = values[number]
             else:
                 expression = ca.SX.sym(name, column.size)
-                self._others[name] = expression, column
+                others[name] = expression, column
             entries[name] = expression
-        self.parameters = Named(entries, "parameter of the problem")
+        x = ca.SX.sym("x", variables.n_variables)
+        return cls(x, values, Named(entries, "parameter of the problem"), others)
 
     def by_logarithms(self, expression: Any) -> Any:
         """An expression of the values as one of their logarithms ``x``."""
