@@ -275,3 +275,18 @@ def test_its_picture_has_all_points(front):
     plt.close(figure)
     with pytest.raises(KeyError, match="front_aim"):
         sh.plot.pareto_front(front.drop_vars("front_aim"))
+
+
+def test_the_command_line_tells_and_draws_it(tmp_path):
+    from click.testing import CliRunner
+
+    from symhbm.cli import main
+
+    target = tmp_path / "front.nc"
+    front_of(blade(), archive=target, n_points=3)
+    told = CliRunner().invoke(main, ["info", str(target)], catch_exceptions=False).output
+    assert "front 0               peak 0.000308229, load 3.08858, normal_load 3.08858 N" in told
+    assert "3 of 3 points are on the front" in " ".join(told.split())
+    drawn = CliRunner().invoke(main, ["plot", str(target)], catch_exceptions=False).output
+    assert drawn.strip().endswith("front_pareto-front.png")
+    assert (tmp_path / "front_pareto-front.png").stat().st_size > 10_000
