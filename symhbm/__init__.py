@@ -12,6 +12,7 @@ from symhbm.design import (
     maximise_damping,
     maximise_flutter_limit,
     minimise_peak,
+    pareto_front,
 )
 from symhbm.model import (
     ContactPairs,
@@ -133,6 +134,7 @@ __all__ = [
     "next_sector",
     "nonlinear_modes",
     "other_branches",
+    "pareto_front",
     "peak_curve",
     "periodic_motion",
     "plot",

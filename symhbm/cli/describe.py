@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from symhbm.cli.designs import designs
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
 from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
@@ -45,6 +46,7 @@ def _lines(dataset: xr.Dataset) -> Lines:
         yield from _problem(dataset)
     if "status" in dataset.variables:
         yield from findings(dataset)
+    yield from designs(dataset)
     left_out = Description(dataset).left_out
     if left_out:
         yield "left out by keep=", ", ".join(left_out)

@@ -17,6 +17,7 @@ from symhbm.results.reading import COMPLETE, INNER, set_dimensions
 _FIRST = (
     *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
     "flutter-limit",
+    "pareto-front",
     *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
 )
 """The order in which kinds are listed; others follow by name."""
@@ -88,6 +89,8 @@ def _natural_kind(dataset: xr.Dataset) -> str:
     unforced = Description(dataset).unforced
     if unforced is not None:
         return f"{unforced.replace(' ', '-')}{'s' * (unforced != 'flutter limit')}"
+    if "front_aim" in dataset.variables:
+        return "pareto-front"
     if "friction_force" in dataset.variables:
         return "hysteresis"
     if "followed" not in dataset.attrs:

@@ -5,6 +5,7 @@ from symhbm.plot.curves import response
 from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
+from symhbm.plot.front import pareto_front
 from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
@@ -29,6 +30,7 @@ __all__ = [
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",
+    "pareto_front",
     "phase",
     "response",
     "states",

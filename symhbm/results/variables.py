@@ -204,6 +204,13 @@ VARIABLES = {
         (), "1", "slope of the logarithm of the response by that of the value, held by a bound"
     ),
     "design_amplitude": Variable((), "m", "statistic of the largest responses at the optimum"),
+    "design_aim": Variable((), "as given", "the aim at the optimum"),
+    "start_aim": Variable((), "as given", "the aim at a start of the search"),
+    "descent_aim": Variable((), "as given", "the aim at the end of a descent"),
+    "named_peak": Variable((), "1", "name of a peak that the aim depends on"),
+    "named_peak_amplitude": Variable((), "m", "statistic of the largest responses of the peak"),
+    "active_named_peak": Variable((), "1", "number of the named peak of the active maximum"),
+    "n_failed": Variable((), "1", "responses of designs that could not be followed over the band"),
     "design_optimality": Variable(
         (), "1", "largest slope of the logarithm of the response that nothing holds"
     ),
@@ -211,7 +218,26 @@ VARIABLES = {
         (), "1", "smallest curvature of the logarithm of the response that nothing holds"
     ),
     "design_status": Variable((), "1", "how the search for a design ended"),
-    "certificate": Variable((), "1", "what was proved of the design and what was not"),
+    "certificate": Variable(
+        (), "1", "what was computed and checked of the design, and what was not"
+    ),
+    "aim": Variable((), "1", "name of an aim"),
+    "front_aim": Variable((), "as given", "the aim at a point of the front"),
+    "front_value": Variable((), "variable_units", "value at a point of the front"),
+    "front_kind": Variable((), "1", "end: the optimum of one aim; between: of both"),
+    "front_place": Variable(
+        (), "1", "place on the chord of the front, from 0, the first aim's end, to 1, the second's"
+    ),
+    "front_status": Variable((), "1", "how the search for the point ended"),
+    "front_optimality": Variable((), "1", "largest slope of the scalarised aim that nothing holds"),
+    "front_n_active": Variable((), "1", "maxima that hold the point of the front"),
+    "front_peak_amplitude": Variable(
+        (), "m", "statistic of the largest responses of the peak at a point of the front"
+    ),
+    "removed_aim": Variable((), "as given", "the aim at a design that is not on the front"),
+    "removed_value": Variable((), "variable_units", "value of a design that is not on the front"),
+    "removed_place": Variable((), "1", "place on the chord that the design was looked for from"),
+    "removed_reason": Variable((), "1", "why the design is not on the front"),
     "case_amplitude": Variable((), "m", "largest response of the case"),
     "start_value": Variable((), "variable_units", "value at a start of the search"),
     "start_amplitude": Variable((), "m", "statistic at a start of the search"),
@@ -223,7 +249,12 @@ VARIABLES = {
     "active_amplitude": Variable((), "m", "displacement at the active maximum"),
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
-    "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
+    "active_multiplier": Variable(
+        (),
+        "1",
+        "slope of the logarithm of the aim by that of the active maximum; of one peak they sum "
+        "to 1",
+    ),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
     "design_from": Variable(
         (), "variable_units", "first of the values that are as good as the best"
@@ -299,6 +330,11 @@ TEXTS = (
     "variable_units",
     "design_status",
     "certificate",
+    "named_peak",
+    "aim",
+    "front_kind",
+    "front_status",
+    "removed_reason",
     "active_kind",
     "candidate_kind",
     "limit_kind",

@@ -592,7 +592,7 @@ def test_every_file_of_verbs_is_a_command():
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
     expected = ["response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"]
-    expected += ["flutter-limit"]
+    expected += ["flutter-limit", "pareto-front"]
     expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
     expected += ["phase"]
     assert kinds() == expected

@@ -35,7 +35,16 @@ def test_examples_run_by_themselves(name, tmp_path, monkeypatch):
 
 
 def test_main_verbs_have_examples():
-    verbs = {"frf", "follow", "solve", "periodic_motion", "verify", "minimise_peak", "peak_curve"}
+    verbs = {
+        "frf",
+        "follow",
+        "solve",
+        "periodic_motion",
+        "verify",
+        "minimise_peak",
+        "peak_curve",
+        "pareto_front",
+    }
     verbs |= {"sensitivity", "condense", "Model", "single_blade", "bladed_disk", "HarmonicBalance"}
     assert {f"symhbm.{verb}" for verb in verbs} <= {*WITH_EXAMPLES}
 

@@ -38,8 +38,8 @@ class _Kind(click.ParamType):
     "--kind",
     type=_Kind(),
     help="What to draw. By default hysteresis for a motion in time, nonlinear-modes, "
-    "limit-cycles and flutter-limit for those, envelope for an ensemble, disk for one point of a "
-    "disk, else response.",
+    "limit-cycles and flutter-limit for those, pareto-front for a front of two aims, envelope for "
+    "an ensemble, disk for one point of a disk, else response.",
 )
 @select_option
 @click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")
@@ -61,6 +61,7 @@ def plot(
 
     \b
       response      amplitude over the frequency (or what was followed), a line per parameter set
+      pareto-front  a front of two aims, and the values of its designs
       envelope      an ensemble of responses as bands
       disk          the response around the disk
       blades        the response of every blade
