@@ -9,8 +9,11 @@ from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
 from symhbm.model import (
+    BaseMotion,
     ContactPairs,
     EngineOrder,
+    FieldForce,
+    FrequencyForce,
     HarmonicForce,
     ModalDamping,
     Model,
@@ -23,6 +26,7 @@ from symhbm.model import (
     bladed_disk,
     contact_pairs,
     next_sector,
+    nodal_field,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -65,7 +69,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
-from symhbm.results.reading import motion, table, trimmed
+from symhbm.results.reading import motion, seen_from, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -75,12 +79,15 @@ __version__ = version("symhbm")
 
 __all__ = [
     "ArchiveError",
+    "BaseMotion",
     "ContactLaw",
     "ContactPairs",
     "Contacts",
     "Coulomb",
     "CubicSpring",
     "EngineOrder",
+    "FieldForce",
+    "FrequencyForce",
     "Friction",
     "Gap",
     "HarmonicBalance",
@@ -122,6 +129,7 @@ __all__ = [
     "motion",
     "natural_modes",
     "next_sector",
+    "nodal_field",
     "nonlinear_modes",
     "other_branches",
     "peak_curve",
@@ -134,6 +142,7 @@ __all__ = [
     "save",
     "save_structure",
     "sector_response",
+    "seen_from",
     "sensitivity",
     "single_blade",
     "solve",

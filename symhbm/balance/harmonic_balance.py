@@ -24,6 +24,7 @@ from symhbm.model import (
     StaticLoad,
     Structure,
     Symmetry,
+    amplitude_of,
     check_excitation,
     find_symmetry,
 )
@@ -154,14 +155,16 @@ class HarmonicBalance:
             if group.law.switches or group.law.acts(model.values_of(group)).any()
         }
         self._active = active | busy
+        shapes = {0: np.zeros((0, 0))} if linear else model.felt_shapes(excitation, basis)
+        powers = tuple(sorted(shapes))
         self._equations: Equations = self._once(
-            ("equations", self.harmonics, symmetry, samples, *sorted(self._active)),
+            ("equations", self.harmonics, symmetry, samples, powers, *sorted(self._active)),
             lambda: Equations(
-                model, basis, [g for g in self.groups if g.name in self._active], symmetry
+                model, basis, [g for g in self.groups if g.name in self._active], symmetry, powers
             ),
         )
         self.layout = self._equations.layout
-        self._set_arguments()
+        self._set_arguments([shapes[power] for power in powers])
 
     def _once(self, key: tuple, make: Callable[[], Any]) -> Any:
         if key not in self._shared:
@@ -184,7 +187,7 @@ class HarmonicBalance:
         other._set(**(given | changes))
         return other
 
-    def _set_arguments(self) -> None:
+    def _set_arguments(self, shapes: list[FloatArray]) -> None:
         model, equations = self.model, self._equations
         named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
         named |= {name: getattr(model, name) for name in model.matrix_terms}
@@ -196,17 +199,17 @@ class HarmonicBalance:
             named |= {group.parameters[own]: v for own, v in values[group.name].items()}
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
-            shape = model.felt_shape(self.excitation, self.basis)[equations.dofs]
+            shape = np.array([each[equations.dofs] for each in shapes])
             static = model.felt_static(self.excitation, self.basis)[equations.dofs]
         else:
-            shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
+            shape = np.zeros((1, self.n_dof, self.basis.n_components))  # it adds the force itself
             static = np.zeros(self.n_dof)
         named["force_shape"], named["static_force"] = shape.ravel(), self._at_rest(static)
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float) for name in equations.parameter_names
         ]
         self.contacts = BalancedContacts(self.layout, equations.groups, values)
-        self._force = named["force_shape"], named["static_force"]
+        self._force = shape.reshape(len(shape), -1), named["static_force"]
 
     def _at_rest(self, static: FloatArray) -> FloatArray:
         """A static force as the balance takes it: nothing where it leaves out harmonic 0."""
@@ -252,7 +255,9 @@ class HarmonicBalance:
     @property
     def records(self) -> dict[str, Parameter]:
         """What the parameters of model and excitation are."""
-        return PARAMETERS | self.model.records
+        force = self.excitation
+        of_force = {} if not force.changes else amplitude_of(force.units, force.meaning)
+        return PARAMETERS | self.model.records | of_force
 
     def own(self, name: str, values: Any) -> FloatArray:
         """Values of a named parameter of the blades or contacts that are balanced here."""
@@ -515,11 +520,17 @@ class HarmonicBalance:
     def force(self, frequency: float) -> FloatArray:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
         part = self.structure
-        shape, static = self._force if part is None else (part.shape(frequency), part.load)
+        shape, static = self._shape_at(frequency), self._force[1]
+        if part is not None:
+            shape, static = part.shape(frequency), part.load
         force = self.layout.coefficients(self.excitation.amplitude * shape)
         if 0 in self.harmonics:
             force[:, self.basis.component(0)] += static
         return force
+
+    def _shape_at(self, frequency: float) -> FloatArray:
+        """Coefficients of the compiled force at unit amplitude, (n_unknowns,)."""
+        return frequency ** np.array(self._equations.powers, dtype=float) @ self._force[0]
 
     def contact_forces(self, unknowns: FloatArray, frequency: float) -> FloatArray:
         """Forces of the contacts of a condensed structure, ``(n_dof, n_components)`` [N]."""
@@ -529,7 +540,7 @@ class HarmonicBalance:
         """Largest inertia force over the largest exciting force (0 without one)."""
         if self.structure is not None:
             return self.structure.amplification(unknowns, frequency, self.excitation.amplitude)
-        force = abs(self.excitation.amplitude) * np.abs(self._force[0]).max()
+        force = abs(self.excitation.amplitude) * np.abs(self._shape_at(frequency)).max()
         inertia = self._inertia @ unknowns
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
 

@@ -568,6 +568,13 @@ class Structure(ABC):
         """Coefficients of an excitation of unit amplitude, (n_whole, n_components)."""
         return excitation.shape(self.n_whole, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients (n_whole, n_components) of an excitation of unit amplitude.
+
+        By the power of the angular frequency that they go with, 0 where they do not change.
+        """
+        return excitation.shapes(self, basis)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, (n_whole,) [N].
 
@@ -583,9 +590,15 @@ class Structure(ABC):
         """The static part of an excitation as the degrees of freedom feel it, (n_dof,) [N]."""
         return self.felt(self.static_load(excitation, basis)[:, None], AT_REST)[:, 0]
 
-    def felt_coefficients(self, excitation: Any, basis: FourierBasis) -> FloatArray:
-        """All of an excitation as the degrees of freedom feel it, (n_dof, n_components) [N]."""
-        result = excitation.amplitude * self.felt_shape(excitation, basis)
+    def felt_coefficients(
+        self, excitation: Any, basis: FourierBasis, frequency: float
+    ) -> FloatArray:
+        """All of an excitation as the degrees of freedom feel it, (n_dof, n_components) [N].
+
+        ``frequency`` in rad/s.
+        """
+        shapes = self.felt_shapes(excitation, basis).items()
+        result = excitation.amplitude * sum(frequency**power * shape for power, shape in shapes)
         static = self.felt_static(excitation, basis)
         if 0 in basis.harmonics:
             result[:, basis.component(0)] += static
@@ -594,6 +607,11 @@ class Structure(ABC):
     def felt_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """An excitation of unit amplitude as the degrees of freedom feel it."""
         return self.felt(self.force_shape(excitation, basis), basis)
+
+    def felt_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency, as `force_shapes` tells them."""
+        shapes = self.force_shapes(excitation, basis).items()
+        return {power: self.felt(shape, basis) for power, shape in shapes}
 
     def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
         """An excitation that a structure of the same matrices alone takes, for its archive."""

@@ -103,7 +103,7 @@ def recovered(
     assert isinstance(model, CondensedModel)
     structure, masters = model.structure, model.masters
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
-    force = structure.felt_coefficients(problem.excitation, basis)
+    force = structure.felt_coefficients(problem.excitation, basis, frequency)
     evaluation, contacts = (
         problem.evaluate(unknowns, frequency),
         problem.contact_forces(unknowns, frequency),

@@ -7,7 +7,13 @@ from typing import Any
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, is_pattern, records_by_name, records_of_blade_modes
+from symhbm.model import (
+    PARAMETERS,
+    amplitude_of,
+    is_pattern,
+    records_by_name,
+    records_of_blade_modes,
+)
 from symhbm.model.contacts import Parameter
 from symhbm.results.variables import (
     OF_LAWS,
@@ -138,7 +144,8 @@ def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
         for group, entry in description.get("groups", {}).items()
     }
     of_modes = records_of_blade_modes(description.get("blade_modes", 0))
-    return PARAMETERS | of_modes | records_by_name(own)
+    of_force = amplitude_of(*description["amplitude"]) if "amplitude" in description else {}
+    return PARAMETERS | of_modes | records_by_name(own) | of_force
 
 
 def check_names(problem: HarmonicBalance) -> None:

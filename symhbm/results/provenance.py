@@ -17,11 +17,14 @@ from symhbm.model import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
+    BaseMotion,
     Excitation,
     Model,
     Structure,
+    bases_of,
     described,
     is_pattern,
+    motions_of_base,
 )
 from symhbm.model.condensation import CondensedModel, CondensedSector
 from symhbm.model.contacts import (
@@ -64,6 +67,9 @@ STRUCTURE_NUMBERS = "structure_numbers"
 """Variable of other structures without constant matrices, sectors for example: the same."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
+DISPLACEMENTS = "displacements"
+"""Attribute of datasets of what a moving base drives: which displacements they hold."""
+SEEN = {"relative": "relative to the moving base", "absolute": "absolute"}
 SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
@@ -218,7 +224,7 @@ def with_provenance(
     check_names(problem)
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
-        about = problem.model.about(name)
+        about = problem.records[name]
         long_name, attributes = about.meaning, {"units": about.units, "long_name": about.meaning}
         dims = () if np.ndim(value) == 0 else problem.model.dims_of(name)
         if name in sweep.values:
@@ -274,6 +280,8 @@ def with_provenance(
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy
     model = problem.model
+    for motion in motions_of_base(problem.excitation):
+        global_attributes[DISPLACEMENTS] = SEEN[motion]
     if (order := speed_order(model)) is not None:
         global_attributes[SPEED_ORDER] = order
     if model.kept is not None:
@@ -346,6 +354,7 @@ def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.model.as_felt(problem.excitation, problem.basis)
+    bases = [_base(base, problem.model, excitation.amplitude) for base in bases_of(excitation)]
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -358,7 +367,23 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "lumped": problem.model.lumped,
             "excitation": excitation.description(),
         }
+        | ({"amplitude": [excitation.units, excitation.meaning]} if excitation.changes else {})
+        | ({"bases": bases} if bases else {})
     )
+
+
+def _base(base: BaseMotion, model: Structure, amplitude: float) -> dict[str, Any]:
+    """A motion of the base as JSON keeps it: what is given, and where it takes a structure.
+
+    NaN of displacements of contacts, which need not move with it.
+    """
+    moved = base.influence
+    moved = np.array(moved if isinstance(moved, tuple) else base.translation(model), dtype=float)
+    if len(moved) != model.n_dof:
+        assert model.kept is not None
+        moved = np.append(moved, np.nan)[np.minimum(model.kept, len(moved))]
+    share = base.amplitude / amplitude if amplitude else 1.0
+    return base.description() | {"influence": moved.tolist(), "share": share}
 
 
 def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:

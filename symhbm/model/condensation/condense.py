@@ -267,6 +267,7 @@ def _patterns(
     masters: NDArray[np.intp],
 ) -> FloatArray:
     """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
-    shapes = np.hstack([model.felt_shape(force, basis) for force in excitations])
+    felt = [model.felt_shapes(force, basis).values() for force in excitations]
+    shapes = np.hstack([shape for each in felt for shape in each])
     static = [model.felt_static(force, basis) for force in excitations]
     return orthonormal(np.column_stack([shapes, *static]), masters)

@@ -379,6 +379,18 @@ class CondensedModel(Structure):
             return super().force_shape(excitation, basis)
         return self._structure.felt_shape(excitation, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency."""
+        if self._structure is None:
+            return super().force_shapes(excitation, basis)
+        return self._structure.felt_shapes(excitation, basis)
+
+    def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
+        """An excitation without the matrices of the whole structure, which archives lack."""
+        if self._structure is None or not excitation.of_matrices:
+            return excitation
+        return excitation.on(self._structure)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""
         if self._structure is None:

@@ -50,6 +50,10 @@ class RelativeModel(Model):
         """Coefficients of an excitation of unit amplitude on the whole structure."""
         return self.whole.force_shape(excitation, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency."""
+        return self.whole.force_shapes(excitation, basis)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""
         return self.whole.static_load(excitation, basis)

@@ -223,6 +223,10 @@ class Sector(PolynomialStructure):
         """Coefficients of an excitation of unit amplitude on one sector."""
         return self.structure.felt_shape(excitation, basis)
 
+    def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients on one sector, by the power of the angular frequency."""
+        return self.structure.felt_shapes(excitation, basis)
+
     def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on one sector, (n_whole,) [N]."""
         return self.structure.felt_static(excitation, basis)
@@ -438,11 +442,14 @@ class Sector(PolynomialStructure):
         """An excitation on the sector itself, of one reduced from a larger one."""
         if self.structure.kept is None:
             return excitation
-        parts = basis.by_harmonic(self.structure.felt_shape(excitation, basis))
-        each = zip(basis.harmonics, parts, strict=True)
-        pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
         order = excitation.parameters.get("engine_order", self.order)
-        wave = EngineOrder(order, excitation.amplitude, pattern=pattern)
+        waves: dict[int, Excitation] = {}
+        for power, shape in self.structure.felt_shapes(excitation, basis).items():
+            each = zip(basis.harmonics, basis.by_harmonic(shape), strict=True)
+            pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
+            amplitude = 1.0 if excitation.changes else excitation.amplitude
+            waves[power] = EngineOrder(order, amplitude, pattern=pattern)
+        wave = waves[0] if not excitation.changes else excitation.with_forces(waves)
         static = self.static_load(excitation, basis)
         return wave + StaticLoad(static) if static.any() else wave
 

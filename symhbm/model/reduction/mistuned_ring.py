@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
-from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
+from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad, motions_of_base
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place
@@ -151,6 +151,18 @@ class MistunedRing(DeviatingModel):
             waves = np.exp(-2j * np.pi * turns)[:, None] * phasor
             result[:, :, cosine], result[:, :, sine] = waves.real, -waves.imag
         return result.reshape(-1, shape.shape[1])
+
+    def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency.
+
+        ValueError for a base that moves the masses of a tuned disk, where they deviate.
+        """
+        if "relative" in motions_of_base(excitation) and np.any(self.mass_deviation):
+            raise ValueError(
+                "mass_deviation: expected 0 under a BaseMotion, whose force was made with the "
+                "masses of the tuned sector"
+            )
+        return super().force_shapes(excitation, basis)
 
     def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate; a `StaticLoad` acts on each sector."""

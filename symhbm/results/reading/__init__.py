@@ -13,6 +13,7 @@ from symhbm.results.reading.blockwise import (
 )
 from symhbm.results.reading.frames import table
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
+from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.padding import trimmed
 from symhbm.results.reading.rows import KINDS, rows_of
 
@@ -30,6 +31,7 @@ __all__ = [
     "moving",
     "read",
     "rows_of",
+    "seen_from",
     "set_dimensions",
     "table",
     "trimmed",
