@@ -56,6 +56,9 @@ class HarmonicBalance:
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
         results state.
+    peaks_of
+        The output of the model, by name, whose peaks are looked for in place of those of
+        displacements, see `symhbm.Structure.with_outputs`.
     symmetry
         Balance the first of the sectors that `symhbm.model.find_symmetry` tells: the unknowns
         are its coefficients alone, the contacts its own.
@@ -102,6 +105,7 @@ class HarmonicBalance:
         harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
+        peaks_of: str | None = None,
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
@@ -121,7 +125,10 @@ class HarmonicBalance:
         if isinstance(model, Model):
             _check_entries(model)
             _advise(model)
-        self._set(model, excitation, basis, samples, symmetry, {}, None, frozenset())
+        if peaks_of is not None:
+            check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
+        given = model, excitation, basis, samples, symmetry
+        self._set(*given, {}, None, frozenset(), peaks_of)
 
     def _set(
         self,
@@ -133,6 +140,7 @@ class HarmonicBalance:
         shared: dict[tuple, Any],
         linear: DynamicStiffness | None,
         active: frozenset[str],
+        peaks_of: str | None,
     ) -> None:
         """Store all of it; what is ``shared`` by copies of a problem is made once.
 
@@ -140,7 +148,7 @@ class HarmonicBalance:
         """
         check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
-        self.samples, self.symmetry = samples, symmetry
+        self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self._shared = shared
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
@@ -182,6 +190,7 @@ class HarmonicBalance:
             shared=self._shared,
             linear=self.structure,
             active=self._active,
+            peaks_of=self.peaks_of,
         )
         other = object.__new__(HarmonicBalance)
         other._set(**(given | changes))
@@ -327,6 +336,59 @@ class HarmonicBalance:
         if model is not self.model:  # in another wave
             changes |= dict(model=model, shared={})
         return self._copy(**changes)
+
+    def with_peaks_of(self, output: str | None) -> "HarmonicBalance":
+        """Copy whose peaks are those of an output of the model, None for displacements.
+
+        Raises KeyError for another name.
+        """
+        if output is not None:
+            check.known(output, self.model.outputs, "output of the model")
+        return self._copy(peaks_of=output)
+
+    def output_of(self, name: str, unknowns: FloatArray) -> FloatArray:
+        """Coefficients (.., n_rows, n_components) of an output from unknowns (.., n_unknowns)."""
+        values = (self._observation(name) @ unknowns.reshape(-1, self.n_unknowns).T).T
+        return values.reshape(*unknowns.shape[:-1], -1, self.basis.n_components)
+
+    def _observation(self, name: str) -> Any:
+        """Coefficients of an output by the unknowns, sparse."""
+        if name not in self._observations:
+            rows = sp.kron(self.model.outputs[name].rows, sp.eye_array(self.basis.n_components))
+            self._observations[name] = sp.csr_array(rows @ self.layout.expansion)
+        return self._observations[name]
+
+    @cached_property
+    def _observations(self) -> dict[str, Any]:
+        return {}
+
+    @property
+    def n_peaking(self) -> int:
+        """How many quantities have peaks: degrees of freedom, or rows of an output."""
+        return (
+            self.n_dof if self.peaks_of is None else self.model.outputs[self.peaks_of].rows.shape[0]
+        )
+
+    def peaking(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients (.., n_peaking, n_components) of what has peaks."""
+        if self.peaks_of is None:
+            return unknowns.reshape(*unknowns.shape[:-1], self.n_dof, self.basis.n_components)
+        return self.output_of(self.peaks_of, unknowns)
+
+    def peaking_by_unknowns(self, row: int) -> Any:
+        """Coefficients of one that has peaks by the unknowns, sparse (n_components, n_unknowns)."""
+        size = self.basis.n_components
+        of = slice(row * size, (row + 1) * size)
+        if self.peaks_of is None:
+            return sp.eye_array(self.n_unknowns, format="csr")[of]
+        return self._observation(self.peaks_of)[of]
+
+    @property
+    def peaking_scale(self) -> float:
+        """Bound of what has peaks over the size of the response."""
+        if self.peaks_of is None:
+            return 1.0
+        return float(np.sqrt(self._observation(self.peaks_of).power(2).sum(axis=1).max()))
 
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
@@ -557,7 +619,7 @@ class HarmonicBalance:
 
     def __reduce__(self):
         given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
-        return HarmonicBalance, given
+        return HarmonicBalance, (*given, self.peaks_of)
 
     def __repr__(self) -> str:
         law = "" if self.samples is None else f", friction over {self.samples} samples"

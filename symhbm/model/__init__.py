@@ -23,6 +23,7 @@ from symhbm.model.excitation import (
 from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -62,6 +63,7 @@ __all__ = [
     "Matrices",
     "ModalDamping",
     "Model",
+    "Output",
     "Place",
     "Places",
     "PointForce",

@@ -88,7 +88,8 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     stored = _stored_peaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
     derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
-    n_dof, parameters = stored.problem.model.n_dof, stored.problem.parameters
+    problem, parameters = stored.problem, stored.problem.parameters
+    n_dof = problem.whole.n_peaking
     for name in stored.names:
         shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
         derivatives[name] = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -187,6 +188,7 @@ class _StoredPeaks:
         if harmonics not in self._sets:
             problem = self.problem
             base = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            base = base.with_peaks_of(problem.peaks_of)
             self._sets[harmonics] = base, SecondOrder(base, self.names)
         base, second_order = self._sets[harmonics]
         number = int(np.ravel_multi_index(set_index, self.sweep.shape)) if set_index else 0
@@ -232,7 +234,7 @@ def _derivatives(
     problem: HarmonicBalance, second_order: SecondOrder, peak: Peak
 ) -> tuple[str, _Derivatives]:
     """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
-    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(peak.unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking(peak.unknowns))
     tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}

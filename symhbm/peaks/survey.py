@@ -78,7 +78,7 @@ def survey(problem: HarmonicBalance, bands: Bands, max_points: int = 5000) -> Su
 
 def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Maximum]:
     """The responses of all degrees of freedom at an end of the band."""
-    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking(unknowns))
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]

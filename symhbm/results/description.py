@@ -9,12 +9,14 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import (
     PARAMETERS,
+    Output,
     amplitude_of,
     is_pattern,
     records_by_name,
     records_of_blade_modes,
 )
 from symhbm.model.contacts import Parameter
+from symhbm.results.outputs import of_peaks, variables_of
 from symhbm.results.variables import (
     OF_LAWS,
     OF_PLACES,
@@ -134,7 +136,9 @@ class Description:
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
     variables = [entry["variables"] for entry in description.get("groups", {}).values()]
-    return parameters_of(description) | _of_laws(variables)
+    outputs = {n: Output.from_stored(n, o) for n, o in description.get("outputs", {}).items()}
+    of_outputs = of_peaks(outputs.get(description.get("peaks_of", ""))) | variables_of(outputs)
+    return parameters_of(description) | _of_laws(variables) | of_outputs
 
 
 def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
@@ -156,6 +160,12 @@ def check_names(problem: HarmonicBalance) -> None:
                 f"problem: the parameter {name!r} of a contact law needs a name of its own, "
                 f"{name!r} is the result's"
             )
+    taken = {*VARIABLES, *OWN_DIMENSIONS, *OF_PLACES, *problem.parameters}
+    for output in problem.model.outputs.values():
+        for name in ({output.name, *output.inner, *variables_of({output.name: output})}) & taken:
+            raise ValueError(
+                f"outputs: {output.name!r} needs a name of its own, {name!r} is the result's"
+            )
     for group in problem.groups:
         for name in group.law.variables:
             if name in VARIABLES:
@@ -167,7 +177,10 @@ def check_names(problem: HarmonicBalance) -> None:
 def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
     """The same of a problem; ValueError for a name that all datasets have."""
     check_names(problem)
-    return problem.records | _of_laws([group.law.variables for group in problem.groups])
+    of_laws = _of_laws([group.law.variables for group in problem.groups])
+    outputs = problem.model.outputs
+    peaking = None if problem.peaks_of is None else outputs[problem.peaks_of]
+    return problem.records | of_laws | of_peaks(peaking) | variables_of(outputs)
 
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:

@@ -20,6 +20,7 @@ from symhbm.model import (
     BaseMotion,
     Excitation,
     Model,
+    Output,
     Structure,
     bases_of,
     described,
@@ -354,6 +355,7 @@ def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.model.as_felt(problem.excitation, problem.basis)
+    outputs = {name: output.to_stored() for name, output in problem.model.outputs.items()}
     bases = [_base(base, problem.model, excitation.amplitude) for base in bases_of(excitation)]
     return (
         problem.model.description()
@@ -369,6 +371,8 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
         }
         | ({"amplitude": [excitation.units, excitation.meaning]} if excitation.changes else {})
         | ({"bases": bases} if bases else {})
+        | ({"outputs": outputs} if outputs else {})
+        | ({} if problem.peaks_of is None else {"peaks_of": problem.peaks_of})
     )
 
 
@@ -490,11 +494,14 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         else:
             model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
+    if told := description.get("outputs"):
+        model = model._seeing({name: Output.from_stored(name, each) for name, each in told.items()})
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
         excitation,
         description["harmonics"],
         description.get("samples"),
+        peaks_of=description.get("peaks_of"),
     )
     chosen = {
         name: dataset[name].values

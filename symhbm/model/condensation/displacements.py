@@ -12,6 +12,7 @@ from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates
 from symhbm.model.matrices import Model, restored
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.structure import AT_REST, Matrices, Structure
 from symhbm.numerics import FloatArray, FourierBasis
@@ -36,6 +37,10 @@ class RelativeModel(Model):
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
         """Motion (n_whole, n) of the whole structure from that (n_dof, n) of the coordinates."""
         return self.whole.expanded(self.change @ motion, nodal_diameter)
+
+    def seen(self, output: Output) -> Any:
+        """Rows of an output of the whole structure by the coordinates."""
+        return sp.csr_array(self.whole.seen(output)) @ self.change
 
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""

@@ -23,6 +23,7 @@ from symhbm.model.cyclic.waves import (
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import recalled, stored
@@ -157,7 +158,7 @@ class Sector(PolynomialStructure):
         """
         other = object.__new__(type(self))
         kept = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in kept})
+        other._store(**{name: getattr(self, name) for name in (*kept, "outputs")})
         other._set_contacts(groups)
         return other
 
@@ -218,6 +219,24 @@ class Sector(PolynomialStructure):
         """
         kept = self.structure.kept
         return self.interfaces.others if kept is None else kept[self.interfaces.others]
+
+    def seen(self, output: Output) -> Any:
+        """Rows of an output over the degrees of freedom of a sector that are not right.
+
+        ValueError where it reads one that is right.
+        """
+        if self.structure.n_whole != self.structure.n_dof:
+            rows = self.structure.seen(output)
+        else:
+            rows = output.rows
+        right = np.intersect1d(np.unique(rows.nonzero()[1]), self.interfaces.right)
+        if right.size:
+            raise ValueError(
+                f"outputs[{output.name!r}]: expected degrees of freedom that are not right, "
+                f"{right[0]} is; weigh that of left at the same place, which is its of the next "
+                "sector"
+            )
+        return rows[:, self.interfaces.others]
 
     def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude on one sector."""

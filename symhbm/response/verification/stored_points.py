@@ -222,7 +222,8 @@ class StoredPoints:
         if harmonics == problem.harmonics:
             return problem
         if harmonics not in self._sets:
-            self._sets[harmonics] = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            larger = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            self._sets[harmonics] = larger.with_peaks_of(problem.peaks_of)
         return self._sets[harmonics].with_parameters(**problem.parameters)
 
     def exact_difference(self, index: tuple[int, ...]) -> float:
@@ -239,7 +240,7 @@ class StoredPoints:
             motion = exact_motion_of(problem, omega, nearby)
         except (ValueError, ArithmeticError):
             return np.nan
-        if not motion.converged:
+        if not motion.converged or (self.prefix and problem.peaks_of is not None):
             return np.nan
         stored = {key: values[index] for key, values in self.stored.items()}
         return amplitude_difference(stored, motion.amplitude)
