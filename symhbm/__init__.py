@@ -69,7 +69,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, rebuild, save
-from symhbm.results.reading import motion, seen_from, table, trimmed
+from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -132,6 +132,7 @@ __all__ = [
     "nodal_field",
     "nonlinear_modes",
     "other_branches",
+    "output",
     "peak_curve",
     "periodic_motion",
     "plot",

@@ -19,7 +19,15 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
-from symhbm.results import OWN_DIMENSIONS, VARIABLES, Sweep, recall, variables, without
+from symhbm.results import (
+    OWN_DIMENSIONS,
+    VARIABLES,
+    Sweep,
+    recall,
+    records_of_problem,
+    variables,
+    without,
+)
 from symhbm.results.archive import ArchiveError, rebuild
 
 EXACT = "exact"
@@ -103,14 +111,15 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
     result = result.drop_vars(dropped)
-    attributes = _attributes(VARIABLES["peaking_dof"])
+    attributes = _attributes(variables.meaning("peaking_dof", records_of_problem(problem)))
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
+    records = records_of_problem(stored.problem)
     for name, pair in derivatives.items():
         parameter_dims = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
         dims = (*stored.dims, "peaking_dof", *parameter_dims)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
-            meaning = variables.derivative(of, name, stored.problem.records)
+            meaning = variables.derivative(of, name, records)
             result[f"{of}_by_{name}"] = dims, values, _attributes(meaning)
     result.attrs.pop("verification", None)
     return result

@@ -26,6 +26,9 @@ from symhbm.results.variables import (
     Variable,
 )
 
+OUTPUT = "output"
+"""Attribute of results in which an output takes the place of displacements: its name."""
+
 
 class Description:
     """The problem, the request and the verification of a dataset, as far as its attributes tell."""
@@ -116,6 +119,16 @@ class Description:
     def per_dof(self) -> bool:
         """Whether peaks are those of each degree of freedom."""
         return self.request.get("peaks") == "each"
+
+    @property
+    def output(self) -> str | None:
+        """The output that amplitudes are of, None for displacements."""
+        return self._attributes.get(OUTPUT)
+
+    @property
+    def peaks_of_amplitude(self) -> bool:
+        """Whether peaks are those of the amplitudes, and not of another output."""
+        return self.problem.get("peaks_of") == self.output
 
     @property
     def swept(self) -> list[str]:

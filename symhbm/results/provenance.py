@@ -356,7 +356,9 @@ def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.model.as_felt(problem.excitation, problem.basis)
     outputs = {name: output.to_stored() for name, output in problem.model.outputs.items()}
-    bases = [_base(base, problem.model, excitation.amplitude) for base in bases_of(excitation)]
+    model, amplitude = problem.model, excitation.amplitude
+    excitation = excitation.along_base(lambda base: _translation(base, model))
+    bases = [_base(base, model, amplitude) for base in bases_of(excitation)]
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -377,7 +379,14 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
 
 
 def _base(base: BaseMotion, model: Structure, amplitude: float) -> dict[str, Any]:
-    """A motion of the base as JSON keeps it: what is given, and where it takes a structure.
+    """A motion of the base as JSON keeps it: what is given, and where it takes a structure."""
+    share = base.amplitude / amplitude if amplitude else 1.0
+    moved = _translation(base, model).tolist()
+    return base.description() | {"influence": moved, "share": share}
+
+
+def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
+    """Where a unit motion of the base takes the degrees of freedom of a structure, (n_dof,).
 
     NaN of displacements of contacts, which need not move with it.
     """
@@ -386,8 +395,7 @@ def _base(base: BaseMotion, model: Structure, amplitude: float) -> dict[str, Any
     if len(moved) != model.n_dof:
         assert model.kept is not None
         moved = np.append(moved, np.nan)[np.minimum(model.kept, len(moved))]
-    share = base.amplitude / amplitude if amplitude else 1.0
-    return base.description() | {"influence": moved.tolist(), "share": share}
+    return moved
 
 
 def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:

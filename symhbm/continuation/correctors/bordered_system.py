@@ -111,7 +111,7 @@ def located_system(equations: Equations) -> ca.Function:
     point = symbol["point"]
     parameters = _split(symbol["parameters"], of_parameters)
     events = [
-        ca.reshape(part, -1, group.n)
+        ca.reshape(part, group.law.n_events(equations.basis), group.n)
         for part, group in zip(_split(symbol["events"], of_events), equations.located, strict=True)
     ]
     forces = form(point[:n], point[n], *parameters, *events)

@@ -289,7 +289,7 @@ def motions_of_base(excitation: Excitation) -> set[str]:
 
 def _check_whole(structure: Any) -> None:
     """Raise TypeError or ValueError for a structure whose matrices do not make the force."""
-    if getattr(structure, "interfaces", None) is not None or structure.n_whole != structure.n_dof:
+    if getattr(structure, "interfaces", None) is not None or structure.kept is not None:
         raise TypeError(
             "excitation: expected BaseMotion(...).on(structure) with the matrices of the whole "
             "structure, this one is reduced, condensed or a sector"

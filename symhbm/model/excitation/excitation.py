@@ -85,6 +85,10 @@ class Excitation(ABC):
         """The same force with what matrices of a structure make of it."""
         return self
 
+    def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
+        """The same force, its motions of the base with where they take a reduced structure."""
+        return self
+
     def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
         """A force that changes by these forces of unit amplitude instead, by powers."""
         raise TypeError(f"{check.shown(self)}: expected a force that changes with the frequency")
@@ -226,6 +230,10 @@ class ForceSum(Excitation):
             for power, shape in part.shapes(structure, basis).items():
                 result[power] = result.get(power, 0.0) + ratio * shape
         return result
+
+    def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
+        """The same sum, its motions of the base with where they take a reduced structure."""
+        return replace(self, parts=tuple(part.along_base(translation) for part in self.parts))
 
     def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
         """The first part that changes, by these forces instead."""

@@ -69,6 +69,12 @@ class FrequencyForce(Excitation):
         """That it does."""
         return True
 
+    def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
+        """The same force, its base with where it takes a reduced structure."""
+        if self.base is None:
+            return self
+        return replace(self, base=replace(self.base, influence=translation(self.base)))  # type: ignore
+
     def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
         """The same amplitude with these forces."""
         return replace(self, forces=forces)

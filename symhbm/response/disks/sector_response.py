@@ -23,7 +23,8 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
     Returns
     -------
     Dataset with ``coefficient`` and ``peak_coefficient`` [m] and the coefficients of outputs, as
-    far as there, in the axes of each sector itself. Several sectors are a dimension ahead. Amplitudes are those of the first one.
+    far as there, in the axes of each sector itself. Several sectors are a dimension ahead.
+    Amplitudes are those of the first one.
 
     Raises
     ------
