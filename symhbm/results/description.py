@@ -16,7 +16,7 @@ from symhbm.model import (
     records_of_blade_modes,
 )
 from symhbm.model.contacts import Parameter
-from symhbm.results.outputs import of_peaks, variables_of
+from symhbm.results.outputs import histories_of, of_peaks, variables_of
 from symhbm.results.variables import (
     OF_LAWS,
     OF_PLACES,
@@ -150,7 +150,8 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
     variables = [entry["variables"] for entry in description.get("groups", {}).values()]
     outputs = {n: Output.from_stored(n, o) for n, o in description.get("outputs", {}).items()}
-    of_outputs = of_peaks(outputs.get(description.get("peaks_of", ""))) | variables_of(outputs)
+    of_outputs = of_peaks(outputs.get(description.get("peaks_of", "")))
+    of_outputs |= variables_of(outputs) | histories_of(outputs)
     return parameters_of(description) | _of_laws(variables) | of_outputs
 
 
@@ -193,7 +194,8 @@ def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variab
     of_laws = _of_laws([group.law.variables for group in problem.groups])
     outputs = problem.model.outputs
     peaking = None if problem.peaks_of is None else outputs[problem.peaks_of]
-    return problem.records | of_laws | of_peaks(peaking) | variables_of(outputs)
+    of_outputs = variables_of(outputs) | histories_of(outputs)
+    return problem.records | of_laws | of_peaks(peaking) | of_outputs
 
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:

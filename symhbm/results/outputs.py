@@ -36,6 +36,14 @@ def variables_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
     return result
 
 
+def histories_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
+    """Meanings of outputs over the period, by name."""
+    return {
+        name: Variable(output.inner, output.units, name.replace("_", " "))
+        for name, output in outputs.items()
+    }
+
+
 def of_peaks(output: Output | None) -> dict[str, Variable]:
     """Meanings of the variables of peaks of an output, where they are not of displacements."""
     if output is None:
