@@ -9,11 +9,8 @@ from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
 from symhbm.design import minimise_peak
 from symhbm.model import (
-    BaseMotion,
     ContactPairs,
     EngineOrder,
-    FieldForce,
-    FrequencyForce,
     HarmonicForce,
     ModalDamping,
     Model,
@@ -26,7 +23,6 @@ from symhbm.model import (
     bladed_disk,
     contact_pairs,
     next_sector,
-    nodal_field,
     single_blade,
 )
 from symhbm.model.condensation import condense
@@ -47,6 +43,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
 )
 from symhbm.model.cyclic import Influence, Sector
+from symhbm.model.excitation import BaseMotion, FieldForce, FrequencyForce, nodal_field
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.model.rotation import RotatingModel

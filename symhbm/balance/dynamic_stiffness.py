@@ -10,7 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, FrequencyForce, HarmonicForce, StaticLoad, Structure
+from symhbm.model import Excitation, HarmonicForce, StaticLoad, Structure
+from symhbm.model.excitation import FrequencyForce
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6

@@ -9,8 +9,8 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
-from symhbm.model import Output
 from symhbm.model.contacts import Behaviour
+from symhbm.model.outputs import Output
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -70,8 +70,8 @@ def periodic_motion(
     their coefficients, of planar friction also the force across; the changes of contact states
     along ``event``, Floquet multipliers, the work of the exciting force and where it goes; with
     contacts that have a normal direction also their normal force, its mean and extremes, and how
-    long they are open. Where nothing converged, ``converged`` is False, the values are NaN and ``status``
-    says why.
+    long they are open. Where nothing converged, ``converged`` is False, the values are NaN and
+    ``status`` says why.
 
     Raises
     ------

@@ -43,8 +43,9 @@ def recover(
     Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
     degrees of freedom, outputs of the structure, ``frequency`` [Hz], and two errors in all
     equations of the whole structure, contacts included. ``residual_norm`` is their largest residual
-    over the largest sum of absolute force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
-    freedom over that of their response: the error of this response by condensation. Places of the
+    over the largest sum of absolute force terms. ``condensation_error`` is the length of a Newton
+    step of the kept degrees of freedom over that of their response: the error of this response by
+    condensation. Places of the
     structure are coordinates.
 
     Raises

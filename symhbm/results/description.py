@@ -9,13 +9,13 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import (
     PARAMETERS,
-    Output,
-    amplitude_of,
     is_pattern,
     records_by_name,
     records_of_blade_modes,
 )
 from symhbm.model.contacts import Parameter
+from symhbm.model.excitation import amplitude_of
+from symhbm.model.outputs import Output
 from symhbm.results.outputs import histories_of, of_peaks, variables_of
 from symhbm.results.variables import (
     OF_LAWS,

@@ -17,15 +17,11 @@ from symhbm.model import (
     CONTACT_PARAMETERS,
     FRICTION_PARAMETERS,
     PARAMETERS,
-    BaseMotion,
     Excitation,
     Model,
-    Output,
     Structure,
-    bases_of,
     described,
     is_pattern,
-    motions_of_base,
 )
 from symhbm.model.condensation import CondensedModel, CondensedSector
 from symhbm.model.contacts import (
@@ -44,6 +40,8 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.cyclic import Sector
+from symhbm.model.excitation import BaseMotion, bases_of, motions_of_base
+from symhbm.model.outputs import Output
 from symhbm.model.reduction import DeviatingModel, deviations_of
 from symhbm.model.rotation import recalled_model, speed_order
 from symhbm.results.description import Description, check_names

@@ -19,7 +19,7 @@ from symhbm.model.excitation.forces import (
 from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
 from symhbm.model.excitation.nodal_field import nodal_field
 from symhbm.model.excitation.static_load import StaticLoad
-from symhbm.model.excitation.stored import described
+from symhbm.model.excitation.stored import amplitude_of, described
 
 __all__ = [
     "BaseMotion",
@@ -31,6 +31,7 @@ __all__ = [
     "HarmonicForce",
     "PointForce",
     "StaticLoad",
+    "amplitude_of",
     "bases_of",
     "check_excitation",
     "check_whole",

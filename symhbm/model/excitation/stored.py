@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from symhbm.model.contacts import Parameter
 from symhbm.model.excitation.base_motion import BaseMotion
 from symhbm.model.excitation.excitation import Excitation, ForceSum
 from symhbm.model.excitation.field_force import FieldForce
@@ -9,6 +10,7 @@ from symhbm.model.excitation.forces import EngineOrder, HarmonicForce, PointForc
 from symhbm.model.excitation.frequency_force import FrequencyForce
 from symhbm.model.excitation.pattern import pattern_from_stored
 from symhbm.model.excitation.static_load import StaticLoad
+from symhbm.model.parameters import PARAMETERS
 
 _ALL = BaseMotion, EngineOrder, FieldForce, HarmonicForce, PointForce, StaticLoad
 _KINDS = {kind.__name__: kind for kind in _ALL}
@@ -43,3 +45,9 @@ def _by_number(values: dict[str, Any]) -> dict[int, Any]:
         int(number): _by_number(value) if isinstance(value, dict) else value
         for number, value in values.items()
     }
+
+
+def amplitude_of(units: str, meaning: str) -> dict[str, Parameter]:
+    """The record of an amplitude that is no force, by its name."""
+    record = PARAMETERS["force_amplitude"]
+    return {"force_amplitude": record._replace(units=units, meaning=meaning, unit=units)}

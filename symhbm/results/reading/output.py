@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from symhbm.model import Output
+from symhbm.model.outputs import Output
 from symhbm.numerics import check
 from symhbm.results.description import OUTPUT, Description
 from symhbm.results.schema import check_dataset, check_present
