@@ -66,7 +66,7 @@ class BaseMotion(Excitation):
 
     Examples
     --------
-    A blade on a shaker, 10 m/s^2 at all frequencies:
+    A blade on a shaker, 1 m/s^2 at all frequencies:
 
     >>> import symhbm as sh
     >>> blade = sh.single_blade(
@@ -76,7 +76,7 @@ class BaseMotion(Excitation):
     >>> problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0))
     >>> response = sh.frf(problem, (10, 30))
     >>> response.attrs["displacements"], response.peak_amplitude.values.round(7)
-    ('relative to the moving base', array([0.0003082]))
+    ('relative to the moving base', array([0.0003085]))
     """
 
     displacement: complex | None = None

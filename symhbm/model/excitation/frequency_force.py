@@ -33,7 +33,7 @@ class FrequencyForce(Excitation):
     >>> rotor = sh.Model([[10.0]], [[100.0]], [[1e6]])
     >>> response = sh.frf(sh.HarmonicBalance(rotor, force), (20, 100))
     >>> response.peak_frequency.values.round(3)
-    array([50.584])
+    array([50.342])
     """
 
     forces: Mapping[int, Excitation]

@@ -1,5 +1,7 @@
 """Fields over nodes and directions, as forces over named degrees of freedom."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 
