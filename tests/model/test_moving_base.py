@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from symhbm.balance import SecondOrder
 from symhbm.numerics import RADIANS, FourierBasis
-from symhbm.peaks import Conditions
 
 M, C, K = 1.3, 4.0, 2e4
 GIVEN = ("displacement", "velocity", "acceleration")
@@ -117,7 +117,6 @@ def test_derivatives_by_frequency_and_amplitude_are_exact(order, motion):
     more = sh.frf(problem.with_parameters(force_amplitude=1e-2 * (1 + 1e-5)), (8, 20))
     change = (more.peak_amplitude - response.peak_amplitude).values / 1e-7
     np.testing.assert_allclose(by, change, rtol=1e-3)
-    assert isinstance(Conditions, type)
 
 
 def test_translations_follow_the_directions_of_places():
@@ -284,3 +283,32 @@ def test_mistakes_are_named(make, error, words):
 def test_seen_from_needs_a_base():
     with pytest.raises(ValueError, match=r"expected a response to a symhbm\.BaseMotion"):
         sh.seen_from(sh.solve(sh.HarmonicBalance(chain(), sh.PointForce()), 5.0), "ground")
+
+
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+def test_second_derivatives_of_condensed_structures_are_exact(motion):
+    whole, base = chain(8, **FRICTION), sh.BaseMotion(velocity=1e-2, motion=motion)
+    condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    problem = sh.HarmonicBalance(condensed, base)
+    rng, omega, step = np.random.default_rng(2), 55.0, 1e-3
+    unknowns, weights = 1e-3 * rng.normal(size=(2, problem.n_unknowns))
+    second = SecondOrder(problem, ["force_amplitude"])
+    free = problem.with_parameters(normal_load=0.0)
+    n = problem.n_unknowns
+
+    def slope(amplitude, frequency):
+        at = free.with_parameters(force_amplitude=amplitude)
+        return weights @ at.evaluate(unknowns, frequency).by_parameter
+
+    hessian = second(free, unknowns, omega, weights).hessian
+    twice = (slope(1e-2, omega + step) - slope(1e-2, omega - step)) / (2 * step)
+    assert hessian[n, n] == pytest.approx(twice, rel=1e-6)
+    mixed = slope(2e-2, omega) - slope(1e-2, omega)
+    assert hessian[n, n + 1] == pytest.approx(mixed / 1e-2, rel=1e-9)
+    both = [sh.HarmonicBalance(model, base) for model in (condensed, whole)]
+    gained = [sh.sensitivity(sh.frf(each, (5, 7.5), peaks="each")) for each in both]
+    rates = [
+        each.peak_frequency_by_normal_load.values[each.peak_dof.values == dof]
+        for each, dof in zip(gained, (0, 2), strict=True)
+    ]
+    np.testing.assert_allclose(*(np.nanmax(np.abs(rate), axis=(1, 2)) for rate in rates), rtol=1e-5)
