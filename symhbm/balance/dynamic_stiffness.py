@@ -233,10 +233,11 @@ class DynamicStiffness:
         load = mean if mean.any() else None
         for k, power in enumerate(self.powers):
             pushes = {n: spread(own[k], share[k]) for n, _, own, share in self.parts if n}
-            tables = ({n: part(push) for n, push in pushes.items()} for part in (np.real, np.imag))
-            changes = any(self.powers)
-            given = (1.0, None) if changes else (amplitude, load)
-            forces[power] = HarmonicForce(*tables, *given)
+            cosine, sine = (
+                {n: part(push) for n, push in pushes.items()} for part in (np.real, np.imag)
+            )
+            given = (1.0, None) if any(self.powers) else (amplitude, load)
+            forces[power] = HarmonicForce(cosine, sine, *given)
         if not any(self.powers):
             return forces[0]
         changing = FrequencyForce(forces, amplitude)

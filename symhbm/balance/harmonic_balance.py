@@ -380,7 +380,7 @@ class HarmonicBalance:
         size = self.basis.n_components
         of = slice(row * size, (row + 1) * size)
         if self.peaks_of is None:
-            return sp.eye_array(self.n_unknowns, format="csr")[of]
+            return sp.csr_array(sp.eye_array(self.n_unknowns))[of]
         return self._observation(self.peaks_of)[of]
 
     @property

@@ -180,7 +180,7 @@ def minimise_peak(
     if fresh_sweep is not None:
         fresh_cases = cases.changed(sweep=fresh_sweep, bands=[bands[0]] * fresh_sweep.size)
         states = fresh_cases(search_result.design.x)
-        result = result.merge(report_of_fresh(program, [state.height for state in states]))
+        result = result.merge(report_of_fresh(problem, program, [state.height for state in states]))
         text += (
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."

@@ -16,9 +16,8 @@ from symhbm.design.program import Program
 from symhbm.design.search import SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
-from symhbm.model.contacts import Parameter
 from symhbm.numerics import RADIANS
-from symhbm.results import Sweep, meaning, with_provenance
+from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
 
 
 def report(
@@ -64,14 +63,16 @@ def report(
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return _labelled(table, cases.work.problem.records)
+    return _labelled(table, records_of_problem(cases.work.problem))
 
 
-def report_of_fresh(program: Program, heights: Sequence[float]) -> xr.Dataset:
+def report_of_fresh(
+    problem: HarmonicBalance, program: Program, heights: Sequence[float]
+) -> xr.Dataset:
     """The largest responses of cases that were not designed for, and their statistic."""
     statistic = np.exp(program.value(np.array(heights)))
     values = {"fresh_case_amplitude": ("fresh", np.exp(heights))}
-    return _labelled(values | {"fresh_amplitude": ((), statistic)})
+    return _labelled(values | {"fresh_amplitude": ((), statistic)}, records_of_problem(problem))
 
 
 def infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Dataset:
@@ -80,7 +81,8 @@ def infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Datas
     unknown = np.full(variables.n_variables, np.nan)
     data = {"design_value": ("variable", unknown), "design_amplitude": ((), np.nan)}
     coordinates = {"variable": ("variable", labels, _attributes("variable", PARAMETERS))}
-    labelled = {name: (*value, _attributes(name, PARAMETERS)) for name, value in data.items()}
+    records = records_of_problem(problem)
+    labelled = {name: (*value, _attributes(name, records)) for name, value in data.items()}
     parts = with_provenance(labelled, coordinates, problem, Sweep({}, (), ()))
     text = (
         "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
@@ -96,7 +98,7 @@ def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Datase
     return result.assign(said.data_vars)
 
 
-def _labelled(table: dict[str, Any], records: Mapping[str, Parameter] = PARAMETERS) -> xr.Dataset:
+def _labelled(table: dict[str, Any], records: Mapping[str, Any] = PARAMETERS) -> xr.Dataset:
     """Dimensions and values by name, with units and meanings."""
     return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
 
@@ -117,9 +119,13 @@ def _active(search_result: SearchResult) -> dict[str, Any]:
     return {name: ("active", column) for name, column in columns.items()}
 
 
-def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
+def _attributes(name: str, records: Mapping[str, Any]) -> dict[str, Any]:
     for prefix, units, words in (
-        ("design_amplitude_by_", "m", "derivative of the optimal response"),
+        (
+            "design_amplitude_by_",
+            meaning("design_amplitude", records).units,
+            "derivative of the optimal response",
+        ),
         ("design_value_by_", "", "derivative of the optimal value"),
     ):
         if name.startswith(prefix):
@@ -131,5 +137,5 @@ def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
                 "units": unit if of == "1" else f"{unit} / ({of})",
                 "long_name": f"{words} by the {long_name}, all alike",
             }
-    entry = meaning(name)
+    entry = meaning(name, records)
     return {"units": entry.units, "long_name": entry.long_name}

@@ -111,7 +111,7 @@ def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
     kinds["iterations"] = np.int32
     inner = {name: VARIABLES[name].inner if name in VARIABLES else OF_LAWS for name in kinds}
     for output in model.outputs.values():
-        sizes |= dict.fromkeys(output.inner, output.rows.shape[0])
+        sizes |= dict.fromkeys(output.inner, int(output.rows.shape[0]))
     of_outputs = variables_of(model.outputs)
     kinds |= dict.fromkeys(of_outputs, float)
     inner |= {name: about.inner for name, about in of_outputs.items()}

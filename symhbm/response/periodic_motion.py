@@ -202,7 +202,10 @@ def _of_output(
     for i, values in enumerate(rows):
         top, bottom = (
             sign * _highest(lambda tau, i=i, sign=sign: sign * _value(output, motion, i, tau), at)
-            for sign, at in ((1.0, angle[values.argmax()]), (-1.0, angle[values.argmin()]))
+            for sign, at in (
+                (1.0, float(angle[values.argmax()])),
+                (-1.0, float(angle[values.argmin()])),
+            )
         )
         largest[i], spread[i] = max(abs(top), abs(bottom)), top - bottom
     at = slice(None) if output.several else 0

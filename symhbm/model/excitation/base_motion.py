@@ -202,7 +202,7 @@ class BaseMotion(Excitation):
                     f"{', '.join(known) or 'no places'}"
                 )
             result = np.ones(n_dof)
-            if self.direction is not None:
+            if places is not None and self.direction is not None:
                 result = (places.direction == self.direction).astype(float)
         if not result.any():
             raise ValueError("influence: expected a motion, all values are 0")

@@ -42,7 +42,7 @@ class Output:
 
     def to_stored(self) -> dict[str, Any]:
         """What tells it in a dataset, as JSON keeps it."""
-        rows = sp.coo_array(self.rows)
+        rows: Any = sp.coo_array(self.rows)
         entries = [rows.row.tolist(), rows.col.tolist(), rows.data.tolist()]
         told = {"units": self.units, "several": self.several}
         return told | {"shape": list(rows.shape), "entries": entries}
@@ -103,6 +103,7 @@ def _rows(
     """Weights as a sparse matrix (n_rows, n_whole), and whether there are several rows."""
     if isinstance(given, Mapping):
         return _tidy(sp.vstack([_row(what, given, n_whole, number_of)])), False
+    matrix: Any
     if sp.issparse(given):
         matrix = sp.csr_array(given)
         check.array(f"{what} entries", matrix.data)
@@ -110,7 +111,7 @@ def _rows(
         each = [_row(f"{what}[{i}]", row, n_whole, number_of) for i, row in enumerate(given)]
         return _tidy(sp.vstack(each)), True
     else:
-        array = check.array(what, given)
+        array = check.array(what, given)  # type: ignore[arg-type]
         if array.ndim == 1:
             _check_width(what, array.shape[0], n_whole)
             return _tidy(sp.csr_array(array[None])), False
@@ -143,7 +144,7 @@ def _row(what: str, weights: Any, n_whole: int, number_of: Callable[[Place], int
 
 def _tidy(matrix: Any) -> Any:
     """A matrix by rows, float, without stored zeros."""
-    result = sp.csr_array(matrix).astype(float)
+    result: Any = sp.csr_array(matrix).astype(float)
     result.sum_duplicates()
     result.eliminate_zeros()
     return result

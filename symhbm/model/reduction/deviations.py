@@ -185,7 +185,9 @@ def force_as_felt(model: Structure, excitation: Excitation, basis: FourierBasis)
     mean = model.felt_static(excitation, basis)
     if not excitation.changes:
         return _harmonic(shapes[0], basis, excitation.amplitude, mean if mean.any() else None)
-    forces = {power: _harmonic(shape, basis) for power, shape in shapes.items()}
+    forces: dict[int, Excitation] = {
+        power: _harmonic(shape, basis) for power, shape in shapes.items()
+    }
     felt = excitation.with_forces(forces)
     return felt + StaticLoad(mean) if mean.any() else felt
 

@@ -97,6 +97,11 @@ def point_figures(
         peaking = problem if "dof" in stored else problem.with_peaks_of(None)
         amplitude = largest_displacement(basis, peaking.peaking(unknowns))[0]
         figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
+        for name in problem.model.outputs:
+            if (key := f"{name}_amplitude") in stored:
+                found = largest_displacement(basis, problem.output_of(name, unknowns))[0]
+                other = relative_difference(np.atleast_1d(stored[key]), found)
+                figures["amplitude_mismatch"] = max(figures["amplitude_mismatch"], other)
     return figures
 
 

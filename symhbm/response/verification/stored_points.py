@@ -23,6 +23,7 @@ from symhbm.results import (
     VARIABLES,
     Description,
     check_forced,
+    meaning,
     records_of_problem,
     without,
 )
@@ -100,7 +101,8 @@ class StoredPoints:
         self.description = Description(dataset)
         moving = self.description.moving
         keys = OF_PEAKS if prefix else _OF_POINTS
-        keys = (*keys, *([] if prefix else variables_of_laws(problem)))
+        outputs = [f"{name}_amplitude" for name in problem.model.outputs]
+        keys = (*keys, *([] if prefix else variables_of_laws(problem)), *outputs)
         names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
         records = {**VARIABLES, **records_of_problem(problem)}
         coefficient, axes = dataset[names["coefficient"]], _axes(moving, prefix)
@@ -110,7 +112,7 @@ class StoredPoints:
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
         try:
             self.stored = {
-                key: dataset[name].transpose(*self.dims, *records[name].inner).values
+                key: dataset[name].transpose(*self.dims, *meaning(name, records).inner).values
                 for key, name in names.items()
             }
             like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)

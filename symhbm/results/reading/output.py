@@ -68,7 +68,7 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
         else:
             outer = values.ndim - sum(dim in ("harmonic", "component") for dim in values.dims)
             dims = (*values.dims[:outer], "dof", *values.dims[outer:])
-            view[part] = xr.Variable(dims, np.expand_dims(values.data, outer), values.attrs)
+            view[part] = xr.Variable(dims, np.expand_dims(values.values, outer), values.attrs)
     if own and "peak_coefficient" in result.variables:
         rows = xr.DataArray(about.rows.toarray(), dims=("row", "dof"))
         of_dofs = result["peak_coefficient"].drop_vars(
