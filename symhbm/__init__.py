@@ -65,7 +65,7 @@ from symhbm.response import (
     synthesised_response,
     verify,
 )
-from symhbm.results.archive import ArchiveError, load, rebuild, save
+from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
 from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
 if TYPE_CHECKING:
@@ -120,6 +120,7 @@ __all__ = [
     "frf",
     "limit_cycles",
     "load",
+    "merge",
     "minimise_peak",
     "mistuned_ring",
     "mistuning",

@@ -9,7 +9,7 @@ import xarray as xr
 
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
-from symhbm.results import DRAWN, VARIABLES, Description, variables_of_model
+from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
 from symhbm.results.reading import is_inner, moving, read
 
 _WIDTH, _MARGIN = 100, 24
@@ -21,6 +21,7 @@ _OF_FORCE = ("force_amplitude", "engine_order")
 _DESCRIBED_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
     *("problem", "swept", "followed", "accuracy", "left_out", "verification"),
+    *(parts.PART, parts.COMPUTED, parts.MERGED),
 }
 
 
@@ -192,7 +193,7 @@ def _others(dataset: xr.Dataset) -> Lines:
     followed = [*parameters, moving(dataset)]
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
-    described |= {*variables_of_model(dataset)}
+    described |= {*variables_of_model(dataset), *parts.variables_of_whole(dataset)}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

@@ -9,7 +9,7 @@ import xarray as xr
 
 from symhbm.continuation import Status
 from symhbm.model.contacts import Behaviour
-from symhbm.results import LARGEST_OF, Description
+from symhbm.results import LARGEST_OF, Description, parts
 from symhbm.results.reading import ALIKE, completeness, largest, moving, read, set_dimensions
 
 Lines = Iterator[tuple[str, str]]
@@ -98,6 +98,10 @@ def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
     if dims:
         label = "branches" if dims == ("branch",) else "parameter sets"
         yield label, ", ".join(f"{dataset.sizes[dim]} along {dim}" for dim in dims)
+    if (part := parts.part_of(dataset)) is not None:
+        yield "part", f"{part.first} to {part.stop - 1} of the {part.size} along {part.dim}, from 0"
+    if (n_parts := parts.n_merged(dataset)) > 0:
+        yield "merged from", count(n_parts, "part")
     words = [f"{complete} of {total} complete"]
     words += [f"{failed.total()} not"] if failed else []
     words += [f"{waiting} of {total} not computed yet"] if waiting else []

@@ -24,6 +24,7 @@ from symhbm.results import (
     check_keep,
     check_parameter,
     parse,
+    parts,
 )
 from symhbm.time_domain import check_stability
 from symhbm.workers import check_executor, check_progress
@@ -37,6 +38,7 @@ def nonlinear_modes(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
     nodal_diameter: int | None = None,
     keep: Iterable[str] | None = None,
     archive: str | os.PathLike[str] | None = None,
@@ -66,6 +68,8 @@ def nonlinear_modes(
         points of the path along ``point``.
     over
         Named parameters to sweep, as in `symhbm.frf`.
+    part
+        The parameter sets of one job, as in `symhbm.frf`.
     nodal_diameter
         Of a disk of equal sectors, numbered one after the other, the mode of the wave in which each
         sector lags the one before by ``2 pi nodal_diameter / N``; negative ones go the other way.
@@ -133,7 +137,8 @@ def nonlinear_modes(
         dof=None if dof is None else problem.model.number_of(dof),
     )
     request = with_dof(_first(problem, sweep), request)
-    return reported(run(problem, sweep, request, archive, executor, progress), throw)
+    chosen = parts.check_part(part, sweep)
+    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)
 
 
 def limit_cycles(
@@ -143,6 +148,7 @@ def limit_cycles(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
     mode: int | Sequence[int] = 0,
     amplitude: tuple[float, float] = (1e-6, 1.0),
     dof: Place | None = None,
@@ -174,6 +180,8 @@ def limit_cycles(
         there may be several cycles or none. By default the result holds points along ``point``.
     over
         Named parameters to sweep, as in `symhbm.frf`.
+    part
+        The parameter sets of one job, as in `symhbm.frf`.
     mode
         Number of the mode whose cycles are looked for, from the lowest, 0 first, or several.
     amplitude
@@ -272,7 +280,8 @@ def limit_cycles(
         amplitudes=amplitudes,
     )
     request = with_cycle_dof(_first(problem, sweep), request)
-    return reported(run(problem, sweep, request, archive, executor, progress), throw)
+    chosen = parts.check_part(part, sweep)
+    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)
 
 
 def _checked(

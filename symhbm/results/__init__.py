@@ -1,6 +1,6 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
-from symhbm.results import schema, tables, variables
+from symhbm.results import parts, schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description, records_of_problem
 from symhbm.results.outputs import values_of, variables_of
@@ -58,6 +58,7 @@ __all__ = [
     "meaning",
     "of_places",
     "parse",
+    "parts",
     "places_of",
     "recall",
     "records_of_problem",

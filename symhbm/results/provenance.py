@@ -73,6 +73,7 @@ SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
+_EVALUATORS = {1: "machine code", 0: "the virtual machine of CasADi"}
 LEFT_OUT = "force_left_out"
 """Attribute of motions that no force drives, of a problem with one."""
 SPEEDS = ("speed", "peak_speed", "event_speed", "branch_speed")
@@ -234,7 +235,10 @@ def with_provenance(
             for label, coordinate in swept.coords.items():
                 if label not in (name, *LABELS, *coordinates):
                     defaults = {"long_name": str(label), "units": "1"}
-                    coordinates[str(label)] = coordinate.assign_attrs(defaults | coordinate.attrs)
+                    labelled = coordinate.assign_attrs(defaults | coordinate.attrs)
+                    coordinates[str(label)] = (
+                        labelled.variable
+                    )  # its own coordinate has no attributes
         nominal = name in sweep.values or (request and name == request.name)
         if nominal:
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
@@ -297,10 +301,15 @@ def evaluated_by(by_machine_code: Iterable[int]) -> dict[str, str]:
 
     It may be both, as workers on other machines may have no compiler. Empty for no curves.
     """
-    words = {1: "machine code", 0: "the virtual machine of CasADi"}
     found = {int(each) for each in by_machine_code}
-    by = [text for state, text in words.items() if state in found]
+    by = [text for state, text in _EVALUATORS.items() if state in found]
     return {EVALUATED_BY: " and ".join(by)} if by else {}
+
+
+def states_of(dataset: xr.Dataset) -> list[int]:
+    """What evaluated some of its curves, as `evaluated_by` takes it."""
+    told = dataset.attrs.get(EVALUATED_BY, "").split(" and ")
+    return [state for state, text in _EVALUATORS.items() if text in told]
 
 
 @cache

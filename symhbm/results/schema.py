@@ -11,6 +11,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.description import Description, records_of, records_of_problem
+from symhbm.results.parts import PART
 from symhbm.results.provenance import DatasetParts, evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
@@ -105,7 +106,7 @@ def differences(first: xr.Dataset, second: xr.Dataset) -> list[str]:
         Description(dataset).problem
         # Results with an accuracy have more harmonics; those given are with the request.
         | Description(dataset).request
-        | {name: dataset.attrs[name] for name in ("symhbm_schema", "swept")}
+        | {name: dataset.attrs.get(name) for name in ("symhbm_schema", "swept", PART)}
         for dataset in (first, second)
     )
     names = [name for name in settings | others if settings.get(name) != others.get(name)]

@@ -27,9 +27,9 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
 
     Returns
     -------
-    Dataset along the samples, NaN where one failed, with ``n_used`` and ``n_failed``. Per degree of
-    freedom, and the largest of all with the prefix ``largest_`` and its degree of freedom (-1 where
-    the sample failed) with the prefix ``dof_of_largest_``:
+    Dataset along the samples, NaN where one failed or is missing, with ``n_used``, ``n_failed`` and
+    ``n_missing``. Per degree of freedom, and the largest of all with the prefix ``largest_`` and
+    its degree of freedom (-1 where the sample failed) with the prefix ``dof_of_largest_``:
 
     ``amplification_of_peaks``
         Largest response over the band over the largest tuned one. Its attribute ``source`` tells
@@ -124,7 +124,11 @@ def worst(
     check.known(by, kinds, "amplification of these results")
     largest = factors[f"largest_{by}"]
     if not factors["n_used"].item():
-        raise ValueError(f"dataset: expected a sample that is complete, {largest.size} failed")
+        n_missing = factors["n_missing"].item()
+        raise ValueError(
+            f"dataset: expected a sample that is complete, {factors['n_failed'].item()} failed"
+            + f", {n_missing} are not computed" * bool(n_missing)
+        )
     sample = {largest.dims[0]: int(np.nanargmax(largest.values))}
     new = factors.isel(sample).drop_vars([name for name in factors if name in dataset.variables])
     return dataset.isel(sample).load().assign(new.data_vars)

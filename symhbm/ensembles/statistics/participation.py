@@ -22,7 +22,7 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     -------
     Dataset with ``localisation_at_peak`` along the samples, at the largest response over the band
     (at its located peak where there is one), NaN where a sample failed; on a grid also
-    ``localisation`` (sample, frequency); ``n_used`` and ``n_failed``.
+    ``localisation`` (sample, frequency); ``n_used``, ``n_failed`` and ``n_missing``.
 
     Raises
     ------

@@ -158,7 +158,7 @@ class Sector(PolynomialStructure):
         """
         other = object.__new__(type(self))
         kept = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in (*kept, "outputs")})
+        other._store(**{name: getattr(self, name) for name in kept}, outputs=dict(self.outputs))
         other._set_contacts(groups)
         return other
 

@@ -2,7 +2,7 @@
 
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.response.unforced.cycle_curve import blank_cycle_curve, cycle_curve, with_cycle_dof
-from symhbm.response.unforced.mode_curve import blank_mode_curve, mode_curve, with_dof
+from symhbm.response.unforced.mode_curve import blank_mode_curve, free_problem, mode_curve, with_dof
 from symhbm.response.unforced.synthesis import synthesised_response
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "blank_cycle_curve",
     "blank_mode_curve",
     "cycle_curve",
+    "free_problem",
     "mode_curve",
     "synthesised_response",
     "with_cycle_dof",

@@ -12,6 +12,7 @@ from symhbm.continuation.unforced import (
     Cycle,
     Cycles,
     LimitCycleProblem,
+    NoModeError,
     NonlinearModeProblem,
     cycles_of_mode,
     first_harmonic,
@@ -147,7 +148,7 @@ class _Search:
         try:
             problem = self.curve.problem_at(value)
             modes = [self._followed(problem, mode) for mode in _modes(self.request)]
-        except (ArithmeticError, ValueError):
+        except (ArithmeticError, NoModeError):
             return []
         return self._on(modes, value)
 
