@@ -49,6 +49,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
 )
 from symhbm.model.cyclic import Influence, Sector
+from symhbm.model.excitation import BaseMotion, FieldForce, FrequencyForce, nodal_field
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.model.rotation import RotatingModel
@@ -71,7 +72,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
-from symhbm.results.reading import motion, table, trimmed
+from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -81,12 +82,15 @@ __version__ = version("symhbm")
 
 __all__ = [
     "ArchiveError",
+    "BaseMotion",
     "ContactLaw",
     "ContactPairs",
     "Contacts",
     "Coulomb",
     "CubicSpring",
     "EngineOrder",
+    "FieldForce",
+    "FrequencyForce",
     "Friction",
     "Gap",
     "HarmonicBalance",
@@ -132,8 +136,10 @@ __all__ = [
     "motion",
     "natural_modes",
     "next_sector",
+    "nodal_field",
     "nonlinear_modes",
     "other_branches",
+    "output",
     "pareto_front",
     "peak_curve",
     "periodic_motion",
@@ -145,6 +151,7 @@ __all__ = [
     "save",
     "save_structure",
     "sector_response",
+    "seen_from",
     "sensitivity",
     "single_blade",
     "solve",

@@ -11,7 +11,7 @@ from symhbm.cli.designs import designs
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
 from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
-from symhbm.results.reading import INNER, moving, read
+from symhbm.results.reading import is_inner, moving, read
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -159,7 +159,7 @@ def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
     unit = "" if units == "1" else f" {units}"
     values = variable.values
     finite = values[np.isfinite(values)]
-    outer = [str(dim) for dim in variable.dims if dim not in INNER and not is_pattern(dim)]
+    outer = [str(dim) for dim in variable.dims if not is_inner(dim) and not is_pattern(dim)]
     of = {"dof": f"{body}s", "blade": "blades"}
     owners = [of.get(str(dim), "contacts") for dim in variable.dims if is_pattern(dim)]
     if not finite.size:

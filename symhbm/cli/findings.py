@@ -145,10 +145,12 @@ def _peaks(dataset: xr.Dataset) -> Lines:
         if top is not None:
             value, index = top
             at = dataset.isel(index)
-            words = [_decibel(value)]
+            words = [_decibel(value, amplitude.attrs.get("units", "m"))]
             if f"peak_{along}" in at.variables:
                 words.append(_at(at[f"peak_{along}"]))
-            words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
+            peaks_of = Description(dataset).problem.get("peaks_of")
+            body = f"{peaks_of} row" if peaks_of else _body(dataset)
+            words += [f"{body} {int(at['peak_dof'])}"] if "peak_dof" in at else []
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             words += [*_kept(dataset), *_set_words(dataset, index)]
             yield "highest peak", ", ".join(words)
@@ -160,9 +162,12 @@ def _peaks(dataset: xr.Dataset) -> Lines:
     elif "amplitude" in dataset.variables:
         response = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
-        if response is not None and (top is None or response[0] > top[0] * (1 + ALIKE)):
+        other = not Description(dataset).peaks_of_amplitude
+        beyond = top is None or other or response is None or response[0] > top[0] * (1 + ALIKE)
+        if response is not None and beyond:
             where = _location(dataset, "amplitude", response[1])
-            words = [_decibel(response[0]), *where, *_kept(dataset)]
+            units = dataset["amplitude"].attrs.get("units", "m")
+            words = [_decibel(response[0], units), *where, *_kept(dataset)]
             yield "largest response", ", ".join(words)
     if "event_kind" in dataset.variables:
         events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
@@ -304,9 +309,9 @@ def _kept(dataset: xr.Dataset) -> list[str]:
     return [f"of the {dataset.attrs[LARGEST_OF]}"] if LARGEST_OF in dataset.attrs else []
 
 
-def _decibel(amplitude: float) -> str:
-    level = f" ({20 * np.log10(amplitude):.2f} dB re 1 m)" if amplitude > 0 else ""
-    return f"{amplitude:.6g} m{level}"
+def _decibel(amplitude: float, units: str = "m") -> str:
+    level = f" ({20 * np.log10(amplitude):.2f} dB re 1 {units})" if amplitude > 0 else ""
+    return f"{amplitude:.6g} {units}{level}"
 
 
 def _counted(counts: Counter) -> str:

@@ -187,7 +187,7 @@ def minimise_peak(
     if fresh_sweep is not None:
         own = [replace(peak, bands=[task.bands[0]] * fresh_sweep.size) for peak in task.peaks]
         states = cases.changed(sweep=fresh_sweep, peaks=own)(design.x)
-        result = result.merge(report_of_fresh(program, [state.height for state in states]))
+        result = result.merge(report_of_fresh(problem, program, [state.height for state in states]))
         text += (
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."

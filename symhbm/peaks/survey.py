@@ -86,7 +86,7 @@ def _edges(problem: HarmonicBalance, unknowns, frequency: float, dof: int | None
     """The responses of all degrees of freedom, or of one, at an end of the band."""
     if dof is not None:
         return [Maximum.at_edge(problem, unknowns, frequency, dof)]
-    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking(unknowns))
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]

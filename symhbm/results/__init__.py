@@ -3,6 +3,7 @@
 from symhbm.results import parts, schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description, records_of_problem
+from symhbm.results.outputs import values_of, variables_of
 from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
@@ -63,7 +64,9 @@ __all__ = [
     "records_of_problem",
     "schema",
     "tables",
+    "values_of",
     "variables",
+    "variables_of",
     "variables_of_model",
     "with_provenance",
     "without",

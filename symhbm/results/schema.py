@@ -211,9 +211,9 @@ def label_peak_curve(
 ) -> xr.Dataset:
     """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
     variables = _of_one_set(results, status, request.name, records_of_problem(problem))
-    units = problem.model.about(request.name).units
+    units, own = problem.records[request.name].units, variables["peak_amplitude"][2]["units"]
     dims, values, attributes = variables["peak_amplitude_slope"]
-    attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
+    attributes = attributes | {"units": own if units == "1" else f"{own}/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes
     attributes = _attributes(request.name, records_of_problem(problem))
     coordinates = {request.name: (request.name, request.at, attributes)}

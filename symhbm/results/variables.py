@@ -366,7 +366,7 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
 
 def derivative(name: str, parameter: str, records: Records = PARAMETERS) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
-    of, by = VARIABLES[name], meaning(parameter, records)
+    of, by = meaning(name, records), meaning(parameter, records)
     powers: defaultdict[str, float] = defaultdict(float)
     for variable, sign in ((of, 1), (by, -1)):
         for symbol, power in re.findall(r"([A-Za-z]+)(-?[\d.]*)", variable.units):

@@ -181,8 +181,9 @@ class LinearMotion:
         )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
-        basis = problem.basis
-        force = by_harmonic(basis, problem.model.felt_coefficients(problem.excitation, basis))
+        basis, given = problem.basis, (problem.excitation, problem.basis, self.frequency)
+        coefficients = problem.model.felt_coefficients(*given)
+        force = by_harmonic(basis, coefficients)
         order = np.array(basis.harmonics)
         acts = force.any(axis=(0, 2)) & (order > 0)
         self.orders = order[acts]

@@ -17,9 +17,8 @@ from symhbm.design.program import Program
 from symhbm.design.search import SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
-from symhbm.model.contacts import Parameter
 from symhbm.numerics import RADIANS
-from symhbm.results import Sweep, meaning, with_provenance
+from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
 
 
 def report(
@@ -76,14 +75,16 @@ def report(
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return labelled(table, cases.work.problem.records)
+    return labelled(table, records_of_problem(cases.work.problem))
 
 
-def report_of_fresh(program: Program, heights: Sequence[float]) -> xr.Dataset:
+def report_of_fresh(
+    problem: HarmonicBalance, program: Program, heights: Sequence[float]
+) -> xr.Dataset:
     """The largest responses of cases that were not designed for, and their statistic."""
     [statistic] = np.exp(program.levels(np.array(heights)))
     values = {"fresh_case_amplitude": ("fresh", np.exp(heights))}
-    return labelled(values | {"fresh_amplitude": ((), statistic)})
+    return labelled(values | {"fresh_amplitude": ((), statistic)}, records_of_problem(problem))
 
 
 def infeasible(
@@ -94,7 +95,8 @@ def infeasible(
     unknown = np.full(variables.n_variables, np.nan)
     data = {"design_value": ("variable", unknown), "design_amplitude": ((), np.nan)}
     coordinates = {"variable": ("variable", labels, _attributes("variable", PARAMETERS))}
-    labelled = {name: (*value, _attributes(name, PARAMETERS)) for name, value in data.items()}
+    records = records_of_problem(problem)
+    labelled = {name: (*value, _attributes(name, records)) for name, value in data.items()}
     parts = with_provenance(labelled, coordinates, problem, Sweep({}, (), ()))
     text = (
         "Nothing was computed: no design within the bounds was found that satisfies "
@@ -111,7 +113,7 @@ def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Datase
     return result.assign(said.data_vars)
 
 
-def labelled(table: dict[str, Any], records: Mapping[str, Parameter] = PARAMETERS) -> xr.Dataset:
+def labelled(table: dict[str, Any], records: Mapping[str, Any] = PARAMETERS) -> xr.Dataset:
     """Dimensions and values by name, with units and meanings."""
     return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
 
@@ -135,9 +137,13 @@ def _active(search_result: SearchResult, n_cases: int, of_peak: bool) -> dict[st
     return {name: ("active", column) for name, column in columns.items()}
 
 
-def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
+def _attributes(name: str, records: Mapping[str, Any]) -> dict[str, Any]:
     for prefix, units, words in (
-        ("design_amplitude_by_", "m", "derivative of the optimal response"),
+        (
+            "design_amplitude_by_",
+            meaning("design_amplitude", records).units,
+            "derivative of the optimal response",
+        ),
         ("design_value_by_", "", "derivative of the optimal value"),
     ):
         if name.startswith(prefix):
@@ -149,5 +155,5 @@ def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
                 "units": unit if of == "1" else f"{unit} / ({of})",
                 "long_name": f"{words} by the {long_name}, all alike",
             }
-    entry = meaning(name)
+    entry = meaning(name, records)
     return {"units": entry.units, "long_name": entry.long_name}

@@ -56,7 +56,7 @@ def dataset_of(
         "n_followed": ((), np.int32(cases.follows)),
         "n_failed": ((), np.int32(len(cases.failed))),
     }
-    return labelled(table, cases.work.problem.records)
+    return labelled(table, records_of_problem(cases.work.problem))
 
 
 def status_of_front(points: Sequence[FrontPoint]) -> Status:

@@ -138,10 +138,15 @@ def _largest(part: xr.Dataset, along: str) -> xr.DataArray:
     """Largest response of each degree of freedom, over its points and its located peaks."""
     # NaN is padding of a path, but a missing response on a grid.
     largest = part["amplitude"].max(along, skipna=along == "point")
-    if part.sizes.get("peak") and all(name in part for name in _PEAKS):
+    if part.sizes.get("peak") and _located(part):
         of_dof = part["peak_amplitude"].where(part["peak_dof"] == part["dof"])
         largest = xr.apply_ufunc(np.maximum, largest, of_dof.max("peak").fillna(0.0))
     return largest
+
+
+def _located(dataset: xr.Dataset) -> bool:
+    """Whether there are located peaks of what the amplitudes are of."""
+    return all(name in dataset for name in _PEAKS) and Description(dataset).peaks_of_amplitude
 
 
 def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray | None, str]:
@@ -179,6 +184,6 @@ def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray
 def _sources(dataset: xr.Dataset, description: Description, along: str) -> tuple[str, str]:
     """Sources of the largest response of each degree of freedom, and of that of all."""
     points = "points of the path" if along == "point" else "grid"
-    located = all(name in dataset for name in _PEAKS)
+    located = _located(dataset)
     per_dof = located and description.per_dof
     return "located peaks" if per_dof else points, "located peaks" if located else points

@@ -26,7 +26,7 @@ from symhbm.response.verification.figures import (
     point_figures,
 )
 from symhbm.response.verification.stored_group import StoredGroup
-from symhbm.results import OF_PEAKS, VARIABLES, Description, records_of_problem
+from symhbm.results import OF_PEAKS, VARIABLES, Description, meaning, records_of_problem
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of
 
@@ -64,7 +64,9 @@ class StoredPoints(StoredGroup):
         self.kind = "peaks" if prefix else "points"
         self.description = Description(dataset)
         moving = self.description.moving
+        outputs = [f"{name}_amplitude" for name in problem.model.outputs]
         keys = OF_PEAKS if prefix else (*self.keys, *variables_of_laws(problem))
+        keys = (*keys, *outputs)
         names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
         records = {**VARIABLES, **records_of_problem(problem), **self.description.records}
         coefficient, axes = dataset[names["coefficient"]], axes_of(moving, prefix)
@@ -77,7 +79,7 @@ class StoredPoints(StoredGroup):
             self.stored = {
                 key: dataset[name]
                 .broadcast_like(like)
-                .transpose(*self.dims, *records[name].inner)
+                .transpose(*self.dims, *meaning(name, records).inner)
                 .values
                 for key, name in names.items()
             }
@@ -182,9 +184,15 @@ class StoredPoints(StoredGroup):
     ) -> float:
         """Relative difference of stored amplitudes from those of the coefficients."""
         basis = problem.basis
-        coefficients = unknowns_of(basis, basis.harmonics, stored["coefficient"])
-        largest = largest_displacement(basis, problem.layout.coefficients(coefficients))[0]
-        return amplitude_difference(stored, largest)
+        unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
+        peaking = problem if self.prefix else problem.with_peaks_of(None)
+        largest = largest_displacement(basis, peaking.peaking(unknowns))[0]
+        each = [amplitude_difference(stored, largest)]
+        for name in problem.model.outputs:
+            if f"{name}_amplitude" in stored:
+                found = largest_displacement(basis, problem.output_of(name, unknowns))[0]
+                each.append(relative_difference(np.atleast_1d(stored[f"{name}_amplitude"]), found))
+        return max(each)
 
     def _angles_difference(
         self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
@@ -218,7 +226,8 @@ class StoredPoints(StoredGroup):
         if harmonics == problem.harmonics:
             return problem
         if harmonics not in self._sets:
-            self._sets[harmonics] = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            larger = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            self._sets[harmonics] = larger.with_peaks_of(problem.peaks_of)
         return self._sets[harmonics].with_parameters(**problem.parameters)
 
     def exact_difference(self, index: tuple[int, ...]) -> float:
@@ -235,7 +244,7 @@ class StoredPoints(StoredGroup):
             motion = exact_motion_of(problem, omega, nearby)
         except (ValueError, ArithmeticError):
             return np.nan
-        if not motion.converged:
+        if not motion.converged or (self.prefix and problem.peaks_of is not None):
             return np.nan
         stored = {key: values[index] for key, values in self.stored.items()}
         return amplitude_difference(stored, motion.amplitude)
