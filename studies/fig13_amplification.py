@@ -81,7 +81,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         above, below = parts
         handles, labels = [], []
         for ax, blade in zip(above.subplots(1, len(BLADES), sharey=True), BLADES, strict=True):
-            sh.plot.envelope(dataset, dof=blade - 1, quantiles=(0.05, 0.95), ax=ax)
+            sh.plot.envelope(dataset, place=blade - 1, quantiles=(0.05, 0.95), ax=ax)
             ax.plot(dataset.frequency, tuned, "k", linewidth=0.9)
             ax.set_title(f"blade {blade} of the source: DOF {blade - 1}", fontsize=10)
             ax.set_ylim(LOWEST, None)

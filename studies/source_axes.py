@@ -32,7 +32,7 @@ def draw_blades(ax: Axes, curve: xr.Dataset, colors: np.ndarray, **look: Any) ->
     """Draw every blade of one curve in its colour, and return the lines."""
     first = len(ax.lines)
     for blade in range(curve.sizes["dof"]):
-        sh.plot.response(curve, dof=blade, peaks=False, ax=ax)
+        sh.plot.response(curve, place=blade, peaks=False, ax=ax)
     lines = [*ax.lines[first:]]
     for line, color in zip(lines, colors, strict=True):
         line.set(color=color, **look)

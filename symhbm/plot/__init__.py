@@ -3,15 +3,17 @@
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import response
 from symhbm.plot.disks import campbell, interference
-from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
+from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
+from symhbm.plot.figures import FORMATS, STYLE, panels, save
 from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
-from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
+from symhbm.plot.structure import model
 from symhbm.plot.unforced import limit_cycles, nonlinear_modes
 
 __all__ = [
+    "FORMATS",
     "LINE_STYLES",
     "MOST_LEGEND_ENTRIES",
     "STYLE",
@@ -28,8 +30,10 @@ __all__ = [
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",
+    "panels",
     "phase",
     "response",
+    "save",
     "states",
     "stick_map",
 ]

@@ -65,7 +65,9 @@ def texts(ax):
 
 @pytest.mark.parametrize("dof", [None, 3])
 def test_bands_are_extremes_and_quantiles(ensemble, dof):
-    figure = sh.plot.envelope(ensemble, dof=dof, quantiles=(0.25, 0.75), samples=2)
+    figure = sh.plot.envelope(
+        ensemble, place=dof, quantiles=(0.25, 0.75), samples=2, extremes=False
+    )
     (ax,) = figure.axes
     shown = ensemble.amplitude.max("dof") if dof is None else ensemble.amplitude.isel(dof=dof)
     amplitude = shown.transpose("sample", "frequency").values
@@ -97,7 +99,7 @@ def test_failed_samples_are_left_out_and_counted(ensemble):
 
 
 def test_paths_are_read_off_through_their_peaks(ensemble, paths):
-    (ax,) = sh.plot.envelope(paths, samples=6).axes
+    (ax,) = sh.plot.envelope(paths, samples=6, extremes=False).axes
     for number in range(6):
         value, drawn = (np.asarray(data) for data in ax.lines[number].get_data())
         exact = level(ensemble.amplitude.isel(sample=number).max("dof").values)
@@ -162,7 +164,7 @@ def test_ensemble_over_a_followed_parameter():
         ({"quantiles": (0.1, 1.1)}, "quantiles="),
         ({"quantiles": 0.5}, "quantiles=0.5"),
         ({"samples": 7}, "samples=7"),
-        ({"dof": 5}, "dof=5"),
+        ({"place": 5}, "place=5"),
     ],
 )
 def test_bad_arguments(ensemble, options, words):
