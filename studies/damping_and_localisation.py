@@ -28,7 +28,6 @@ from importlib.metadata import version
 from itertools import product
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -155,15 +154,9 @@ def draw(dataset: xr.Dataset) -> Figure:
         "localisation": "localisation at the peak",
         "amplification": "largest peak over the tuned one",
     }
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(
-            len(rows),
-            1 + dataset.sizes["place"],
-            figsize=(11.0, 6.6),
-            layout="constrained",
-            sharex="col",
-            sharey="row",
-        )
+    with sh.plot.panels(
+        len(rows), 1 + dataset.sizes["place"], size=(11.0, 6.6), sharex="col", sharey="row"
+    ) as (figure, axes):
         viscous = _over_damping(dataset)
         for line, (name, label) in zip(axes, rows.items(), strict=True):
             _draw_band(line[0], viscous.damping, viscous[name], "viscous")

@@ -13,7 +13,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 
 import json
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -75,8 +74,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
     """Draw the family on the axes of the source, without marks."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(figsize=(7.2, 5.0), layout="constrained")
+    with sh.plot.panels(size=(7.2, 5.0)) as (figure, ax):
         sh.plot.response(dataset, peaks=False, ax=ax)
         set_axes(ax, *TICKS)
         ax.set_title("Fig. 3: one blade, twelve normal loads $F_n$, one harmonic")

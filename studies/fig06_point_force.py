@@ -118,8 +118,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     away = [min(blade, n_blades - blade) for blade in range(n_blades)]
     shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.92, n_blades // 2 + 1))
     loads = {STUCK_LOAD: "nothing slips: linear", NORMAL_LOAD: "contacts slip"}
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(2, 1, sharex=True, figsize=(9.0, 8.4), layout="constrained")
+    with sh.plot.panels(2, 1, sharex=True, size=(9.0, 8.4)) as (figure, axes):
         for ax, (load, words) in zip(axes, loads.items(), strict=True):
             curve = dataset.sel(normal_load=load)
             draw_blades(ax, curve, shades[away], linewidth=1.0)

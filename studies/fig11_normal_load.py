@@ -9,7 +9,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -77,10 +76,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the curves, and the peak over the load."""
     top = largest_peak(dataset)
     loads = dataset.normal_load.values
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, sharey=True, figsize=(11.0, 4.8), layout="constrained", width_ratios=(1.5, 1)
-        )
+    with sh.plot.panels(1, 2, sharey=True, size=(11.0, 4.8), width_ratios=(1.5, 1)) as (
+        figure,
+        (left, right),
+    ):
         sh.plot.response(dataset, ax=left)
         legend = left.get_legend()
         assert legend is not None

@@ -119,8 +119,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the largest response of every disk, and the worst disk blade by blade."""
     mistuned, tuned = dataset.drop_sel(sample=TUNED), dataset.sel(sample=TUNED)
     worst = worst_sample(dataset)
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
+    with sh.plot.panels(1, 2, size=(11.0, 4.8)) as (figure, (left, right)):
         sh.plot.response(mistuned, ax=left)
         sh.plot.response(tuned, ax=left)
         left.set_title(f"tuned (black) and {mistuned.sizes['sample']} mistuned disks", fontsize=10)
@@ -141,8 +140,7 @@ def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
         "tuned disk, all blades alike": dataset.sel(sample=TUNED),
         f"mistuned disk {worst_sample(dataset)}": blades_of_worst(dataset),
     }
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(12.0, 5.6), layout="constrained")
+    with sh.plot.panels(1, 2, size=(12.0, 5.6)) as (figure, axes):
         for ax, (words, curve) in zip(axes, halves.items(), strict=True):
             draw_blades(ax, curve, shades(dataset), linewidth=1.0)
             set_axes(ax, *TICKS)

@@ -21,7 +21,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -75,8 +74,7 @@ def compute(progress: bool = True) -> xr.Dataset:
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the envelopes of three blades, and the amplification of each blade."""
     tuned = 20 * np.log10(dataset.tuned_amplitude.values)
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.0, 8.8), layout="constrained")
+    with sh.plot.panels(0, size=(11.0, 8.8)) as (figure, _):
         parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1))
         above, below = parts
         handles, labels = [], []

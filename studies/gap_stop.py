@@ -14,7 +14,6 @@ of the force. Folds are where that frequency is largest and smallest over the sh
 from functools import partial
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -154,10 +153,7 @@ def folds(dataset: xr.Dataset) -> list[tuple[float, float]]:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the response with its states, and the normal force of the three solutions."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, figsize=(11.0, 5.0), layout="constrained", width_ratios=(1.4, 1)
-        )
+    with sh.plot.panels(1, 2, size=(11.0, 5.0), width_ratios=(1.4, 1)) as (figure, (left, right)):
         _draw_response(left, dataset)
         _draw_forces(right, dataset)
         figure.suptitle("A blade on a stop under a preload: it opens, folds, and has three motions")

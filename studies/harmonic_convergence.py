@@ -9,7 +9,6 @@ a truncated set, falls as n^-3.
 import json
 from importlib.metadata import version
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -100,8 +99,7 @@ def _kind(case: str) -> str:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw error over highest harmonic, and the slope of order three."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(layout="constrained")
+    with sh.plot.panels() as (figure, ax):
         highest = dataset.highest_harmonic.values
         for kind, color, marker in (
             ("one blade", "0.7", "o"),

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from importlib.metadata import version
 from time import perf_counter
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -145,8 +144,7 @@ def table(dataset: xr.Dataset) -> str:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the difference from located angles by method, one line per point."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(layout="constrained")
+    with sh.plot.panels() as (figure, ax):
         sampled = [f"{n} samples" for n in SAMPLES]
         for kind, color, marker in (("blade", "0.6", "o"), ("ring", "black", "s")):
             rows = [c for c in dataset.case.values if str(c).startswith(kind)]

@@ -29,8 +29,7 @@ def blade(dataset: xr.Dataset, order: int) -> OneBlade:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw peaks over loads, and the best load and its peak over the engine order."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.0, 6.4), layout="constrained")
+    with sh.plot.panels(0, size=(11.0, 6.4)) as (figure, _):
         axes: Any = figure.subplot_mosaic("LT;LB", width_ratios=(1.35, 1))
         _draw_curves(dataset, axes["L"])
         _draw_loads(dataset, axes["T"])

@@ -11,7 +11,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -70,8 +69,7 @@ def worst(dataset: xr.Dataset, kind: str) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw how often a disk amplifies more than a value, and the worst of 25."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, len(KINDS), figsize=(11.0, 4.4), layout="constrained")
+    with sh.plot.panels(1, len(KINDS), size=(11.0, 4.4)) as (figure, axes):
         for ax, (kind, words) in zip(axes, KINDS.items(), strict=True):
             values = np.sort(dataset[kind].values)
             share = np.arange(1, len(values) + 1) / len(values)

@@ -207,10 +207,7 @@ def compute(progress: bool = True) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the error of the peak, and the worst at one frequency, over load and engine order."""
-    with plt.rc_context(sh.plot.STYLE | {"axes.grid": False}):
-        figure, axes = plt.subplots(
-            1, 2, sharey=True, sharex=True, figsize=(11.0, 5.6), layout="constrained"
-        )
+    with sh.plot.panels(1, 2, sharey=True, sharex=True, size=(11.0, 5.6)) as (figure, axes):
         norm = LogNorm(*COLOURS)
         draw_map(axes[0], dataset.peak_error, dataset.peak_slips, norm)
         draw_map(axes[1], dataset.worst_error, dataset.slips, norm)

@@ -230,10 +230,7 @@ def _curves(name: str, over: str, responses: list[xr.Dataset], tip: int) -> dict
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw peaks over the mass of dampers, and responses with dampers and with shrouds."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (peaks, dampers, shrouds) = plt.subplots(
-            1, 3, figsize=(15.0, 4.8), layout="constrained"
-        )
+    with sh.plot.panels(1, 3, size=(15.0, 4.8)) as (figure, (peaks, dampers, shrouds)):
         _draw_peaks(peaks, dataset)
         _draw_responses(dampers, dataset, "damper", "mass", MASSES[::2], 1e3, "g")
         _draw_responses(shrouds, dataset, "shroud", "preload", np.array(PRELOADS), 1, "N")

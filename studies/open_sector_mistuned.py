@@ -17,7 +17,6 @@ wakes, J. Mech. Eng. Sci. 8 (1966), 15-21.
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -144,8 +143,7 @@ DESCRIBED = {
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the blades of a disk beside the tuned one, and how much all disks amplify."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 3, figsize=(14.0, 4.6), layout="constrained")
+    with sh.plot.panels(1, 3, size=(14.0, 4.6)) as (figure, axes):
         for ax, kind in zip(axes, KINDS, strict=False):
             _draw_blades(ax, dataset.sel(kind=kind), kind)
         axes[1].sharey(axes[0])

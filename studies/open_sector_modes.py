@@ -102,8 +102,7 @@ def _axial(sector: OpenSector, modes: xr.Dataset) -> FloatArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw frequencies by nodal diameters, both diagrams, and a mode of a sector and disk."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(16.0, 10.5), layout="constrained")
+    with sh.plot.panels(0, size=(16.0, 10.5)) as (figure, _):
         parts: Any = figure.subfigures(2, 1)
         above, below = parts
         left, middle, right = above.subplots(1, 3)

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -165,10 +164,7 @@ def gains(dataset: xr.Dataset) -> xr.DataArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the highest peak of every disk at every design, and what the designs gain."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, figsize=(11.0, 5.2), layout="constrained", width_ratios=(1.7, 1)
-        )
+    with sh.plot.panels(1, 2, size=(11.0, 5.2), width_ratios=(1.7, 1)) as (figure, (left, right)):
         _draw_disks(dataset, left)
         _draw_gains(dataset, right)
         order = int(dataset.engine_order)

@@ -12,7 +12,6 @@ first harmonics at three frequencies are those of exact motions in time.
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -172,8 +171,7 @@ def states(row: xr.Dataset) -> FloatArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw responses across the shroud, its states over the band, and a loop with its limit."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.5, 6.0), layout="constrained")
+    with sh.plot.panels(0, size=(11.5, 6.0)) as (figure, _):
         heights = 3, 1
         axes = figure.subplot_mosaic("RL;SL", width_ratios=(1.3, 1), height_ratios=heights)
         _draw_responses(axes["R"], dataset)

@@ -246,8 +246,7 @@ def _dataset(
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the peak over the mass with what contacts do there, and responses."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.5, 6.0), layout="constrained")
+    with sh.plot.panels(0, size=(11.5, 6.0)) as (figure, _):
         axes = figure.subplot_mosaic("PR;SR", width_ratios=(1.25, 1), height_ratios=(3, 2))
         _draw_peaks(axes["P"], dataset)
         _draw_states(axes["S"], dataset)

@@ -1,7 +1,7 @@
 """Figures from datasets, and drawings of models."""
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
-from symhbm.plot.curves import response
+from symhbm.plot.curves import curve, response
 from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
@@ -21,6 +21,7 @@ __all__ = [
     "blades",
     "campbell",
     "contact_map",
+    "curve",
     "disk",
     "envelope",
     "hysteresis",

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.numerics import check
+from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     DECIBEL,
     Family,
@@ -16,11 +16,13 @@ from symhbm.plot.drawing import (
     axis_label,
     canvas,
     check_anything,
+    check_dims,
     check_variables,
     decibel,
     figure_of,
     is_wide,
     moving,
+    one_solution,
     scale_of,
 )
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
@@ -116,14 +118,50 @@ def response(
                     marks = marks_of(located_peaks(curve, parameter), parameter, where)
                 else:
                     picture = picture_of(curve, parameter, where)
-                    style = look | dict(linestyle=member.style)
-                    draw_line(ax, picture.line, member.color, style, shown)
+                    style = look | dict(color=member.color, linestyle=member.style)
+                    draw_line(ax, picture.line, shown, **style)
                     marks = picture.marks
                 if peaks and "sample" not in swept:
                     _marks(ax, marks, member.color, shown)
         label_axes(ax, dataset, parameter.name, where.words, shown)
         family.explain(ax)
     return figure_of(ax)
+
+
+def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, FloatArray]:
+    """Values (n,) and amplitudes (n,) [m] of a curve as `response` draws it, for other pictures.
+
+    There are as many as straight lines need between decibels; points of the dataset are among
+    them, in their order.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf` or `symhbm.follow`, or some points of it, of one parameter set.
+    place
+        As of `response`.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        As `response`, and for several curves.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
+    >>> frequency, amplitude = sh.plot.curve(response)
+    >>> f"{1e3 * amplitude.max():.4f} mm"
+    '0.3082 mm'
+    """
+    parameter, where = check_curves(dataset, place)
+    check_dims(dataset["amplitude"], (parameter.along, "dof", "solution"), "one curve")
+    value, level, _ = picture_of(one_solution(dataset), parameter, where).line.polyline()
+    return value, 10 ** (level / 20)
 
 
 def check_curves(dataset: xr.Dataset, place: Any) -> tuple[Moving, Chosen]:
@@ -203,17 +241,17 @@ def drawn(line: Line, scale: Scale) -> tuple[Any, Any, np.ndarray]:
     return value, scale.of_level(level), unstable
 
 
-def draw_line(ax: Axes, line: Line, color: Any, look: dict[str, Any], scale: Scale) -> None:
+def draw_line(ax: Axes, line: Line, scale: Scale, **look: Any) -> None:
     """Draw a curve, dotted where it is unstable."""
     value, level, unstable = drawn(line, scale)
     solid, dotted = (
         np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
     )
     solid |= not len(unstable)
-    ax.plot(value, np.where(solid, level, np.nan), color=color, **look)
+    ax.plot(value, np.where(solid, level, np.nan), **look)
     if dotted.any():
         dots: Any = look | dict(linestyle=":", linewidth=1.0)
-        ax.plot(value, np.where(dotted, level, np.nan), color=color, **dots)
+        ax.plot(value, np.where(dotted, level, np.nan), **dots)
 
 
 def _dots(

@@ -36,7 +36,7 @@ STYLE: Any = {
 }
 FORMATS = ("png", "svg", "pdf")
 """Formats of pictures, by the endings of their names."""
-_SAVING = {name: STYLE[name] for name in ("savefig.dpi", "svg.fonttype", "svg.hashsalt")}
+_SAVING: Any = {name: STYLE[name] for name in ("savefig.dpi", "svg.fonttype", "svg.hashsalt")}
 _SAVING |= {"pdf.fonttype": STYLE["pdf.fonttype"]}
 """What of the style Matplotlib asks for when a figure is saved."""
 _NO_DATE: Any = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}

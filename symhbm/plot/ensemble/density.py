@@ -48,7 +48,7 @@ def draw_density(
     norm = LogNorm(min(1 / len(curves), 0.99), 1.0)
     mesh = ax.pcolormesh(*edges, share, norm=norm, cmap=_GREYS, rasterized=True)
     bar = colorbar(ax, mesh, f"share of {len(curves)} samples that pass")
-    bar.ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    bar.ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     bar.ax.yaxis.set_minor_formatter(lambda *_: "")
     bar.ax.grid(False)
 

@@ -42,6 +42,9 @@ _NAMED: Any = {
     "lowest": dict(color="#007a56", linewidth=0.9, linestyle=(0, (6, 1.5, 1.2, 1.5))),
 }
 """Looks of the samples with the highest and the lowest peak."""
+_DOTS: Any = dict(linestyle="", marker=".", markersize=2.5)
+_BELOW: Any = dict(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, borderaxespad=0.0)
+"""Place of a legend under the axes, where a colour bar is beside them."""
 STYLES = ("bands", "density")
 
 
@@ -131,14 +134,14 @@ def envelope(
     joined = all(amplitude.ndim == 1 for _, amplitude in spread.curves)
     with canvas(ax) as ax:
         if style == "bands":
-            _bands(ax, spread, edges, shown)
+            _bands(ax, spread, edges, shown, parameter.along != "point")
         else:
             wide = parameter.name != "frequency" and is_wide(spread.value)
             draw_density(ax, spread.curves, shown, wide=wide, joined=joined)
         for number, (value, amplitude) in enumerate(spread.curves[:samples]):
             label = "single samples" if number == 0 else None
             look: Any = dict(color="#56b4e9", linewidth=0.5, alpha=0.8)
-            look |= {} if joined else dict(linestyle="", marker=".", markersize=2)
+            look |= {} if joined else _DOTS
             lines = ax.plot(value, shown.of(amplitude), **look)
             lines[0].set_label(label or "_")
         _medians(ax, spread, shown)
@@ -153,7 +156,7 @@ def envelope(
             if text:
                 ax.plot([], [], " ", label=text)
         label_axes(ax, dataset, parameter.name, where.words, shown)
-        ax.legend(**(OUTSIDE if style == "bands" else dict(loc="best")))
+        ax.legend(**(OUTSIDE if style == "bands" else _BELOW))
     return figure_of(ax)
 
 
@@ -166,11 +169,11 @@ def _quantiles(rows: FloatArray, at: list[float]) -> FloatArray:
     return result
 
 
-def _bands(ax: Axes, spread: Spread, edges: FloatArray, scale: Scale) -> None:
+def _bands(ax: Axes, spread: Spread, edges: FloatArray, scale: Scale, on_grid: bool) -> None:
     """Fill from the smallest to the largest response, and between two quantiles."""
     lowest, low = scale.of(_quantiles(spread.low, [0.0, edges[0]]))
     high, highest = scale.of(_quantiles(spread.high, [edges[1], 1.0]))
-    text = f"smallest to largest of {len(spread.high)}"
+    text = f"smallest to largest of {len(spread.high)}" + on_grid * ", on the grid"
     ax.fill_between(spread.value, lowest, highest, color="0.87", linewidth=0, label=text)
     text = f"{100 * edges[0]:g} to {100 * edges[1]:g} %"
     ax.fill_between(spread.value, low, high, color="0.68", linewidth=0, label=text)
@@ -209,12 +212,10 @@ def _draw_sample(
     """Draw the whole curve of a sample, or all its solutions."""
     if curve.sizes.get("solution", 1) > 1:
         amplitude = shown_amplitude(curve, where).transpose(parameter.along, "solution")
-        dots = dict(linestyle="", marker=".", markersize=2.5, color=look["color"])
-        ax.plot(curve[parameter.name], scale.of(amplitude.values), **dots)
+        ax.plot(curve[parameter.name], scale.of(amplitude.values), color=look["color"], **_DOTS)
         return
     line = picture_of(one_solution(curve), parameter, where).line
-    color = look["color"]
-    draw_line(ax, line, color, {k: v for k, v in look.items() if k != "color"}, scale)
+    draw_line(ax, line, scale, **look)
 
 
 def _of_several(spread: Spread) -> str:
