@@ -91,7 +91,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         left.legend(handles, labels, loc="upper left", handlelength=2.8)
         names = "scan_normal_load", "scan_peak_amplitude", "scan_peak_slope"
         load, level = peaks_between(*(dataset[name].values for name in names))
-        right.semilogx(load, level, color="0.6", zorder=1)
+        right.semilogx(load, level, color="0.6", zorder=1, label="computed with its slope")
         for at, handle, peak in zip(loads, handles, top.peak_amplitude.values, strict=True):
             marker = dict(color=handle.get_color(), markeredgecolor="black", markersize=6)  # type: ignore
             right.plot(at, 20 * np.log10(peak), "o", **marker)
@@ -108,6 +108,8 @@ def draw(dataset: xr.Dataset) -> Figure:
             rotation=90,
             fontsize=9,
         )
+        right.plot([], [], "o", color="0.5", markeredgecolor="black", label="responses on the left")
+        right.legend(loc="upper center")
         right.set_xlabel("normal load $F_n$ [N]")
         right.set_title("peak over the normal load", fontsize=10)
         left.set_title("response; circles: peaks", fontsize=10)

@@ -23,6 +23,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import symhbm as sh
+from studies import sampling
 from studies.landmark import Landmark, Source
 from studies.open_sector import COARSE, RADII, THICKNESS, open_sector
 from studies.open_sector_contacts import (
@@ -158,7 +159,8 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def _draw_blades(ax: Axes, row: xr.Dataset, kind: str) -> None:
     levels = 1e3 * row.blade_amplitude.values
-    ax.plot(row.swept_frequency, levels, color="0.6", linewidth=0.6)
+    lines = ax.plot(row.swept_frequency, levels, color="0.6", linewidth=0.6)
+    lines[0].set_label("other blades")
     highest = int(np.nanmax(levels, axis=0).argmax())
     ax.plot(row.swept_frequency, levels[:, highest], color="tab:red", label=f"blade {highest}")
     tuned = 1e3 * row.tuned_amplitude
@@ -169,14 +171,16 @@ def _draw_blades(ax: Axes, row: xr.Dataset, kind: str) -> None:
 
 
 def _draw_factors(ax: Axes, dataset: xr.Dataset) -> None:
-    for kind, color in zip(KINDS, ("tab:orange", "tab:blue"), strict=True):
+    looks = ("tab:orange", "o", "-"), ("tab:blue", "D", "--")
+    for kind, (color, marker, style) in zip(KINDS, looks, strict=True):
         values = np.sort(dataset.amplification.sel(kind=kind).values)
-        share = (np.arange(len(values)) + 0.5) / len(values)
-        error = values.std(ddof=1) / np.sqrt(len(values))
-        label = f"{kind}: {values.mean():.2f} \u00b1 {error:.2f} in the mean"
-        ax.plot(values, share, "o-", color=color, label=label)
+        share = np.arange(1, len(values) + 1) / len(values)
+        half = float(sampling.of_mean(values))
+        label = f"{kind}: mean {values.mean():.2f} \u00b1 {half:.2f} ({sampling.WORDS})"
+        ax.step(values, share, where="post", color=color, linestyle=style, linewidth=1.0)
+        ax.plot(values, share, marker, color=color, label=label)
     ax.axvline(BOUND, color="0.4", linestyle=":", label="isolated family, at most")
-    ax.set(xlabel="amplification", ylabel="share of disks with less", ylim=(0, 1))
+    ax.set(xlabel="amplification", ylabel="share of disks with no more", ylim=(0, 1.04))
     ax.set_title(f"{dataset.sizes['sample']} disks")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15))
 

@@ -130,7 +130,6 @@ def _draw_frequencies(ax: Axes, dataset: xr.Dataset) -> None:
         straight = dataset.straight_frequency.isel(mode=mode)
         ax.plot(n, straight, "o", color="0.5", mfc="none", ms=9, label=label)
         frequency = dataset.frequency.isel(speed=0, mode=mode)
-        ax.plot(n, frequency, color="0.75", lw=0.8, zorder=0)
         share = dataset.axial_share.isel(mode=mode)
         dots = ax.scatter(n, frequency, c=share, vmin=0, vmax=1, s=28, cmap="coolwarm", zorder=3)
     ax.figure.colorbar(dots, ax=ax, label="twisted blades: axial share of motion", shrink=0.8)

@@ -21,6 +21,7 @@ from scipy.optimize import brentq
 import symhbm as sh
 from studies.landmark import Landmark, Source
 from studies.run import run
+from studies.smooth import DASHES, along
 from symhbm.numerics import FloatArray
 
 NAME = "shroud_opening"
@@ -183,15 +184,16 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def _draw_responses(ax: Axes, dataset: xr.Dataset) -> None:
-    colors = "black", "tab:green", "tab:purple"
-    for preload, color in zip(dataset.normal_load.values, colors, strict=True):
+    looks = ("black", "-"), ("tab:green", "--"), ("tab:purple", DASHES)
+    for preload, (color, style) in zip(dataset.normal_load.values, looks, strict=True):
         row = dataset.sel(normal_load=preload)
-        level = 1e3 * row.amplitude.sel(dof=1).values
-        ax.semilogy(row.frequency, level, color=color, linewidth=1.2, label=f"{preload:g} N")
-        opens = states(row) == 2
+        frequency, amplitude, stretch = along(row, place=1)
+        look: Any = dict(color=color, linestyle=style, label=f"{preload:g} N")
+        ax.semilogy(frequency, 1e3 * amplitude, linewidth=1.2, **look)
+        opens = (states(row) == 2)[stretch]
         ends = np.append(opens, False) | np.append(False, opens)
-        shown = np.where(ends, level, np.nan)
-        ax.semilogy(row.frequency, shown, color=color, linewidth=4, alpha=0.3)
+        shown = np.where(ends, 1e3 * amplitude, np.nan)
+        ax.semilogy(frequency, shown, color=color, linewidth=4, alpha=0.3)
     ax.plot([], [], color="0.5", linewidth=4, alpha=0.4, label="opens")
     ax.set(ylabel="largest displacement $y_1$ across [mm]", xlim=BAND)
     ticks = 0.2, 0.5, 1, 2, 5

@@ -1,5 +1,6 @@
 """The axes of the source's figures: its tick labels tell them, its lines are not known."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -37,3 +38,9 @@ def draw_blades(ax: Axes, curve: xr.Dataset, colors: np.ndarray, **look: Any) ->
     for line, color in zip(lines, colors, strict=True):
         line.set(color=color, **look)
     return lines
+
+
+def in_styles(lines: Sequence[Line2D], turns: Sequence[int] | None = None) -> None:
+    """Give lines the styles of the library in turn, so that they differ in greys, too."""
+    for line, turn in zip(lines, turns or range(len(lines)), strict=True):
+        line.set_linestyle(sh.plot.LINE_STYLES[turn % len(sh.plot.LINE_STYLES)])

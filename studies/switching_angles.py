@@ -166,7 +166,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     names = [str(name) for name in dataset.case.values]
     blades = [name for name in names if name.startswith("Fig. 3") and name.endswith(last)]
     partly = [name for name in names if name.startswith("ring") and name.endswith(last)]
-    with sh.plot.panels(1, 3) as (figure, axes):
+    with sh.plot.panels(1, 3, size=(10.0, 3.6)) as (figure, axes):
         for ax, shown, title in (
             (axes[0], blades, f"Fig. 3, harmonics {last}"),
             (axes[1], partly, f"Ring, engine order 1, {last}"),

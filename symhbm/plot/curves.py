@@ -160,7 +160,9 @@ def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, Floa
     """
     parameter, where = check_curves(dataset, place)
     check_dims(dataset["amplitude"], (parameter.along, "dof", "solution"), "one curve")
-    value, level, _ = picture_of(one_solution(dataset), parameter, where).line.polyline()
+    if "solution" in dataset["amplitude"].dims:
+        dataset = one_solution(dataset)
+    value, level, _ = picture_of(dataset, parameter, where).line.polyline()
     return value, 10 ** (level / 20)
 
 
