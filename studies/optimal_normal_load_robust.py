@@ -233,7 +233,7 @@ def _draw_gains(dataset: xr.Dataset, ax: Axes) -> None:
         ax.vlines(place + aside, *ends.T, color="black", linewidth=1.1, label=words)
         words = "_"
     ax.axhline(0, color="black", linewidth=0.8)
-    ax.margins(y=0.25)
+    ax.margins(y=0.4)
     texts = [
         f"{one}\n" + ", ".join(f"{height:.1f} %" for height in found.sel(statistic=one).values)
         for one in found.statistic.values
