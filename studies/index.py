@@ -2,7 +2,6 @@
 
 import json
 import re
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -14,6 +13,7 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
+from studies.page_pictures import embedded, small
 from studies.page_style import STYLE
 from studies.readings import READINGS
 from studies.run import KINDS
@@ -115,10 +115,6 @@ def _span(values: np.ndarray, units: str) -> str:
 
 def page(sections: Sequence[Section]) -> str:
     """Return the page as HTML."""
-    contents = "".join(
-        f'<li><a href="#{escape(one.name)}">{escape(one.title)}</a>{_state(one)}</li>'
-        for one in sections
-    )
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -134,7 +130,7 @@ def page(sections: Sequence[Section]) -> str:
         'computed number is read from the archives beside this page.</p>\n<p class="small">Source: '
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
-        f'<nav id="contents" aria-label="Contents"><h3>Contents</h3>\n<ol>{contents}</ol>\n'
+        f'<nav id="contents" aria-label="Contents">\n<ol class="cards">\n{_cards(sections)}</ol>\n'
         f'<p class="small">{_totals(sections)}</p></nav>\n'
         + _readings()
         + _claims(sections)
@@ -142,6 +138,16 @@ def page(sections: Sequence[Section]) -> str:
         + "\n".join(map(_section, sections))
         + "\n</main>\n</body>\n</html>\n"
     )
+
+
+def _cards(sections: Sequence[Section]) -> str:
+    """A small picture and the title of each section, which lead to it."""
+    cards = ""
+    for one in sections:
+        image = f'<img alt="" src="{small(one.pictures[0])}">' if one.pictures else ""
+        title = f"<span>{escape(one.title)}</span>{_state(one)}"
+        cards += f'<li><a href="#{escape(one.name)}">{image}{title}</a></li>\n'
+    return cards
 
 
 def _totals(sections: Sequence[Section]) -> str:
@@ -187,7 +193,9 @@ def _claims(sections: Sequence[Section]) -> str:
     """What the source says, weighed, those first that do not hold; and what it is silent about."""
     lists = ""
     for heading, holds in (("do not hold", False), ("hold", True)):
-        chosen = [(one, claim) for one in sections for claim in one.claims if claim.holds is holds]
+        chosen = [
+            (one, claim) for one in sections for claim in one.claims if bool(claim.holds) is holds
+        ]
         lines = "".join(
             f"<li>{_link(one)}: {_text(claim.words)}. <em>{_text(claim.computed)}.</em></li>\n"
             for one, claim in chosen
@@ -264,24 +272,17 @@ def _pictures(section: Section) -> str:
     captions = ("Beside it, on axes of our own", "On the axes of the source")
     shown = ""
     for caption, picture in reversed([*zip(captions, section.pictures, strict=False)]):
-        data = picture.read_bytes()
-        width, height = _size(data)
+        address, width, height = embedded(picture)
         files = " ".join(
             f'<a href="{escape(picture.stem)}.{kind}">{kind.upper()}</a>' for kind in KINDS
         )
         words = f"{caption}. " if len(section.pictures) > 1 else ""
         shown += (
             f'<figure><a href="{escape(picture.name)}"><img alt="{escape(section.title)}" '
-            f'width="{width // 2}" height="{height // 2}" '
-            f'src="data:image/png;base64,{b64encode(data).decode()}"></a>'
+            f'width="{width}" height="{height}" src="{address}"></a>'
             f"<figcaption>{words}Full size: {files}</figcaption></figure>\n"
         )
     return shown
-
-
-def _size(png: bytes) -> tuple[int, int]:
-    """Width and height in the head of a PNG."""
-    return int.from_bytes(png[16:20]), int.from_bytes(png[20:24])
 
 
 def _table(landmarks: Iterable[Landmark]) -> str:

@@ -20,6 +20,13 @@ section { margin-top: 3rem; padding-top: 1.5rem; border-top: 1px solid var(--lin
 section, details { scroll-margin-top: 0.5rem; }
 ol, ul { padding-left: 1.9rem; }
 li { margin: 0.15rem 0; }
+.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(10.5rem, 1fr));
+  gap: 0.8rem; padding: 0; list-style: none; }
+.cards li { margin: 0; }
+.cards a { display: block; height: 100%; padding: 0.5rem; border: 1px solid var(--line);
+  border-radius: 4px; font-size: 0.82rem; line-height: 1.35; text-decoration: none; }
+.cards a:hover { background: var(--shade); }
+.cards img { aspect-ratio: 3 / 2; object-fit: contain; padding: 0.2rem; }
 figure { margin: 1rem 0; }
 figcaption { color: var(--soft); font-size: 0.92rem; }
 figure a { display: inline-block; }
@@ -31,6 +38,7 @@ dt { color: var(--soft); }
 dd { margin: 0; overflow-wrap: anywhere; }
 details { margin: 0.5rem 0; border: 1px solid var(--line); border-radius: 4px; }
 details > :not(summary) { margin: 0.4rem 0.9rem 0.8rem; }
+details > table { width: calc(100% - 1.8rem); }
 summary { padding: 0.4rem 0.9rem; cursor: pointer; }
 summary:hover { background: var(--shade); }
 details[open] > summary { border-bottom: 1px solid var(--line); }
@@ -38,7 +46,6 @@ details[open] > summary { border-bottom: 1px solid var(--line); }
 a:focus-visible, summary:focus-visible { outline: 3px solid var(--focus); outline-offset: 2px; }
 .skip { position: absolute; left: -100rem; }
 .skip:focus { position: static; }
-.wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 0.88rem; line-height: 1.4; }
 th, td { padding: 0.28rem 0.7rem 0.28rem 0; border-bottom: 1px solid var(--line);
   text-align: left; vertical-align: top; }

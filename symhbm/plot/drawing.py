@@ -27,7 +27,7 @@ LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""
 MOST_POINTS = 40_000
-"""Most points of the lines of axes that SVG and PDF hold as lines, which take some 1 MB."""
+"""Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
 WIDE = 30
 """Ratio of values from which a scale is logarithmic."""
 OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)

@@ -197,8 +197,8 @@ def _extreme_samples(dataset: xr.Dataset, spread: Spread, where: Chosen) -> dict
     peaks = dataset.get("peak_amplitude")
     if peaks is not None and {*peaks.dims} == {"sample", "peak"} and "peak_dof" in dataset:
         known = dataset["peak_dof"].isin([*where.dofs]) & np.isfinite(peaks)
-        located = peaks.where(known, -np.inf).max("peak").transpose("sample")
-        tops = np.maximum(tops, located.values)
+        located = peaks.where(known, -np.inf).transpose("sample", "peak").values
+        tops = np.maximum(tops, located.max(axis=1, initial=-np.inf))
     complete = np.isfinite(spread.high).all(axis=1)
     found = {"highest": int(tops.argmax())}
     if complete.any():
