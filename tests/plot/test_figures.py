@@ -55,6 +55,12 @@ def pictures(response):
     modes = sh.nonlinear_modes(sh.HarmonicBalance(blade.model, harmonics=(1, 3)), progress=False)
     at_peak = sh.solve(blade, 19.5)
     sheet = sh.Model([[1, 0], [0, 0.0]], [[0.1, 0], [0, 0.0]], [[3e4, -2e4], [-2e4, 2e4]])
+    stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
+    stopped = sh.HarmonicBalance(
+        sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop}),
+        sh.PointForce(amplitude=15.0),
+        (0, 1, 2, 3),
+    )
     lines = sh.campbell(sh.Sector(sheet, [0], [1], 24), [200, 900], orders=range(1, 13), count=1)
     return {
         "response": sh.plot.response(response),
@@ -64,7 +70,7 @@ def pictures(response):
         "stick_map": sh.plot.stick_map(response),
         "states": sh.plot.states(one),
         "hysteresis": sh.plot.hysteresis(at_peak),
-        "normal_force": sh.plot.normal_force(at_peak),
+        "normal_force": sh.plot.normal_force(sh.solve(stopped, 15.0)),
         "disk": sh.plot.disk(ensemble.isel(sample=0)),
         "model": sh.plot.model(blade),
         "nonlinear_modes": sh.plot.nonlinear_modes(modes),
