@@ -155,8 +155,8 @@ def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, Floa
     ... )
     >>> response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
     >>> frequency, amplitude = sh.plot.curve(response)
-    >>> f"{1e3 * amplitude.max():.4f} mm"
-    '0.3082 mm'
+    >>> f"{1e3 * amplitude.max():.2f} mm"
+    '0.31 mm'
     """
     parameter, where = check_curves(dataset, place)
     check_dims(dataset["amplitude"], (parameter.along, "dof", "solution"), "one curve")
