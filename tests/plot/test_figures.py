@@ -151,7 +151,9 @@ def test_large_ensembles_are_pixels_in_small_files(tmp_path):
         assert path.stat().st_size < 700_000
     text = (tmp_path / "many.svg").read_text()
     assert text.count("<image") == 1
-    assert "excitation frequency" in "".join(re.findall(r">([^<>]+)</(?:text|tspan)>", text))
+    assert "largest response [dB re 1 m]" in "".join(
+        re.findall(r">([^<>]+)</(?:text|tspan)>", text)
+    )
     few = sh.plot.response(many.isel(sample=slice(5)))
     assert not any(line.get_rasterized() for line in few.axes[0].lines)
 
