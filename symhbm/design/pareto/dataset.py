@@ -12,6 +12,7 @@ from symhbm.design.outcome import labelled
 from symhbm.design.pareto.points import END, FrontPoint
 from symhbm.design.program import Aim, Program
 from symhbm.design.variables import DesignVariables
+from symhbm.results import records_of_problem
 
 
 def dataset_of(
