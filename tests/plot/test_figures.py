@@ -85,7 +85,8 @@ def test_every_picture_is_saved_with_its_text(response, tmp_path):
     assert {name.replace("-", "_") for name in kinds()} - figures.keys() <= {
         "contact_map",
         "limit_cycles",
-        "forced_boundary",
+        "flutter_limit",
+        "pareto_front",
     }
     for name, figure in figures.items():
         words = max((ax.get_xlabel() or ax.get_title() for ax in figure.axes), key=len)
