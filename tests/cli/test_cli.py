@@ -216,10 +216,10 @@ def test_info_of_a_flutter_limit(tmp_path):
     sh.save(held, tmp_path / "held.nc")
     sh.save(damped, tmp_path / "damped.nc")
     said = told(tmp_path / "held.nc")
-    assert said["best value"] == "normal_load 1 to 2 N"
+    assert said["normal_load"].endswith(" 1 to 2 N")
     assert said["largest flutter limit"].startswith("0.113416, at ")
     assert said["design"].startswith("the parameter changes nothing within the bounds")
-    assert told(tmp_path / "damped.nc")["best value"] == "normal_load 2 N"
+    assert told(tmp_path / "damped.nc")["normal_load"].endswith(" 2 N")
     assert run("plot", tmp_path / "held.nc")[1].strip().endswith("held_flutter-limit.png")
 
 
