@@ -70,6 +70,7 @@ from symhbm.results.reading import motion, table, trimmed
 if TYPE_CHECKING:
     from symhbm import plot
     from symhbm.ensembles import mistuning, statistics
+    from symhbm.plot.viewer import view
 
 __version__ = version("symhbm")
 
@@ -143,6 +144,7 @@ __all__ = [
     "table",
     "trimmed",
     "verify",
+    "view",
 ]
 
 
@@ -163,6 +165,8 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return import_module(_LAZY[name])
+    if name == "view":
+        return import_module("symhbm.plot.viewer").view
     if name in _RENAMED:
         new = _RENAMED[name]
         warnings.warn(f"symhbm.{name} is now symhbm.{new}", DeprecationWarning, stacklevel=2)
