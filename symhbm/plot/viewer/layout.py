@@ -87,7 +87,7 @@ def _panels(
         ratio = Panel("damping_ratio", "damping ratio", "", ("linear", "log"))
         return (frequency, ratio), ()
     if unforced == "limit cycle":
-        size = Panel("amplitude", _OF_FIRST, "m", ("log", "linear"))
+        size = Panel("amplitude", "amplitude", "m", ("log", "linear"))
         return (frequency,) if x == "amplitude" else (size, frequency), ()
     if "peak_amplitude" in dataset.variables and x in dataset["peak_amplitude"].dims:
         top = Panel("peak_amplitude", "largest peak", "m", ("decibel", "log", "linear"))

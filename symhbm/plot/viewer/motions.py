@@ -16,8 +16,8 @@ from symhbm.results import Description
 
 MOST_MOTIONS, MOST_CHARACTERS = 300, 2_000_000
 """Most motions at peaks and events that a page holds, and most characters that they take."""
-_OF_PEAK, _OF_EVENT = 16, 4
-"""Most contacts whose loops a peak and an event have."""
+_OF_PEAK, _OF_EVENT, _OF_ALL = 16, 4, 400
+"""Most contacts whose loops a peak and an event have, and most contacts of all curves together."""
 _N_ANGLES = 96
 """About how many points a loop has beside its events."""
 _INNER = ("dof", "harmonic", "component")
@@ -36,6 +36,7 @@ class Budget:
 
     def __init__(self, curves: int):
         self._curves, self._motions, self._characters = curves, MOST_MOTIONS, MOST_CHARACTERS
+        self.contacts = max(2, min(_OF_PEAK, _OF_ALL // max(1, curves)))
 
     def next(self) -> tuple[int, int]:
         """The motions and characters that the next curve may take."""
@@ -74,7 +75,7 @@ def motions_at(
     if not known:
         return Motions(of, missing)
     together = _rows(one, x, [at for _, at, _ in known], [part for *_, part in known])
-    loops, why_not = _loops(together)
+    loops, why_not = _loops(together, _busiest(one, budget.contacts))
     missing += why_not
     taken = 0
     for row, (k, _, part) in enumerate(known):
@@ -120,10 +121,7 @@ def _rows(
     """A dataset whose points are some motions of a curve."""
     own = {"point", "peak", "event", "solution", x}
     names = [str(name) for name, v in one.variables.items() if own & {*map(str, v.dims)}]
-    # Loops follow from the motion, whatever drives it.
-    followed = Description(one).request
-    followed.pop("unforced", None)
-    rest = one.drop_vars(names).assign_attrs(followed=json.dumps(followed))
+    rest = _whatever_drives(one.drop_vars(names))
     values = np.array(at)
     rest["coefficient"] = ("point", *_INNER), np.array(parts)
     if x != "frequency" and "frequency" not in rest.variables:
@@ -131,11 +129,31 @@ def _rows(
     return rest.assign_coords({x: ("point", values[:, 0])})
 
 
-def _loops(together: xr.Dataset) -> tuple[dict[int, list[History | None]], Counter[str]]:
-    """Histories of all contacts at all points, and why those of others are not known."""
+def _whatever_drives(one: xr.Dataset) -> xr.Dataset:
+    """The same motions as if a force drove them: loops follow from the motion alone."""
+    followed = Description(one).request
+    followed.pop("unforced", None)
+    return one.assign_attrs(followed=json.dumps(followed))
+
+
+def _busiest(one: xr.Dataset, most: int) -> list[int]:
+    """The contacts that have loops: those that dissipate the most, else the first ones."""
+    n_contacts = one.sizes.get("contact", 0)
+    order = np.arange(n_contacts)
+    name = "dissipation"
+    if name in one.variables and one[name].dtype.kind == "f" and "contact" in one[name].dims:
+        spent = np.nan_to_num(one[name].transpose("contact", ...).values.reshape(n_contacts, -1))
+        order = np.argsort(-spent.max(axis=1, initial=0.0), kind="stable")
+    return sorted(order[:most].tolist())
+
+
+def _loops(
+    together: xr.Dataset, contacts: list[int]
+) -> tuple[dict[int, list[History | None]], Counter[str]]:
+    """Histories of contacts at all points, and why those of others are not known."""
     loops: dict[int, list[History | None]] = {}
     missing: Counter[str] = Counter()
-    for contact in range(together.sizes.get("contact", 0)):
+    for contact in contacts:
         try:
             which = contact_of(together, contact)
             found = histories(together, which).of
@@ -188,6 +206,7 @@ def directions_of(one: xr.Dataset) -> list[list[str]]:
     names: list[list[str]] = []
     if "problem" not in one.attrs or not Description(one).problem.get("contacts"):
         return names
+    one = _whatever_drives(one)
     for contact in range(one.sizes.get("contact", 0)):
         try:
             names.append([plain(name, 40) for name in contact_of(one, contact).law.directions])

@@ -67,7 +67,7 @@ function buildMenus() {
   }
 }
 
-function show() {
+function show(later) {
   const one = curve();
   state.cursor = -1;
   if (data.layout) {
@@ -78,7 +78,9 @@ function show() {
     draw("chart", curveFigure(one, state));
     find("readout").textContent = "";
   }
-  showMotion();
+  // The page opens with the curve; what lies below it is drawn next.
+  if (later) setTimeout(later);
+  else showMotion();
   document.querySelectorAll("button.go").forEach((button) => {
     const current = Number(button.dataset.curve) === curveNumber() && Number(button.dataset.mark) === state.mark;
     button.closest("tr").classList.toggle("current", current);
@@ -152,13 +154,19 @@ function keys(event) {
   if (trace >= 0) Plotly.Fx.hover(find("chart"), [{ curveNumber: trace, pointNumber: state.cursor }]);
 }
 
+function showBelow() {
+  if (data.curves.length) showMotion();
+  showEnsemble();
+  document.documentElement.dataset.ready = "yes";
+}
+
 function start() {
   if (data.curves.length) {
     if (data.layout) {
       find("curves").hidden = false;
       buildMenus();
     } else find("motion").querySelector("h2").textContent = "Motion";
-    show();
+    show(showBelow);
     find("chart").addEventListener("keydown", keys);
     if (data.layout) find("chart").on("plotly_click", ({ points }) => {
       const [point] = points;
@@ -167,13 +175,12 @@ function start() {
   }
   if (data.ensemble && data.ensemble.bands.length > 1)
     menu("ensemble-menus", "band-of", "band of", data.ensemble.bands.map((band, k) => [k, band.label]), 0, (value) => { state.band = Number(value); showEnsemble(); });
-  showEnsemble();
+  if (!data.curves.length) showBelow();
   document.querySelectorAll("button.go").forEach((button) => button.addEventListener("click", () => {
     choose(Number(button.dataset.curve), Number(button.dataset.mark));
     find("motion").scrollIntoView({ block: "nearest" });
   }));
   document.querySelectorAll("form").forEach((form) => form.addEventListener("submit", (event) => event.preventDefault()));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (data.curves.length) show(); showEnsemble(); });
-  document.documentElement.dataset.ready = "yes";
 }
 start();

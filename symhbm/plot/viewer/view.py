@@ -168,6 +168,12 @@ class _Page:
                 "first; the largest response is that of all."
             )
         budget, missing = motions.Budget(sets.n_shown), Counter[str]()
+        n_contacts = dataset.sizes.get("contact", 0)
+        if budget.contacts < n_contacts:
+            self.notes.append(
+                f"Loops are those of {budget.contacts} of {n_contacts} contacts of each curve, "
+                "which dissipate the most."
+            )
         blades = self.tried("The disk", lambda: blades_of(dataset), None)
         kept: list[xr.Dataset] = []
         for number, position in enumerate(sets):
