@@ -21,9 +21,7 @@ from symhbm.cli.terminal import check_place, final_name, opened
     help="Archive of the tuned structure: shows the amplification of an ensemble.",
 )
 @output_option("Page to write, .html; by default ARCHIVE.html beside ARCHIVE.")
-def view(
-    archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Path | None
-) -> None:
+def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Path | None) -> None:
     """Write one page to look into ARCHIVE with a browser, and print its path.
 
     The page needs no network and no server, and has at most 15 MB: curves with menus for swept

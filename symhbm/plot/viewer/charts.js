@@ -99,9 +99,11 @@ function curveFigure(curve, chosen) {
     const column = curve.columns[`${panel.name}:${place}`];
     if (!column) return;
     const values = array(column), at = array(curve.x), hover = [];
+    // A point that is marked is told by its mark.
+    const marked = new Set(curve.marks.filter((mark) => markValue(curve, mark, panel, chosen.place) !== null).map((mark) => mark.point));
     for (let i = 0; i < at.length; i++) hover.push(text(pointLines(curve, i, chosen.place)));
     add({
-      x: [...at], y: Array.from(values, (v) => shownValue(v, scale)), mode: "markers", name: "points", hoverinfo: "text",
+      x: [...at], y: Array.from(values, (v, i) => (marked.has(i) ? null : shownValue(v, scale))), mode: "markers", name: "points", hoverinfo: "text",
       text: hover, meta: "points", marker: { color: css("--line"), size: joined ? 5 : 6, opacity: 0.75 },
     });
   });

@@ -136,9 +136,7 @@ def _level(values: FloatArray, panel: Panel) -> FloatArray:
     return np.where(np.isfinite(values), 40 * values / (span or 1.0), np.nan)
 
 
-def _turns(
-    value: FloatArray, one: xr.Dataset, layout: Layout, state: Any, rows: Any
-) -> np.ndarray:
+def _turns(value: FloatArray, one: xr.Dataset, layout: Layout, state: Any, rows: Any) -> np.ndarray:
     """Points beside which something changes: the way of the path, a contact, stability."""
     keep = np.zeros(len(value), dtype=bool)
     if len(value) < 3:
@@ -155,9 +153,7 @@ def _turns(
     return keep
 
 
-def _columns(
-    values: FloatArray, panel: Panel, dofs: Sequence[int]
-) -> list[tuple[int, FloatArray]]:
+def _columns(values: FloatArray, panel: Panel, dofs: Sequence[int]) -> list[tuple[int, FloatArray]]:
     """Columns by place: 0 is the largest response, or the only one; k + 1 is place k."""
     if not panel.places:
         return [(0, values[:, 0])]

@@ -67,13 +67,12 @@ def _complete(part: xr.Dataset, dim: str) -> np.ndarray:
     return np.isin(texts, [*map(str, COMPLETE)])
 
 
-def _amplitudes(
-    part: xr.Dataset, layout: Layout, dim: str
-) -> tuple[FloatArray, FloatArray, int]:
+def _amplitudes(part: xr.Dataset, layout: Layout, dim: str) -> tuple[FloatArray, FloatArray, int]:
     """Values (n,), amplitudes (n_samples, n) [m], NaN where unknown, and how many paths fold."""
     if layout.along != ("point",):
-        if "solution" in part.dims:
-            part = part.isel(solution=0)
+        if part.sizes.get("solution", 1) > 1:
+            raise ValueError("there are several solutions at one value")
+        part = part.isel(solution=0) if "solution" in part.dims else part
         return part[layout.x].values, shown_amplitude(part, None).transpose(dim, ...).values, 0
     every = part[layout.x].values
     ends = Description(part).band or [np.nanmin(every), np.nanmax(every)]
@@ -127,5 +126,7 @@ def _largest(part: xr.Dataset, dim: str) -> FloatArray:
     for name in ("amplitude", "peak_amplitude"):
         if name in part.variables:
             values = part[name].transpose(dim, ...).values.reshape(len(found), -1)
-            found = np.fmax(found, np.nanmax(values, axis=1, initial=-np.inf, where=values == values))
+            found = np.fmax(
+                found, np.nanmax(values, axis=1, initial=-np.inf, where=values == values)
+            )
     return np.where(np.isfinite(found) & _complete(part, dim), found, np.nan)

@@ -150,8 +150,10 @@ function keys(event) {
   state.cursor = Math.max(0, Math.min(last, next));
   const k = marks.indexOf(state.cursor);
   find("readout").textContent = (k >= 0 ? markLines(one, one.marks[k], state.place) : pointLines(one, state.cursor, state.place)).join("; ");
-  const trace = find("chart").data.findIndex((each) => each.meta === "points");
-  if (trace >= 0) Plotly.Fx.hover(find("chart"), [{ curveNumber: trace, pointNumber: state.cursor }]);
+  const traces = find("chart").data, mark = traces.findIndex((each) => each.meta === "marks" && each.customdata.includes(k));
+  const trace = mark >= 0 ? mark : traces.findIndex((each) => each.meta === "points");
+  const pointNumber = mark >= 0 ? traces[mark].customdata.indexOf(k) : state.cursor;
+  if (trace >= 0) Plotly.Fx.hover(find("chart"), [{ curveNumber: trace, pointNumber }]);
 }
 
 function showBelow() {

@@ -1,8 +1,9 @@
 """Which curves of an archive a page shows, and what they, places and contacts are called."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,7 +18,8 @@ MOST_NAMES = 300
 """Most places and contacts that have a name in a menu."""
 
 
-class Sets(NamedTuple):
+@dataclass(frozen=True)
+class Sets:
     """The parameter sets of an archive: dimensions, and the positions along each that are shown."""
 
     dims: tuple[str, ...]
@@ -34,7 +36,8 @@ class Sets(NamedTuple):
         """Number of the sets that are shown one by one."""
         return int(np.prod([len(positions) for positions in self.shown]))
 
-    def __iter__(self) -> Iterator[dict[str, int]]:
+    def positions(self) -> Iterator[dict[str, int]]:
+        """The sets that are shown, each by its position along every dimension."""
         for index in product(*self.shown):
             yield dict(zip(self.dims, index, strict=True))
 
@@ -114,7 +117,9 @@ def place_names(dataset: xr.Dataset) -> list[str]:
     if places is not None:
         return [plain(places.name(dof), 60) for dof in count]
     if "structure_dof" in dataset.variables:
-        return [f"DOF {int(dof)} (kept {k})" for k, dof in enumerate(dataset["structure_dof"].values)]
+        return [
+            f"DOF {int(dof)} (kept {k})" for k, dof in enumerate(dataset["structure_dof"].values)
+        ]
     word = "blade" if Description(dataset).lumped else "DOF"
     labels = dataset["dof"].values if "dof" in dataset.coords else np.arange(n_dof)
     return [f"{word} {plain(labels[k], 40)}" for k in count]

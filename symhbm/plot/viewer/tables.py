@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from html import escape
 from typing import Any
 
@@ -156,9 +157,13 @@ def facts_of(dataset: xr.Dataset, layout: Layout | None) -> list[tuple[str, str]
         facts.append(("structure", f"{plain(n_dof)} {body}, {len(contacts)} contact{ending}"))
         groups = problem.get("groups") or {}
         if groups:
-            words = [f"{plain(name, 60)}: {plain(of.get('law'), 60)}" for name, of in groups.items()]
+            words = [
+                f"{plain(name, 60)}: {plain(of.get('law'), 60)}" for name, of in groups.items()
+            ]
             facts.append(("contact laws", plain("; ".join(words), 400)))
-        forces = ["none"] if description.unforced else [_force(force) for force in description.forces]
+        forces = (
+            ["none"] if description.unforced else [_force(force) for force in description.forces]
+        )
         facts.append(("excitation", " and ".join(forces)))
         facts.append(("harmonics", plain(", ".join(map(str, problem.get("harmonics", []))), 200)))
     complete, waiting, failed = completeness(dataset)
@@ -223,10 +228,8 @@ def provenance_html(dataset: xr.Dataset) -> str:
     parts = []
     for name, value in dataset.attrs.items():
         text = str(value)
-        try:
+        with suppress(ValueError):
             text = json.dumps(json.loads(text), indent=1, ensure_ascii=False)
-        except ValueError:
-            pass
         cut = len(text) > _LONGEST
         text = f"{text[:_LONGEST]}\n... {len(text)} characters in all" if cut else text
         parts.append(f"<dt>{escape(plain(name))}</dt><dd><pre>{escape(_visible(text))}</pre></dd>")

@@ -57,9 +57,10 @@ def with_texts(response):
 
 def test_texts_run_nothing(response, look, tmp_path):
     seen = look(sh.view(with_texts(response), tmp_path / "texts.html", name=ALL))
-    assert seen.trace("points")[0]["x"] == response.frequency.values[0][
-        : int(response.n_points[0])
-    ].tolist()
+    assert (
+        seen.trace("points")[0]["x"]
+        == response.frequency.values[0][: int(response.n_points[0])].tolist()
+    )
     seen.hover(
         float(response.frequency[0, 5]), 20 * np.log10(response.amplitude[0, 5].max().item())
     )
@@ -71,7 +72,10 @@ def test_texts_run_nothing(response, look, tmp_path):
     for link in seen.page.locator("a[href]").all():
         assert "javascript" not in (link.get_attribute("href") or "")
     assert seen.run("window.hacked === undefined")
-    assert seen.run("[...document.querySelectorAll('main img, main script, svg [onload]')].length") == 0
+    assert (
+        seen.run("[...document.querySelectorAll('main img, main script, svg [onload]')].length")
+        == 0
+    )
     assert "window.hacked = 1" in seen.text("#status")
 
 
